@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.orbits import find_orbit as find_orbit
     from fmu_models.analyses.periodic import find_periodic as find_periodic
     from fmu_models.analyses.poincare import poincare_section as poincare_section
+    from fmu_models.analyses.reduced_map import reduced_map as reduced_map
     from fmu_models.analyses.return_map import ReturnMap as ReturnMap
     from fmu_models.analyses.rotation import rotation_number as rotation_number
     from fmu_models.analyses.section_system import SectionSystem as SectionSystem
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from fmu_models.coupling.run import couple as couple
     from fmu_models.coupling.system import CoupledSystem as CoupledSystem
     from fmu_models.coupling.toml_system import read_system as read_system
+    from fmu_models.explorer.page import explore as explore
     from fmu_models.fmu.fmu import Fmu as Fmu
     from fmu_models.fmu.load import load as load
     from fmu_models.importer.driver import Driver as Driver

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from identification.fit.result import read_fit as read_fit
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
+    from identification.machines.machine_fit import MachineFit as MachineFit
+    from identification.machines.machine_fit import identify_machine as identify_machine
+    from identification.machines.read import read_machine_log as read_machine_log
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay
     from identification.measurement.pooled import Pool as Pool

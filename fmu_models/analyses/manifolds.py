@@ -301,7 +301,7 @@ class _Curve:
             piece = [pieces[-1][-1]]
             i = 1
             while i < len(shares):
-                near = self._image(pieces[-1][i], pieces[-1][i - 1], piece[-1])
+                near = self._image(pieces[-1][i], piece[-1])
                 apart = np.inf if near is None else self._apart(near, piece[-1])
                 if near is None or apart > spacing:
                     if shares[i] - shares[i - 1] < FINEST:
@@ -329,26 +329,26 @@ class _Curve:
         shares.insert(i, (shares[i - 1] + shares[i]) / 2.0)
         pieces[0].insert(i, self._first(shares[i]))
         for before, piece in pairwise(pieces):
-            image = self._image(before[i], before[i - 1], piece[i - 1])
+            image = self._image(before[i], piece[i - 1])
             piece.insert(i, piece[i - 1] if image is None else image)
 
-    def _image(self, x: Vector, beside: Vector, known: Vector) -> Vector | None:
-        """The next point after x, where that after one beside it is known; None where there is none."""
+    def _image(self, x: Vector, known: Vector) -> Vector | None:
+        """The next point after x, near a known one; None where there is none."""
         for _ in range(2 if self.twice else 1):
             try:
                 if not self.inverse:
                     x = self.at(x)[0]
                     continue
-                found = self._past(x, beside, known)
+                found = self._past(x, known)
             except (StickslipError, np.linalg.LinAlgError):
                 return None
             if found is None:
                 return None
-            x = beside = found
+            x = found
         return x
 
-    def _past(self, x: Vector, beside: Vector, known: Vector) -> Vector | None:
-        """y with P(y) = x, near what is known to lead to a point beside x."""
+    def _past(self, x: Vector, known: Vector) -> Vector | None:
+        """y with P(y) = x, near a known one."""
         difference = self.at.system.difference
         y = known
         for _ in range(STEPS):

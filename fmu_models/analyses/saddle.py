@@ -115,7 +115,7 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     given = dict(given or {})
     if not fmu.ours:
         raise StickslipError(
-            f"'{fmu.path}' is not of this suite: the derivatives of its rates are not known well enough."
+            f"'{fmu.path}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
         )
     check_names(fmu, "parameter or input", given, [*fmu.parameters, *fmu.inputs])
     check_names(fmu, "state", start, fmu.states)

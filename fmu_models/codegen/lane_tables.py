@@ -1,7 +1,8 @@
 """What lanes (lanes/c) need of a model: ``model_lanes.h``, rows of the flow from parameters, and sums without zeros.
 
 A model is linear in every mode (lowering/piecewise_linear.py); z = (states, cos and sin of each harmonic), a last
-column stands for 1. Which entries can be other than zero is told here once: the compiler sees sums and no loops.
+column stands for 1. Which entries can be other than zero is told here once: the compiler sees sums and no loops. In a
+mode in which forces hold a contact they may depend on all that the flow reads.
 """
 
 from __future__ import annotations
@@ -13,26 +14,28 @@ import sympy
 
 from fmu_models.codegen.c_expression import c_expression
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
-from fmu_models.lowering.piecewise_linear import Lifted, obstacles
+from fmu_models.lowering.piecewise_linear import Lifted, obstacles, ramps
 
-# modes of all contacts that tables are made for
-_MOST_MODES = 32
-_KINDS = {"stop": 0, "impact": 1, "switch": 2}
+# modes of all contacts that there is room for; tables are made of those that a motion comes to
+_MOST_MODES = 128
+# modes without contact that have exact steps of a grid
+_MOST_HOMES = 4
+_KINDS = {"stop": 0, "impact": 1, "switch": 2, "friction": 3, "impact_friction": 4}
+# what a guard watches: depth, gap or normal force; release, function, slip or the margin of stick on its plus side; on
+# its other side
+_NORMAL, _TANGENTIAL, _MARGIN = range(3)
+# contacts with a law of friction of their own, or a side of a switch
+_DRY = ("friction", "switch")
 
 Place = tuple[int, int]
 
 
 def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
-    found = list(obstacles(system))
+    found = list(obstacles(system)) or list(ramps(system))
     for contact in system.contacts:
-        where = f"contact '{contact.name}'"
-        if contact.sticks:
-            found.append(f"{where}: sticking is not followed in lanes")
-        elif contact.kind not in _KINDS or contact.partner is not None:
-            found.append(f"{where}: friction is not followed in lanes")
-        elif contact.poisson or contact.reset or contact.rooted:
-            found.append(f"{where}: its jumps are not followed in lanes")
+        if contact.reset or contact.rooted:
+            found.append(f"contact '{contact.name}': its jumps are not followed in lanes")
     modes = 1
     for contact in system.contacts:
         modes *= _digits(contact)
@@ -44,10 +47,29 @@ def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
 
 
 def _digits(contact: ContactDynamics) -> int:
-    """Contact states that lanes know: free; touching and released of a stop; two sides of a switch."""
+    """States of a contact, the friction of a rigid contact counted with it (lane_modes.c has their order)."""
     if contact.kind == "stop":
         return 2 if contact.release is None else 3
-    return 2 if contact.kind == "switch" else 1
+    if contact.kind == "impact":
+        return 2 if contact.partner is None else 4
+    if contact.kind == "impact_friction":
+        return 1
+    return 2 + contact.sticks + (contact.depth is not None)
+
+
+def _away_digits(contact: ContactDynamics) -> int:
+    """Of these, those without a stop that touches or a force that holds."""
+    return _digits(contact) - contact.sticks if contact.kind in ("friction", "switch") else 1
+
+
+def _slots(contact: ContactDynamics) -> tuple[int, ...]:
+    """The guards of a contact."""
+    if contact.kind == "stop":
+        return (_NORMAL,) if contact.release is None else (_NORMAL, _TANGENTIAL)
+    if contact.kind == "impact":
+        return (_NORMAL,)
+    bound = () if contact.depth is None else (_NORMAL,)
+    return (*bound, _TANGENTIAL, *((_MARGIN,) if contact.sticks else ()))
 
 
 def lane_tables(system: HybridSystem) -> str:
@@ -71,12 +93,16 @@ class _Tables:
         self.depth = [None if c.depth is None else self._row(c.depth) for c in contacts]
         self.force = [self._law(c, c.force) if c.kind == "stop" else None for c in contacts]
         self.release = [None if c.release is None else self._law(c, c.release) for c in contacts]
-        self.free = self._free_places()
-        self.places = sorted(self.free | self._touching_places())
-        self.step = sorted(self._closure())
-        self.guards = [
-            (c, slot) for c, contact in enumerate(contacts) for slot in range(1 if contact.release is None else 2)
+        self.friction = [self._row(_inlined(c, c.force, c.slip)) if c.kind in _DRY else None for c in contacts]
+        self.capacities = [
+            tuple(self._row(_inlined(c, bound, sympy.S.Zero)) for bound in c.capacities) if c.kind in _DRY else None
+            for c in contacts
         ]
+        self.free = self._free_places()
+        self.held = self._held_columns()
+        self.places = sorted(self.free | self._touching_places() | self._held_places())
+        self.step = sorted(self._closure())
+        self.guards = [(c, slot) for c, contact in enumerate(contacts) for slot in _slots(contact)]
 
     def _row(self, expression: Any) -> tuple[Any, ...]:
         row = self.lifted.row(expression)
@@ -92,7 +118,32 @@ class _Tables:
         return (*((sympy.S.Zero,) if depth is None else ()), *row[n + 1 :], row[n])
 
     def _free_places(self) -> set[Place]:
-        return {(i, j) for i, row in self.flow.items() for j, entry in enumerate(row[:-1]) if entry != 0}
+        """Where the flow without held or touching contacts may be other than zero."""
+        nq = len(self.system.coordinates)
+        found = {(i, j) for i, row in self.flow.items() for j in _filled(row)}
+        for (i, c), _ in self.system.W.todok().items():
+            found |= {(nq + i, j) for j in _filled(self.friction[c] or ())}
+        return found
+
+    def _held_columns(self) -> list[int]:
+        """Columns that a force which holds a contact may have: those of the rates of all that can be held."""
+        nq, found = len(self.system.coordinates), set()
+        flowing = self.free | self._touching_places()
+        for contact, slip in zip(self.system.contacts, self.slip, strict=True):
+            for j in _filled(slip) if contact.sticks or contact.kind == "impact" else ():
+                if j < nq:
+                    found.add(nq + j)
+                elif j < self.n:
+                    found |= {column for row, column in flowing if row == j}
+                else:
+                    # the rate of a cosine is a sine
+                    found.add(self.n + ((j - self.n) ^ 1))
+        return sorted(found)
+
+    def _held_places(self) -> set[Place]:
+        nq = len(self.system.coordinates)
+        held = {c for c, one in enumerate(self.system.contacts) if one.sticks or one.kind == "impact"}
+        return {(nq + i, j) for (i, c), _ in self.system.W.todok().items() if c in held for j in self.held}
 
     def _touching_places(self) -> set[Place]:
         nq, found = len(self.system.coordinates), set()
@@ -120,13 +171,14 @@ class _Tables:
     def text(self) -> str:
         """The header."""
         contacts = self.system.contacts
-        guard_columns = [sorted(self._columns(c)) if slot else self._guard_columns(c) for c, slot in self.guards]
-        home_rows = [self._guard_states(c) for c in range(len(contacts))]
+        guard_columns = [self._guard_columns(c, slot) for c, slot in self.guards]
+        homes = self._home_guards()
+        home_rows = [[j for j in self._guard_columns(*self.guards[g], held=False) if j < self.n] for g in homes]
         bounds = [sorted({j for i, j in self.step if i in row}) for row in home_rows]
-        homes = 2 ** sum(contact.kind == "switch" for contact in contacts)
-        modes = 1
+        modes = home_modes = 1
         for contact in contacts:
             modes *= _digits(contact)
+            home_modes *= _away_digits(contact)
         degrees = self._degrees()
         sizes = {
             "HARMONICS": len(self.lifted.harmonics),
@@ -137,7 +189,9 @@ class _Tables:
             "HOME_ENTRIES": sum(map(len, home_rows)),
             "BOUND_ENTRIES": sum(map(len, bounds)),
             "MODES": modes,
-            "HOMES": homes,
+            "HOMES": min(home_modes, _MOST_HOMES),
+            "HOME_GUARDS": len(homes),
+            "VARIED": self._varied(),
             "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
             "SWITCHES": sum(contact.kind == "switch" for contact in contacts),
             "LOW": max((degree for degree in degrees if degree is not None), default=0),
@@ -153,12 +207,18 @@ class _Tables:
             "guard_slot": [slot for _, slot in self.guards],
             "guard_first": _firsts(guard_columns),
             "guard_column": [j for row in guard_columns for j in row],
+            "home_guard": homes,
             "home_first": _firsts(home_rows),
             "home_column": [j for row in home_rows for j in row],
             "bound_first": _firsts(bounds),
             "bound_column": [j for row in bounds for j in row],
             "kind": [_KINDS[contact.kind] for contact in contacts],
             "digits": [_digits(contact) for contact in contacts],
+            "sticks": [int(contact.sticks) for contact in contacts],
+            "bounded": [int(contact.depth is not None) for contact in contacts],
+            "poisson": [int(contact.poisson) for contact in contacts],
+            # the next number is that of its partner, 0: it has none
+            "partner": [0 if contact.partner is None else contact.partner + 1 for contact in contacts],
         }
         guard = "STICKSLIP_MODEL_LANES_H"
         return "\n".join(
@@ -187,18 +247,31 @@ class _Tables:
             ]
         )
 
-    def _guard_columns(self, c: int) -> list[int]:
-        """Columns of what tells that a contact begins or ends: its depth, or the function of a switch."""
-        return [j for j, entry in enumerate((self.depth[c] or self.slip[c])[:-1]) if entry != 0]
+    def _guard_columns(self, c: int, slot: int, *, held: bool = True) -> list[int]:
+        """Columns of a guard in any mode, or in those in which no force holds its contact."""
+        contact = self.system.contacts[c]
+        if contact.kind == "stop":
+            return sorted(self._columns(c)) if slot == _TANGENTIAL else sorted(_filled(self.depth[c] or ()))
+        found = set(_filled((self.depth[c] or ()) if slot == _NORMAL else self.slip[c]))
+        if held and (contact.kind == "impact" or (contact.sticks and slot != _NORMAL)):
+            found |= set(self.held) | {j for row in self.capacities[c] or () for j in _filled(row)}
+        return sorted(found)
 
-    def _guard_states(self, c: int) -> list[int]:
-        return [j for j in self._guard_columns(c) if j < self.n]
+    def _home_guards(self) -> list[int]:
+        """Guards that watch something where no contact is held or touches."""
+        found = []
+        for g, (c, slot) in enumerate(self.guards):
+            kind = self.system.contacts[c].kind
+            if slot == _NORMAL or (slot == _TANGENTIAL and kind in _DRY):
+                found.append(g)
+        return found
 
-    def _degrees(self) -> list[int | None]:
-        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end."""
+    def _degrees(self, forced: bool = True) -> list[int | None]:
+        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end. Not
+        forced: of differences of states, one more than it is."""
         nq, nz = len(self.system.coordinates), self.n + len(self.lifted.phasors)
         reads = {i: {nq + i} for i in range(nq)}
-        reads |= {i: {j for row, j in self.places if row == i} for i in self.flow}
+        reads |= {i: {j for row, j in self.places if row == i and (forced or j < self.n)} for i in self.flow}
         degrees: list[int | None] = [None] * nz
         while True:
             found = [
@@ -210,6 +283,11 @@ class _Tables:
             if found == degrees:
                 return degrees
             degrees = found
+
+    def _varied(self) -> int:
+        """Terms of the series of a difference beyond itself; 0: they have no end."""
+        degrees = self._degrees(forced=False)[: self.n]
+        return 0 if None in degrees else max(one for one in degrees if one is not None) - 1
 
     def _flow_sums(self, only: Collection[int] | None = None) -> list[str]:
         """Rates of the states; of these alone, from these alone."""
@@ -255,7 +333,11 @@ class _Tables:
             values |= _entries(f"depth[{c}]", self.depth[c] or ())
             values |= _entries(f"force[{c}]", self.force[c] or ())
             values |= _entries(f"release[{c}]", self.release[c] or ())
+            values |= _entries(f"friction[{c}]", self.friction[c] or ())
+            for k, row in enumerate(self.capacities[c] or ()):
+                values |= _entries(f"capacity[{c}][{k}]", row)
             values[f"restitution[{c}]"] = system.contacts[c].restitution
+            values[f"mu[{c}]"] = system.contacts[c].friction
         values |= {f"W[{nq + i}][{c}]": entry for (i, c), entry in system.W.todok().items()}
         values |= {f"G[{i}][{c}]": entry for (i, c), entry in system.G.todok().items()}
         lines = _assignments(values, names)
@@ -268,11 +350,22 @@ class _Tables:
             "typedef struct {\n"
             "    double wave[MODEL_ROOM(LANES_HARMONICS)], phase[MODEL_ROOM(LANES_HARMONICS)];\n"
             f"    double flow[MODEL_NX][{width}], slip[{n}][{width}], depth[{n}][{width}];\n"
-            f"    double force[{n}][3], release[{n}][3], restitution[{n}];\n"
+            f"    double friction[{n}][{width}], capacity[{n}][2][{width}];\n"
+            f"    double force[{n}][3], release[{n}][3], restitution[{n}], mu[{n}];\n"
             f"    double W[MODEL_NX][{n}], G[{n}][{n}];\n"
             "} LaneRows;\n\n"
             f"{head}\n{{\n{body}\n}}\n"
         )
+
+
+def _filled(row: Sequence[Any]) -> list[int]:
+    """Columns of a row, but for its constant, that may be other than zero."""
+    return [j for j, entry in enumerate(row[:-1]) if entry != 0]
+
+
+def _inlined(contact: ContactDynamics, expression: Any, slip: Any) -> Any:
+    """A law of friction at a slip speed."""
+    return sympy.sympify(expression).xreplace({contact.slip_symbol: slip})
 
 
 def _assignments(values: Mapping[str, Any], names: Mapping[Any, str]) -> list[str]:

@@ -8,7 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.commands import families as f
-from fmu_models.commands.branch import SWITCHES, branch_content, checked_switch, range_of
+from fmu_models.commands.branch import SWITCHES, branch_content, checked_switch, curve_content, one_range, range_of
 from fmu_models.commands.bundles import Without, bundled
 
 Point = Annotated[f.Section, Without("forcing", "period", "every", "autonomous", "level", "down", "impacts", "stepper")]
@@ -23,6 +23,10 @@ def equilibria(
     ] = None,
     section: Point,
     switch: Annotated[str, typer.Option(help="Cycles that leave it to follow too: none, all.")] = "none",
+    curve: Annotated[
+        str | None,
+        typer.Option("--curve", metavar="NAME=FROM:TO", help="Folds, Hopf points as curves in this parameter too."),
+    ] = None,
     points: Annotated[int, typer.Option(help="Equilibria, or cycles, in each direction, at most.", min=2)] = 2000,
     of: Annotated[
         str | None, typer.Option(help="State that is drawn, or eigenvalues.", show_default="the first state")
@@ -33,10 +37,12 @@ def equilibria(
 
     Example: stickslip equilibria planar_hopf --over mu=-1:1 --start x1=-1.5 --start x2=0 --switch all --figure e.png
     """
+    from fmu_models.analyses.continuation.curve import Curves
     from fmu_models.analyses.continuation.equilibria import equilibria as follow
 
     files.check()
     checked_switch(switch)
+    second = one_range(curve) if curve else None
     name, low, high = range_of(section, "equilibria", over)
     fmu, values = section.oscillator()
     of = section.options("equilibria", of=of).get("of")
@@ -44,9 +50,15 @@ def equilibria(
         found = follow(
             fmu, name, (low, high), start=section.starts(), parameters=values, of=of, points=points, progress=advance
         )
-        if switch == SWITCHES[-1]:
+        if switch == SWITCHES[-1] and not found.interrupted:
             found = found.with_cycles(points)
-    files.tell(found, _content(found))
+        curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
+    told = _content(found)
+    if second:
+        told["curves"] = [curve_content(one) for one in curves]
+    files.tell(Curves(curves) if curves else found, told)
+    if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
+        raise typer.Exit(130)
 
 
 def _content(found: Any) -> dict[str, Any]:

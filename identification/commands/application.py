@@ -16,6 +16,7 @@ from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.diagram import diagram
 from fmu_models.commands.equilibria import equilibria
+from fmu_models.commands.explore import explore
 from fmu_models.commands.export import export
 from fmu_models.commands.inspect import inspect
 from fmu_models.commands.lyapunov import lyapunov
@@ -45,7 +46,7 @@ from rig_io.commands.emulate import emulate
 
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
-MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
+MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench, stress, maps)
 FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch, equilibria, manifolds)
 FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):

@@ -1,4 +1,5 @@
-"""Command that fits the parameters of a machine of one degree of freedom to effort and motion."""
+"""Command that finds the parameters of a machine from efforts and motion: of one joint by a recipe, of several by a
+declaration."""
 
 from __future__ import annotations
 
@@ -8,18 +9,41 @@ from typing import Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.registry import is_place
 from identification.commands.fits import FigurePath, print_files
 from identification.commands.logs import ReaderOption, Repairs, repairs
-from identification.commands.recipes import Log, RecipeArgument, ResultPath, check_targets, finish
+from identification.commands.recipes import ResultPath, check_targets, finish
+
+CUTOFF = 10.0  # Hz
 
 
 def inverse(
-    recipe: RecipeArgument,
-    log: Log,
+    recipe: Annotated[
+        str,
+        typer.Argument(
+            metavar="RECIPE|MACHINE",
+            help="A TOML file, or a name of 'stickslip data'; or the declaration of a machine, my_robot.py.",
+            show_default=False,
+        ),
+    ],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="A log of any kind; of a machine several.")],
     held_out: Annotated[
         list[Path] | None, typer.Option("--held-out", metavar="LOG", help="Score this log too; repeat for several.")
     ] = None,
+    settings: Settings = None,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate, effort or time; repeat."),
+    ] = None,
+    cutoff: Annotated[
+        float | None, typer.Option(help="Hz, of the low-pass of a machine's positions (default: 10).", min=0)
+    ] = None,
+    parallel_cutoff: Annotated[
+        float | None, typer.Option(help="Hz, of that over its efforts and columns (default: the same).", min=0)
+    ] = None,
+    method: Annotated[str | None, typer.Option(help="instruments (default) or 'least squares', of a machine.")] = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     result: ResultPath = None,
@@ -29,14 +53,93 @@ def inverse(
 ) -> None:
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
+    A machine of any number of joints is declared in Python (my_robot.py, MODEL = Mechanism(...), an input as the effort
+    of each joint); --set gives what is known of it.
+
     Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
+    check_targets(result, figure, overwrite)
+    if is_machine(recipe):
+        if figure or repair:
+            raise StickslipError("--figure and --repair are for recipes; a declared machine has neither yet.")
+        chosen = {"cutoff": cutoff or CUTOFF, "parallel_cutoff": parallel_cutoff, "method": method or "instruments"}
+        found = _machine(recipe, logs, held_out or (), settings, columns, reader, **chosen)
+        content = finish(found.to_dict(), result, None, overwrite)
+
+        def show(out: Any) -> None:
+            from identification.report.machine_fit_tables import machine_report
+
+            out.print(machine_report(found))
+            print_files(content["files"], out)
+
+        console.say(json, content, show)
+        return
+    if settings or columns or cutoff or parallel_cutoff or method:
+        raise StickslipError(
+            f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, --cutoff, "
+            "--parallel-cutoff and --method are for declared machines, my_robot.py."
+        )
+    if len(logs) != 1:
+        raise StickslipError(f"A recipe is fitted to one log, found {len(logs)}. Score the others: --held-out LOG.")
+    _by_recipe(recipe, logs[0], held_out or (), repair, reader, result, figure, overwrite, json)
+
+
+def is_machine(reference: str) -> bool:
+    """Whether what is named is a declaration, in a file or a module, rather than a recipe."""
+    return is_place(reference) and not reference.endswith(".toml")
+
+
+def _machine(
+    reference: str,
+    logs: list[Path],
+    held_out: Any,
+    settings: list[str] | None,
+    columns: list[str] | None,
+    reader: ReaderOption,
+    **how: Any,
+) -> Any:
+    from fmu_models.oscillators import load
+    from identification.machines.machine_fit import identify_machine
+    from identification.machines.read import read_machine_log
+
+    with console.warnings_said(), console.progress("fitting") as advance:
+        mechanism = load(reference)
+        named = _named(columns)
+        known = console.assignments(settings, "constant")
+        seen = [read_machine_log(one, mechanism, named, reader=reader) for one in logs]
+        others = [read_machine_log(one, mechanism, named, reader=reader) for one in held_out]
+        advance(0.2)
+        return identify_machine(
+            mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.8 * done), **how
+        )
+
+
+def _named(columns: list[str] | None) -> dict[str, str]:
+    found = {}
+    for text in columns or ():
+        name, equals, column = text.partition("=")
+        if not equals or not name or not column:
+            raise StickslipError(f"--column takes NAME=COLUMN, such as tau1=torque_1; found '{text}'.")
+        found[name] = column
+    return found
+
+
+def _by_recipe(
+    recipe: str,
+    log: Path,
+    held_out: Any,
+    repair: Repairs,
+    reader: ReaderOption,
+    result: Path | None,
+    figure: Path | None,
+    overwrite: bool,
+    json: bool,
+) -> None:
     from identification.fit.inverse import inverse_dynamics
     from identification.measurement.recipe import read_recipe
 
-    check_targets(result, figure, overwrite)
     with console.warnings_said(), console.progress("fitting") as advance:
-        run = inverse_dynamics(read_recipe(recipe), log, held_out or (), reader=reader, repair=repairs(repair))
+        run = inverse_dynamics(read_recipe(recipe), log, held_out, reader=reader, repair=repairs(repair))
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure

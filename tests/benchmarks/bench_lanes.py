@@ -2,7 +2,7 @@
 
     python tests/benchmarks/bench_lanes.py [repetitions]
 
-Per model 256 motions over a range of a parameter, 100 periods; ns per motion and period, and how many times the series
+Per model 256 motions over a range of a parameter, 300 periods; ns per motion and period, and how many times the series
 take, for every number of lanes that this processor has; what the derivative of each step and all exponents take,
 in parts of that; share of the steps that lanes left to the series; median and largest difference after 10 periods, in
 parts of the largest point.
@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from fmu_models.analyses.jobs import Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
 
-MOTIONS, PERIODS = 256, 100
+MOTIONS, PERIODS = 256, 300
 FAMILIES = {
     "discontinuous_support": ("omega", {"ks": 300.0, "cs": 0.6, "g": 1.6}, "omega", (0.8, 1.0)),
     "bouncing_ball": ("omega", {}, "A", (2.7e-3, 3.7e-3)),
@@ -44,15 +44,25 @@ def seconds(run: Callable[[], object], repetitions: int) -> float:
     return least
 
 
-def main(repetitions: int) -> None:
+def families() -> Iterator[tuple[Strobe, Jobs]]:
+    """The motions of each model."""
     for name, (forcing, values, varied, (low, high)) in FAMILIES.items():
         system = Strobe(load(name), forcing=forcing, parameters=values)
-        series = system.stepped_by("taylor")
         starts = np.tile(system.start({"x": 0.0, "v": 0.0} if name.endswith("support") else {}), (MOTIONS, 1))
-        jobs = Jobs(starts, {varied: np.linspace(low, high, MOTIONS)}, transient=PERIODS - 1, rows=1)
+        yield system, Jobs(starts, {varied: np.linspace(low, high, MOTIONS)}, transient=PERIODS - 1, rows=1)
+    # of one set of parameters, and of as many as there are motions
+    for low, high in ((0.5, 0.5), (0.3, 0.6)):
+        toy = Strobe(load("woodpecker"), period=0.146, autonomous=True)
+        varied = {"eN1": np.linspace(low, high, MOTIONS)}
+        yield toy, Jobs(np.tile(toy.start({}), (MOTIONS, 1)), varied, transient=PERIODS - 1, rows=1)
+
+
+def main(repetitions: int) -> None:
+    for system, jobs in families():
+        series = system.stepped_by("taylor")
         few = dataclasses.replace(jobs, transient=9)
         known, work = lanes_of(system.fmu), MOTIONS * PERIODS
-        base = 1e9 * seconds(lambda one=series, jobs=few: one.run(jobs, GO), repetitions) / (MOTIONS * 10)
+        base = 1e9 * seconds(lambda one=series, jobs=jobs: one.run(jobs, GO), 1 + repetitions // 3) / work
         cells = []
         for width in (8, 4, 2, 1):
             stepper = known.stepper(width)
@@ -73,7 +83,7 @@ def main(repetitions: int) -> None:
         made, other = system.run(few, GO).points[:, 0], series.run(few, GO).points[:, 0]
         errors = np.abs(made - other).max(axis=1) / np.abs(other).max()
         left = 1.0 - system.run(jobs, GO).in_lanes.sum() / work
-        print(f"{name:24} series {base:5.0f}   {'   '.join(cells)}   left {100.0 * left:.2f} %", end="   ")
+        print(f"{system.name:24} series {base:5.0f}   {'   '.join(cells)}   left {100.0 * left:.2f} %", end="   ")
         print(f"difference {np.median(errors):.1e}, {errors.max():.1e}", flush=True)
 
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import signal
+from contextlib import contextmanager
 
 import pytest
+
+from fmu_models.base import console
 
 HOPF = ("equilibria", "planar_hopf", "--over", "mu=-1:1", "--start", "x1=-1.5", "--start", "x2=0")
 
@@ -28,6 +32,17 @@ def test_a_scene_says_the_range_and_the_picture(stickslip, tmp_path):
     answer = stickslip("equilibria", "planar_multiple_crossing_figure_3", "--figure", "figure_3.svg")
     assert answer.code == 0 and "multiple crossing at mu" in answer.out and "two equilibria meet" in answer.out
     assert "multiple crossing" in (tmp_path / "figure_3.svg").read_text("utf-8")
+
+
+def test_special_equilibria_are_curves_in_two_parameters(stickslip, tmp_path):
+    """Of the smoothed system mu eps alone matters."""
+    smooth = ("planar_multiple_crossing_smooth", "--over", "mu=-0.01:0.02", "--start", "x1=-0.05")
+    answer = stickslip("equilibria", *smooth, "--curve", "eps=10:40", "--figure", "curves.svg", "--json")
+    assert answer.code == 0
+    hopf, fold = json.loads(answer.out)["curves"]
+    for one, known in ((hopf, 0.0025561976547262552), (fold, 0.0051946258921224642)):
+        assert [eps * mu for eps, mu in one["points"]] == pytest.approx([20.0 * known] * len(one["points"]), rel=1e-8)
+    assert (tmp_path / "curves.svg").exists()
 
 
 @pytest.mark.parametrize(
@@ -68,3 +83,25 @@ def test_the_homoclinic_point_is_told(stickslip, tmp_path):
 def test_a_homoclinic_point_takes_no_section(stickslip):
     answer = stickslip(*SADDLE, "--homoclinic", "mu=-0.003:0", "--period", "1")
     assert answer.code != 0 and "leave the section out" in " ".join(answer.err.split())
+
+
+def test_an_interrupt_keeps_the_equilibria_so_far(stickslip, monkeypatch):
+    """A real signal, raised as the tenth is told of; no cycle is begun after it."""
+
+    @contextmanager
+    def progress(doing):
+        told = []
+
+        def advance(fraction):
+            told.append(fraction)
+            if len(told) == 10:
+                signal.raise_signal(signal.SIGINT)
+
+        yield advance
+
+    monkeypatch.setattr(console, "progress", progress)
+    answer = stickslip(*HOPF, "--set", "mu=-0.5", "--switch", "all", "--json")
+    assert answer.code == 130
+    told = json.loads(answer.out)
+    assert len(told["points"]) == 10 and not told["cycles"]
+    assert {one["kind"] for one in told["ends"]} == {"interrupted"}

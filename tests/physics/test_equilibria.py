@@ -153,6 +153,39 @@ def test_a_pitchfork_of_equilibria():
         assert np.abs(branch.points[:, 0]) == pytest.approx(np.sqrt(branch.values), abs=1e-12)
 
 
+def test_folds_and_hopf_points_meet_at_a_bogdanov_takens_point():
+    """x' = y, y' = b1 + b2 x + x^2 + x y: folds at b1 = b2^2/4, Hopf points at b1 = 0, b2 < 0 with omega^2 = -b2."""
+    b1, b2 = Parameter("b1", -0.1, "1", "first"), Parameter("b2", -1.0, "1", "second")
+    x, y = State("x", "1", "place", start=-0.1), State("y", "1", "rate")
+    found = equilibria(made("takens", {x: y, y: b1 + b2 * x + x**2 + x * y}, (), [x, y]), "b1", (-0.5, 0.4))
+    hopf, fold = found.curves("b2", (-2.0, 1.0))
+    assert hopf.values == pytest.approx(np.zeros(len(hopf.values)), abs=1e-10)
+    assert hopf.periods[:-1] == pytest.approx(2 * np.pi / np.sqrt(-hopf.seconds[:-1]), rel=1e-8)
+    assert fold.values == pytest.approx(fold.seconds**2 / 4, abs=1e-10)
+    for curve in (hopf, fold):
+        (meeting,) = curve.meetings
+        assert meeting.kind == "Bogdanov-Takens"
+        assert list(meeting.parameters.values()) == pytest.approx([0.0, 0.0], abs=1e-9)
+        assert np.abs(meeting.multipliers).max() < 1e-6
+
+
+def test_the_lyapunov_coefficient_vanishes_at_a_bautin_point():
+    """r' = mu r + nu r^3 - r^5 and l1 = 2 nu for a vector of length one."""
+    mu, nu = Parameter("mu", -0.1, "1", "first"), Parameter("nu", -0.7, "1", "second")
+    x, y = State("x", "1", "first"), State("y", "1", "second")
+    growth = mu + nu * (x**2 + y**2) - (x**2 + y**2) ** 2
+    (hopf,) = equilibria(made("bautin", {x: growth * x - y, y: x + growth * y}, (), [x, y]), "mu", (-1, 1)).special
+    assert hopf.normal_form == pytest.approx(-1.4, rel=1e-9) and hopf.criticality == "supercritical"
+    (meeting,) = hopf.curve("nu", (-1, 1)).meetings
+    assert meeting.kind == "Bautin"
+    assert list(meeting.parameters.values()) == pytest.approx([0.0, 0.0], abs=1e-8)
+
+
+def test_a_point_at_a_surface_has_no_curve():
+    with pytest.raises(StickslipError, match="discontinuous Hopf has no curve"):
+        planar_hopf().special[0].curve("mu")
+
+
 @pytest.mark.parametrize(
     ("model", "over", "between", "given", "said"),
     [

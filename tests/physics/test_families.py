@@ -162,9 +162,10 @@ def test_exponents_per_impact_of_the_ball_add_up_to_its_restitution():
 
 
 def test_exponents_of_the_ball_add_up_to_its_impacts():
-    # a small area of states shrinks by e^2 at each impact and by nothing in between
+    # a small area of states shrinks by e^2 at each impact and by nothing in between; from many other starts the ball
+    # rests on its table now and then, and which do is a matter of last digits
     strobe = Strobe(model("bouncing_ball"), forcing="omega", parameters=ball(1.75))
-    made = strobe.make(Jobs(np.array([[3.0, 0.0], [3.0, 1.5]]), transient=50, rows=20, batch=50, tangents=2))
+    made = strobe.make(Jobs(np.array([[3.0, 0.0], [3.0, 2.0]]), transient=50, rows=20, batch=50, tangents=2))
     assert made.growth.sum() == pytest.approx(2.0 * math.log(0.5) * made.began.sum(), rel=1e-12)
 
 

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.codegen.c_structures import declarations
-from fmu_models.explore.module import COMPILED, module_sources, wasm
+from fmu_models.explorer.module import COMPILED, module_sources, wasm
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.engine import EVENT
 from fmu_models.toolchain.compiler import FLAGS, compile_shared
 from fmu_models.toolchain.platforms import this_platform
 
-WEB = Path(__file__).parents[2] / "fmu_models/explore/web"
+WEB = Path(__file__).parents[2] / "fmu_models/explorer/web"
 NODE = shutil.which("node")
-WHAT = declarations("explore/c/explore.h").constants("Explored", "EXPLORE_")
+WHAT = declarations("explorer/c/explore.h").constants("Explored", "EXPLORE_")
 # what the page leaves out of the engine is referred to from code that nothing calls
 _UNUSED_LEFT_OUT = ("-ffunction-sections", "-Wl,--gc-sections", "-rtlib=none")
 _SCRIPT = """
@@ -30,7 +30,6 @@ import {{ Engine }} from "{engine}";
 const asked = JSON.parse(readFileSync("{asked}"));
 const module = new WebAssembly.Module(readFileSync("{wasm}"));
 const engine = new Engine(module);
-const values = [...engine.numbers("values", engine.n.values)];
 engine.start(asked.values);
 const period = engine.period;
 engine.ask(Float64Array.from(asked.times), asked.section);
@@ -39,14 +38,25 @@ writeFileSync("{rows}", Buffer.from(engine.rows.buffer));
 writeFileSync("{crossings}", Buffer.from(Float64Array.from(engine.crossings.flatMap((row) => [...row])).buffer));
 const events = engine.events.map((e) => [e.time, e.contact, e.before, e.after, e.work]);
 writeFileSync("{events}", Buffer.from(Float64Array.from(events.flat()).buffer));
+let begin = 0;
+for (let k = -asked.repeats; k < asked.repeats; k++) {{
+  if (k === 0) begin = process.cpuUsage().user;
+  engine.start(asked.values);
+  engine.ask(Float64Array.from(asked.times), asked.section);
+  engine.go();
+  engine.rows;
+}}
+const seconds = asked.repeats ? (process.cpuUsage().user - begin) / 1e6 / asked.repeats : 0;
 console.log(JSON.stringify({{
   refused: engine.refused, period, steps: engine.steps, imports: WebAssembly.Module.imports(module).length,
+  seconds,
 }}));
 """
 
 
 class Motion(NamedTuple):
-    """Rows and crossings (n, columns); events (k, 5): time, contact, before, after, work."""
+    """Rows and crossings (n, columns); events (k, 5): time, contact, before, after, work; mean CPU time of
+    repeats, s."""
 
     rows: NDArray[np.float64]
     crossings: NDArray[np.float64]
@@ -54,6 +64,7 @@ class Motion(NamedTuple):
     refused: str | None
     period: float
     steps: int
+    seconds: float = 0.0
 
 
 def values_of(fmu: Fmu, **changed: float) -> list[float]:
@@ -64,13 +75,20 @@ def values_of(fmu: Fmu, **changed: float) -> list[float]:
 
 
 def in_node(
-    fmu: Fmu, folder: Path, values: list[float], times: NDArray[np.float64], section: dict[str, Any] | None
+    fmu: Fmu,
+    folder: Path,
+    values: list[float],
+    times: NDArray[np.float64],
+    section: dict[str, Any] | None,
+    repeats: int = 0,
 ) -> Motion:
-    """The motion under node, by the module and the script of the page."""
+    """The motion under node, by the module and the script of the page; repeated to be timed."""
     names = ("asked", "wasm", "rows", "crossings", "events")
     files = {name: folder / name for name in names}
     files["wasm"].write_bytes(wasm(fmu))
-    files["asked"].write_text(json.dumps({"values": values, "times": list(times), "section": section}))
+    files["asked"].write_text(
+        json.dumps({"values": values, "times": list(times), "section": section, "repeats": repeats})
+    )
     script = folder / "run.mjs"
     script.write_text(_SCRIPT.format(engine=WEB / "engine.mjs", **files))
     done = subprocess.run([str(NODE), str(script)], capture_output=True, text=True, check=False)

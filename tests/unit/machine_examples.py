@@ -1,11 +1,13 @@
-"""The logs in data/machines, emulated: an axis and a slider. Run:  python tests/unit/machine_examples.py FOLDER"""
+"""The logs in data/machines, emulated: axis, slider and arm. Run:  python tests/unit/machine_examples.py FOLDER"""
 
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from emulated_arm import table
 from scipy.signal import lfilter
 
 from fmu_models.codegen.package import built
@@ -51,7 +53,7 @@ def slider() -> dict[str, np.ndarray]:
     return {"time": time, "friction": np.round(run["x"] * known["stiffness"] / weight + noise, 4)}
 
 
-EXAMPLES = {"axis": axis, "slider": slider}
+EXAMPLES = {"axis": axis, "slider": slider} | {f"two_link_arm_{seed}": partial(table, seed) for seed in (1, 2, 3)}
 
 if __name__ == "__main__":
     for name, make in EXAMPLES.items():

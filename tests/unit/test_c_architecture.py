@@ -31,11 +31,11 @@ ARROWS = {
     # beside the FMU: it knows the numbers of the model and the contract with ensembles
     "lanes/c": {"engine/model", "engine/ensemble"},
     # one instance in a page, by the calls of whole runs
-    "explore/c": {"engine/model", "engine/fmi", "engine/whole_run"},
+    "explorer/c": {"engine/model", "engine/fmi", "engine/whole_run"},
 }
 # made per model, beside the rooms of the engine; what they include is of the room of the model
 GENERATED = {"engine/model_sizes.h", "engine/model_kind.c", "engine/model_variation.c", "engine/model_lanes.h"}
-GENERATED |= {"explore/c/explore_period.h"}
+GENERATED |= {"explorer/c/explore_period.h"}
 
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:[^"\\\n]|\\.)*"', re.DOTALL)

@@ -12,19 +12,16 @@ import numpy as np
 import pytest
 from explored import NODE, Twin, in_node, values_of
 
-from fmu_models.base.errors import StickslipError
-from fmu_models.explore.module import module_sources
 from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.toolchain.compiler import compile_shared
 from fmu_models.toolchain.platforms import this_platform
 
-# model, changed values, end of the run, section, period of its forcing: friction, stops of Hertz, an accumulation of
-# impacts, impacts with friction, two frequencies in one angle, a law of a power and a tanh
+# model, changed values, end of the run, section, period of its forcing: friction, stops of Hertz, impacts with
+# friction, two contacts at once
 MOTIONS = {
     "forced_stick_slip": ({}, 40.0, None, 2.0 * math.pi / 1.6),
     "hinge_clearance": ({}, 30.0, {"state": 1, "level": 0.0, "direction": -1}, 1.0 / 0.429),
-    "bouncing_ball": ({"A": 0.5, "omega": 1.0, "g": 1.0, "e": 0.5, "x": 0.0, "v": 1.0}, 10.0, None, 2.0 * math.pi),
     "woodpecker": ({}, 0.5, {"state": 1, "level": 0.0, "direction": 0}, 0.0),
     "disc_rig": ({"w0": 0.41, "theta": 0.1}, 20.0, {"state": 1, "level": 0.0, "direction": -1}, 0.0),
 }
@@ -65,13 +62,6 @@ def test_the_engine_refuses_in_its_own_words(tmp_path: Path):
     assert twin.run(values_of(fmu), np.array([1.0]), None).refused is None
 
 
-def test_an_fmu_of_others_is_refused(tmp_path: Path):
-    fmu = load("forced_stick_slip")
-    fmu.description.generationTool = "Somebody"
-    with pytest.raises(StickslipError, match="not exported by stickslip"):
-        module_sources(fmu)
-
-
 FUNCTIONS = {
     "exp": lambda r: r.uniform(-700.0, 700.0),
     "log": lambda r: 10.0 ** r.uniform(-300.0, 300.0) if r.random() < 0.5 else 1.0 + r.uniform(-0.5, 0.5),
@@ -81,12 +71,12 @@ FUNCTIONS = {
     "tanh": lambda r: r.uniform(-3.0, 3.0),
     "atan": lambda r: 10.0 ** r.uniform(-3.0, 3.0),
 }
-FUNCTIONS |= {"cos": FUNCTIONS["sin"], "cosh": FUNCTIONS["sinh"]}
-LAST_PLACES = {"tan": 2.5, "sinh": 3.5, "cosh": 3.5, "tanh": 3.0, "atan": 2.0}
+FUNCTIONS |= {"cos": FUNCTIONS["sin"], "cosh": FUNCTIONS["sinh"], "log2": FUNCTIONS["log"]}
+LAST_PLACES = {"log2": 2.5, "tan": 2.5, "sinh": 3.5, "cosh": 3.5, "tanh": 3.0, "atan": 2.0}
 
 
 def test_functions_with_the_same_bits_everywhere_are_right_to_the_last_digits(tmp_path: Path):
-    code = Path(__file__).parents[2] / "fmu_models/explore/c"
+    code = Path(__file__).parents[2] / "fmu_models/explorer/c"
     sources: dict[str, str | bytes] = {name: (code / name).read_text() for name in ("mathematics.c", "mathematics.h")}
     shown = "#pragma GCC visibility push(default)\n"
     made = compile_shared(
@@ -99,7 +89,7 @@ def test_functions_with_the_same_bits_everywhere_are_right_to_the_last_digits(tm
             function.restype, function.argtypes = ctypes.c_double, (ctypes.c_double,)
             for _ in range(300):
                 x = place(rng)
-                true = getattr(mpmath, name)(mpmath.mpf(x))
+                true = mpmath.log(x, 2) if name == "log2" else getattr(mpmath, name)(mpmath.mpf(x))
                 error = float(abs(mpmath.mpf(function(x)) - true)) / math.ulp(float(true))
                 assert error < LAST_PLACES.get(name, 1.0), f"{name}({x!r}) misses by {error} of its last place"
         power = library.same_pow

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 from benchmark_scripts import benchmark_script
+from lane_mechanisms import opened
 
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.fmu_sections import Strobe
@@ -16,7 +18,7 @@ from fmu_models.analyses.jobs import ESCAPED, Jobs
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.fmu.load import load
-from fmu_models.lanes.library import has_lanes, lanes_of
+from fmu_models.lanes.library import lanes_of
 from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
@@ -31,6 +33,22 @@ LINEAR = {
 }
 # what a family of each varies, and its default otherwise
 FAMILIES = benchmark_script("bench_lanes").FAMILIES
+
+
+# contacts that forces hold: what varies, where the motions start, and s of a strobe of what nothing forces
+HELD = {
+    "hinge": ("omega", (0.4, 2.5), {}, None),
+    "damper": ("omega", (0.6, 1.5), {}, None),
+    "table": ("omega", (1.0, 1.6), {"z": 8.0}, None),
+    "woodpecker": ("eN1", (0.3, 0.6), {}, 0.146),
+}
+
+
+def held_family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:
+    varied, (low, high), start, period = HELD[name]
+    forced: dict[str, Any] = {"forcing": "omega"} if period is None else {"period": period, "autonomous": True}
+    system = Strobe(load(name) if name == "woodpecker" else opened(name), **forced)
+    return system, Jobs(np.tile(system.start(start), (count, 1)), {varied: np.linspace(low, high, count)}, rows=rows)
 
 
 def family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:
@@ -49,9 +67,11 @@ def test_the_proof_knows_which_models_are_linear_in_every_mode():
 
 def test_what_is_linear_may_still_have_contacts_that_lanes_do_not_follow():
     system = lower(declaration("woodpecker"))
-    assert obstacles(system) == ()
-    assert lane_obstacles(system)[0] == "contact 'beak': friction is not followed in lanes"
-    assert not has_lanes(load("woodpecker"))
+    assert obstacles(system) == lane_obstacles(system) == ()
+    beak, *others = system.contacts
+    jumps = dataclasses.replace(beak, rooted=True)
+    found = lane_obstacles(dataclasses.replace(system, contacts=(jumps, *others)))
+    assert found == ("contact 'beak': its jumps are not followed in lanes",)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -81,6 +101,27 @@ def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
     for one in made:
         assert np.array_equal(one.points, alone)
         assert np.array_equal(one.held, made[0].held)
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_contacts_stick_close_and_jam_in_lanes(name, monkeypatch):
+    system, jobs = held_family(name, 60, 5)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.in_lanes.tolist() == lanes.steps.tolist()
+    errors = np.abs(lanes.points - series.points).max(axis=1) / np.abs(series.points).max(axis=(0, 1))
+    assert np.median(errors) < 1e-12
+    assert errors.max() < 1e-9
+    assert lanes.began.sum() > 100
+    assert np.array_equal(lanes.began, series.began)
+    assert lanes.held.max() > 0.1
+    assert lanes.held == pytest.approx(series.held, abs=1e-9)
+    # whatever lanes leave to the engine on the way, and for whom
+    part = jobs.part(20, 33)
+    for width in (1, 2, 4, 8):
+        stepper = lanes_of(system.fmu).stepper(width)
+        if stepper is not None:
+            monkeypatch.setitem(vars(system), "_lanes", stepper)
+            assert np.array_equal(system.run(part, GO).points, lanes.points[20:33])
 
 
 def test_a_resonance_without_damping_grows_as_it_should():
@@ -131,14 +172,23 @@ def test_a_lane_that_goes_to_infinity_harms_no_other():
     assert np.array_equal(made.points[others], known.points[others])
 
 
-def test_what_rests_on_its_table_is_left_to_the_series_and_counted():
-    values = {"omega": 1.0, "g": 1.0, "A": 1.2, "e": 0.2}
+def test_what_rests_on_its_table_stays_in_lanes():
+    values = {"omega": 1.0, "g": 1.0, "A": 1.2}
     system = Strobe(load("bouncing_ball"), forcing="omega", parameters=values)
-    made = system.run(Jobs(np.array([[60.0, 0.0]] * 2), rows=10), GO)
-    series = system.stepped_by("taylor").run(Jobs(np.array([[60.0, 0.0]] * 2), rows=10), GO)
-    assert 0 < made.in_lanes[0] < made.steps[0]
+    # e = 0: no bounce; otherwise so many that the engine completes them; e = 1: none is the last
+    jobs = Jobs(np.array([[60.0, 0.0]] * 4), {"e": np.array([0.0, 0.2, 0.6, 1.0])}, rows=6)
+    made, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert made.in_lanes.tolist() == made.steps.tolist()
     assert made.points == pytest.approx(series.points, abs=1e-9)
-    assert "by series" in system.how
+    assert np.array_equal(made.began, series.began)
+    assert made.held == pytest.approx(series.held, abs=1e-7)
+    # without bounces: thrown off where the table falls faster than g, caught, and carried from there to the next throw
+    with mpmath.workdps(30):
+        off = mpmath.asin(1 / mpmath.mpf(1.2))
+        height, speed = 1.2 * mpmath.sin(off), 1.2 * mpmath.cos(off)
+        flight = mpmath.findroot(lambda s: height + speed * s - s * s / 2 - 1.2 * mpmath.sin(off + s), 2.2)
+    assert made.held[0, -1, 0] == pytest.approx(float(2 * mpmath.pi - flight), abs=1e-14)
+    assert "series" not in system.how
 
 
 def test_a_stepper_that_is_none_is_refused():

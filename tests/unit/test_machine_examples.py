@@ -19,7 +19,7 @@ def test_the_log_is_made_anew(name: str) -> None:
     assert set(kept.columns) == set(made)
     for column, values in made.items():
         # one step of the last digit where rounding differs between processors
-        step = {"time": 0.0, "position": 1e-3, "force": 1e-2, "friction": 1e-4}[column]
+        step = {"time": 0.0, "position": 1e-3, "force": 1e-2, "friction": 1e-4}.get(column, 1e-5)
         np.testing.assert_allclose(kept.columns[column], values, rtol=0, atol=1.001 * step + 1e-12)
         assert np.mean(np.abs(kept.columns[column] - values) > 1e-9) < 0.01
 

@@ -172,11 +172,11 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
 
 def _completed(last: Node, u: Vector, j: Vector, i: int) -> Boundary:
     """With what is beyond."""
-    scales = last.scales
-    slope = _slope(_problem(last), last, i)
+    problem, scales = _problem(last), last.scales
+    slope = _slope(problem, last, i)
     across = slope / np.linalg.norm(slope)
     met = None
-    for begin, seen, problem in _beyond(_problem(last), last, u, across):
+    for begin, seen in _beyond(problem, last, u, across):
         changed = [(a[0], a[1], b[1]) for a, b in zip(last.word, seen.word, strict=True) if a != b]
         contact, states = changed[0][0] if len(changed) == 1 else "", changed[0][1:]
         tangent = tangent_of(seen, scales)
@@ -193,21 +193,18 @@ def _completed(last: Node, u: Vector, j: Vector, i: int) -> Boundary:
     return Boundary(last, u * scales, *met, j)
 
 
-def _beyond(
-    problem: EquilibriumProblem, last: Node, u: Vector, across: Vector
-) -> Iterator[tuple[Vector, Seen, EquilibriumProblem]]:
+def _beyond(problem: EquilibriumProblem, last: Node, u: Vector, across: Vector) -> Iterator[tuple[Vector, Seen]]:
     """Where a branch may go on: points with other contact states, across the surface and on it."""
     for distance in BEYOND:
         seen = look(problem, (u - distance * across) * last.scales)
         if seen is not None and seen.word != last.word:
-            yield u, seen, problem
+            yield u, seen
             break
     # states that stick are exactly at rest
     on = np.where(np.abs(u) < NEAR, 0.0, u)
-    there = replace(problem, anchor=(on * last.scales)[: len(problem.states)])
-    seen = look(there, on * last.scales)
+    seen = look(problem, on * last.scales)
     if seen is not None and any(state == STICK for _, state, _ in seen.word) and seen.word != last.word:
-        yield on, seen, there
+        yield on, seen
 
 
 def _along(problem: EquilibriumProblem, scales: Vector, u: Vector, tangent: Vector, seen: Seen) -> list[Node]:

@@ -10,7 +10,8 @@ Semantics.
                  "flip"        a motion of twice the period has come to the flip of its parent
                  "parent"      the same, where the word changes
                  "start"       where it branched off another one
-                 "jump"        the motion touches something, and what then happens does not go on from it
+                 "jump"        the motion touches something, and what then happens does not go on from it; or it depends
+                               on which of two events that come at once is the first
                  "chatter"     impacts are added without end, or infinitely many no longer come to rest
                  "equilibrium" a cycle has shrunk to nothing
                  "bounds"      the parameter comes to where there is no such model
@@ -42,7 +43,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
-from fmu_models.analyses.continuation.curve import Curve
+from fmu_models.analyses.continuation.curve import Curve, Curves
 from fmu_models.analyses.continuation.follow import Follower
 from fmu_models.analyses.continuation.kept import Keeper
 from fmu_models.analyses.continuation.leaving import leaving
@@ -59,7 +60,7 @@ from fmu_models.base.shown import Pictured
 # special points of two branches that lie no further apart are one
 SAME = 1e-9
 # what a picture shows in place of a state
-MULTIPLIER = "multiplier"
+MULTIPLIER, PERIOD = "multiplier", "period"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +71,7 @@ class Branch(Pictured):
         model, over: names of the model and of the parameter.
         states: names.
         values: (m,) of the parameter.
-        points: (m, n) states at phase 0 of the forcing; where nothing forces the motion, where the first of them is
-            largest.
+        points: (m, n) states at phase 0 of the forcing; where nothing forces the motion, somewhere on it.
         periods: (m,) s.
         multipliers: (m, n) largest first.
         stable: (m,).
@@ -117,6 +117,11 @@ class Branch(Pictured):
             columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
         columns["word"] = [word_text(word) for word in self.words]
         return pandas.DataFrame(columns)
+
+    @property
+    def of(self) -> str:
+        """What a picture shows: the first state; where nothing forces the motion the period, which has no phase."""
+        return PERIOD if self.nodes and self.nodes[0].problem.autonomous else self.states[0]
 
     @cached_property
     def images(self) -> Vector:
@@ -296,7 +301,7 @@ class Branches(Pictured):
     """A branch and those that leave it.
 
     Attributes:
-        of: the state that a picture shows, or "multiplier": the real part of the largest one.
+        of: the state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
     """
@@ -345,25 +350,43 @@ class Branches(Pictured):
         }
         return super().to_xarray().assign({f"special_{name}": ("special", one) for name, one in columns.items()})
 
-    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
+    def curves(
+        self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
+    ) -> Curves:
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once; where one
+        could not be followed, the others say why.
+
+        Args:
+            only: the kind of those that are followed.
 
         Raises:
-            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
-                the parameter takes apart.
+            StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
+                present value.
         """
         found: list[Curve] = []
+        failures: list[str] = []
         known: list[Special] = []
         for one in self.special:
+            if only is not None and one.kind != only:
+                continue
             if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
             known.append(one)
-            found.append(one.curve(second, between, points))
+            try:
+                found.append(one.curve(second, between, points))
+            except StickslipError as error:
+                failures.append(f"{one.kind} at {self.over} = {one.value:.9g}: {error}")
+                continue
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
+        if failures and not found:
+            raise StickslipError(failures[0])
         if not found:
-            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
-        return tuple(found)
+            kinds = ", ".join(sorted({one.kind for one in self.special})) or "none"
+            raise StickslipError(
+                f"There is no {only or 'special point'} of {self.model} to follow over '{second}'; it has: {kinds}."
+            )
+        return Curves(tuple(found), failures=tuple(failures))
 
     def _heading(self) -> str:
         return f"{len(self.branches)} branches of {self.model} over {self.over}"
@@ -380,7 +403,8 @@ def branches(
     Args:
         longest: period of a motion, in periods of the forcing.
         points: of each, at most.
-        of: the state that a picture shows; the first if left out. "multiplier": the real part of the largest one.
+        of: the state that a picture shows; that of the first branch if left out. "multiplier": the real part of the
+            largest one that may change; "period".
         switch: without, the branch alone.
 
     Raises:
@@ -391,8 +415,10 @@ def branches(
 
 
 def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
-    if of not in (None, MULTIPLIER, *states):
-        raise StickslipError(f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' is drawn, too.")
+    if of not in (None, MULTIPLIER, PERIOD, *states):
+        raise StickslipError(
+            f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' and '{PERIOD}' are drawn, too."
+        )
 
 
 def _with_others(
@@ -400,7 +426,7 @@ def _with_others(
 ) -> Branches:
     known = [first]
     interrupted = spread(known, longest, points, keeper) if switch else _interrupted(first)
-    return Branches(of or first.states[0], tuple(known), interrupted)
+    return Branches(of or first.of, tuple(known), interrupted)
 
 
 def spread(known: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:

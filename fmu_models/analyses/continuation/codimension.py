@@ -67,8 +67,7 @@ def functions(kind: str, condition: Condition) -> Mapping[str, Function]:
     if kind == "fold":
         found["cusp"] = _turned
     if kind in _DEGENERATE:
-        form = "Neimark-Sacker" if kind == "Hopf" else kind
-        found[_DEGENERATE[kind]] = lambda node, before: coefficient(form, node)
+        found[_DEGENERATE[kind]] = lambda node, before: coefficient(kind, node)
     if kind == "Neimark-Sacker":
         for name, cosine in _RESONANCES.items():
             found[name] = lambda node, before, cosine=cosine: _cosine(node) - cosine

@@ -11,16 +11,18 @@ of the parameter. So polynomials in them, and no tangent, go to zero.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
 from fmu_models.analyses.continuation.discontinuous import Touch, miss_border, nearest
 from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, solved
-from fmu_models.analyses.continuation.problem import Passing
+from fmu_models.analyses.continuation.problem import Passing, Vector
 
-# steps towards the point, at most; how well limits of polynomials through neighbouring ones agree there, in u
-STEPS, AGREE = 40, 1e-12
+# steps towards the point, at most; how well limits of polynomials through neighbouring ones agree there, in u, and have
+# to where motions cannot be followed as near as that
+STEPS, AGREE, ENOUGH = 40, 1e-12, 1e-9
 # motions through which a polynomial goes
 LAST = 6
 # how far apart, in u, the point is that is found from both sides
@@ -34,12 +36,39 @@ def from_vanishing(start: Node, miss: Passing) -> Touch:
     Raises:
         Lost: the way there leaves the word of the motion.
     """
+    trail, limits, matrices = [], [], []
+    for nearer in _nearer(start, miss):
+        trail.append(nearer)
+        values = np.array([one.value for one, _ in trail[-LAST:]])
+        limits.append(extrapolated(values, np.array([one.u for _, one in trail[-LAST:]])))
+        matrices.append(extrapolated(values, np.array([one.seen.monodromy for _, one in trail[-LAST:]])))
+        if len(limits) > 1 and np.abs(limits[-1] - limits[-2]).max() < AGREE:
+            break
+    # nearest to the point motions, and before them their matrices, lose their digits
+    limit, matrix = _steadiest(limits), _steadiest(matrices)
+    if limit is None or matrix is None or limit[1] > ENOUGH:
+        raise Lost("it does not vanish on the way")
+    own, node = trail[-1]
+    nodes = tuple(one for _, one in trail[1:])
+    return Touch(node, limit[0] * node.scales, own, (), np.nan, matrix[0], nodes)
+
+
+def _steadiest(values: list[Vector]) -> tuple[Vector, float] | None:
+    """That which differs least from the one before it, and by how much; None of a single one."""
+    changes = [float(np.abs(after - before).max()) for before, after in pairwise(values)]
+    place = int(np.argmin(changes)) if changes else 0
+    return (values[place + 1], changes[place]) if changes else None
+
+
+def _nearer(start: Node, miss: Passing) -> Iterator[tuple[Passing, Node]]:
+    """Motions of a shrinking value of a miss, that at the start first; the miss, and the motion."""
     node, own, shrink = start, miss, 0.5
-    passed, limits, matrices = [(miss.value, start)], [], []
+    passed = [(miss, start)]
+    yield miss, start
     for _ in range(STEPS):
         target = own.value * shrink
-        values = np.array([value for value, _ in passed[-LAST:]])
         if len(passed) > 1:
+            values = np.array([one.value for one, _ in passed[-LAST:]])
             guess = extrapolated(values - target, np.array([one.u for _, one in passed[-LAST:]]))
         else:
             guess = node.u + node.tangent * (target - own.value) / (node.along(own.gradient) or np.inf)
@@ -48,23 +77,15 @@ def from_vanishing(start: Node, miss: Passing) -> Touch:
             after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
         except Lost:
             if shrink > 0.9:
-                break
+                return
             shrink = shrink**0.5
             continue
         found = nearest(after.seen.misses, own, own.time, after.seen.length)
         if found is None:
-            break
+            return
         node, own, shrink = after, found, max(0.25, shrink * 0.8)
-        passed.append((own.value, node))
-        values = np.array([value for value, _ in passed[-LAST:]])
-        limits.append(extrapolated(values, np.array([one.u for _, one in passed[-LAST:]])))
-        matrices.append(extrapolated(values, np.array([one.seen.monodromy for _, one in passed[-LAST:]])))
-        if len(limits) > 1 and np.abs(limits[-1] - limits[-2]).max() < AGREE:
-            # nearer to the point the matrices of motions lose their digits
-            trail = tuple(one for _, one in passed[1:])
-            changes = [np.abs(after - before).max() for before, after in pairwise(matrices)]
-            return Touch(node, limits[-1] * node.scales, own, (), np.nan, matrices[1 + int(np.argmin(changes))], trail)
-    raise Lost("it does not vanish on the way")
+        passed.append((own, node))
+        yield own, node
 
 
 def from_other_side(touch: Touch, other: Node) -> Touch | None:

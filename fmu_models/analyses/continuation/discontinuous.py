@@ -41,7 +41,7 @@ DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # take the event away half-way
 SHRINKS = (0.5, 0.8, 0.93)
 # how far beyond a point, in u, the motion is looked for that goes on by other events
-BEYOND = (1e-6, 1e-5, 1e-4)
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
 # so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
 HALF, SAME = 1e-4, 1e-8
 

@@ -29,13 +29,16 @@ from numpy.typing import NDArray
 from fmu_models.analyses.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
 from fmu_models.analyses.continuation.boundary import Boundary, ahead
 from fmu_models.analyses.continuation.branch import Branch, joined
+from fmu_models.analyses.continuation.curve import Curve
+from fmu_models.analyses.continuation.equilibrium_curve import still
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of, problem_at
 from fmu_models.analyses.continuation.follow import AHEAD, Ahead, Follower
 from fmu_models.analyses.continuation.leaving import beside_branch_point
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
-from fmu_models.analyses.continuation.normal_form import criticality, lyapunov_coefficient
+from fmu_models.analyses.continuation.normal_form import coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.analyses.continuation.special import branch_kind
+from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
@@ -97,7 +100,7 @@ class SpecialEquilibrium(Shown):
     def normal_form(self) -> float:
         """First Lyapunov coefficient of a Hopf point, eigenvector of length one in the units of the states; nan at
         other kinds."""
-        return lyapunov_coefficient(self.node) if self.kind == "Hopf" else np.nan
+        return coefficient("Hopf", self.node) if self.kind == "Hopf" else np.nan
 
     @property
     def criticality(self) -> str:
@@ -135,6 +138,18 @@ class SpecialEquilibrium(Shown):
                 "leave at Hopf points and discontinuous ones, equilibria at pitchforks and branch points."
             )
         return found
+
+    def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
+        """The point as a curve in two parameters, as ``Special.curve``; its multipliers are eigenvalues, and its
+        periods those of a Hopf point.
+
+        Raises:
+            StickslipError: a point at a switching surface, no such parameter, a range that does not hold its present
+                value, or one that the parameter takes apart.
+        """
+        if self.boundary is not None:
+            raise StickslipError(f"A {self.kind} has no curve: folds, Hopf points, pitchforks and branch points have.")
+        return still(curve_of(self.kind, self.node, None, second, between, self.between, points))
 
     def _contents(self) -> dict[str, object]:
         shown: dict[str, object] = {
@@ -183,6 +198,11 @@ class EquilibriumBranch(Pictured):
     units: Mapping[str, str] = field(default_factory=dict)
     seconds: float = 0.0
 
+    @property
+    def interrupted(self) -> bool:
+        """By the keyboard."""
+        return any(kind == "interrupted" for one in (self, *self.cycles) for kind, _ in one.ends)
+
     def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
         """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair
         of eigenvalues jumps over the imaginary axis."""
@@ -192,6 +212,17 @@ class EquilibriumBranch(Pictured):
                 with suppress(StickslipError):  # a pair that jumps need not beget a cycle
                     found.extend(one.switch(points))  # type: ignore[arg-type]
         return replace(self, cycles=tuple(found))
+
+    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
+        """Those of its special points that have one, see ``SpecialEquilibrium.curve``.
+
+        Raises:
+            StickslipError: there is none, no such parameter, a range that does not hold its present value.
+        """
+        found = tuple(one.curve(second, between, points) for one in self.special if one.boundary is None)
+        if not found:
+            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
+        return found
 
     @property
     def frame(self) -> Any:
@@ -273,7 +304,9 @@ def _begin(
     """The equilibrium near the start."""
     name = fmu.description.modelName
     if not fmu.ours:
-        raise StickslipError(f"'{name}' is not of this suite: the derivatives of its rates are not known well enough.")
+        raise StickslipError(
+            f"'{name}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
+        )
     check_names(fmu, "parameter or input", constants, [*fmu.parameters, *fmu.inputs])
     check_names(fmu, "state", start, fmu.states)
     for one, value in {**constants, **start}.items():

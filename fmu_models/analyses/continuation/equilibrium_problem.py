@@ -41,7 +41,6 @@ class EquilibriumProblem(Problem):
         strobe: the oscillator, with values of parameters and inputs that are not at their default.
         over: the parameter.
         share: s, the short time.
-        anchor: (n,) a point on the surfaces of what sticks.
         sizes: (n,) of the states.
     """
 
@@ -49,9 +48,9 @@ class EquilibriumProblem(Problem):
     strobe: Strobe
     over: str
     share: float
-    anchor: Vector
     sizes: Vector
     second: str = ""
+    still = True
 
     @property
     def states(self) -> tuple[str, ...]:  # type: ignore[override] # a field of others
@@ -79,8 +78,7 @@ class EquilibriumProblem(Problem):
         j, residual, jacobian = slopes[:, :n].copy(), self.share * there.rates, self.share * slopes
         normals = _normals(j, there.contacts.count(STICK))
         if len(normals):
-            residual += normals.T @ (normals @ (z[:n] - self.anchor))
-            jacobian[:, :n] += normals.T @ normals
+            jacobian[:, :n] += normals.T @ normals  # no step leaves the surface that the start is on
             j -= AT_ONCE / self.share * normals.T @ normals
         word = tuple((name, s, s) for name, s in zip(self.field.fmu.contacts, there.contacts, strict=True))
         return Seen(residual, jacobian, j, self.share, word)
@@ -164,4 +162,4 @@ def problem_at(
     fastest = float(np.abs(eigenvalues).max(initial=0.0))
     share = 1.0 / (fastest or 1.0)
     strobe = Strobe(fmu, period=share, autonomous=True, parameters=constants)
-    return EquilibriumProblem(field, strobe, over, share, point, sizes)
+    return EquilibriumProblem(field, strobe, over, share, sizes)

@@ -25,8 +25,8 @@ CLEAR = 0.01
 
 
 def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool, float, float]]:
-    """Of a period with these events: whether a contact holds, sticks or remembers, begin and length; longest first,
-    those in which one does last."""
+    """Pauses of a period with these events: whether a contact holds, sticks or remembers, begin and length; longest
+    first, those in which one does last."""
     times = [one.time for one in events]
     last = {one.contact: one.after for one in events}
     gaps = []

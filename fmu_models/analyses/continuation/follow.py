@@ -4,8 +4,8 @@ repeat  step    predict along the tangent, correct at right angles to it; longer
         smooth  what lies between the last two motions (smooth.py)
         word    where the step leads into another word, or to no motion at all: which event is lost or comes first, by
                 the speeds of events and the least values of misses along the tangent; locate that point
-                (discontinuous.py), scan the way back to it once more, since folds and flips hide beside it, and go on
-                in the other word, with steps that grow from nothing
+                (discontinuous.py, lost_event.py, detachment.py), scan the way back to it once more, since folds and
+                flips hide beside it, and go on in the other word, with steps that grow from nothing
 until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
 """
 
@@ -19,7 +19,16 @@ import numpy as np
 
 from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
-from fmu_models.analyses.continuation.discontinuous import SAME, Touch, exchanged, from_miss, other_word, repeats
+from fmu_models.analyses.continuation.discontinuous import (
+    LEAST_MISS,
+    SAME,
+    Touch,
+    exchanged,
+    from_miss,
+    is_rigid,
+    other_word,
+    repeats,
+)
 from fmu_models.analyses.continuation.equilibrium import amplitude, hopf_of
 from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.lost_event import from_event
@@ -452,12 +461,22 @@ def _beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
         return exchanged(touch), touch
     if len(at_once(touch)) > 1:
         found = with_all(touch)
-        if found is None:
+        if found is not None:
+            return found, touch
+        if is_rigid(touch.node.problem, touch.miss.contact):
             raise Lost("several events come at once, and no motion with all of them goes on from it")
-        return found, touch
-    try:
-        return other_word(touch), touch
-    except Lost:
-        # at rest against one contact the slip at another one is least at all times, and at none
-        after = exchanged(touch)
-        return after, replace(touch, miss=replace(touch.miss, turned=True))
+    # a motion that is its own mirror twin touches on both sides at once
+    least = max(abs(touch.miss.value), LEAST_MISS)
+    near = [one for one in touch.node.seen.misses if one.slot == touch.miss.slot and 0.0 <= one.value <= 10.0 * least]
+    reasons: list[Lost] = []
+    for miss in (touch.miss, *(one for one in near if one is not touch.miss and not one.begins)):
+        try:
+            again = replace(touch, miss=miss)
+            return other_word(again), again
+        except Lost as error:
+            reasons.append(error)
+    # at rest against one contact the slip at another one is least at all times, and at none
+    if touch.miss.slot != 1:
+        raise reasons[0]
+    after = exchanged(touch)
+    return after, replace(touch, miss=replace(touch.miss, turned=True))

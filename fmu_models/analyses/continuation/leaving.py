@@ -11,7 +11,7 @@ from fmu_models.analyses.continuation.several import other_words
 from fmu_models.analyses.continuation.special import Special, beside, other_direction
 
 # how far from a special a branch begins that is switched to, in u; nearer where its word ends before
-BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6)
+BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7)
 
 
 def leaving(special: Special) -> list[Node]:

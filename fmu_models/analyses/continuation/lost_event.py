@@ -21,6 +21,8 @@ from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
 FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
+# by how much the limit of the motions, in u, may still change with the last one of them
+SETTLED = 1e-6
 
 
 def from_event(start: Node, event: Passing) -> Touch:
@@ -33,7 +35,12 @@ def from_event(start: Node, event: Passing) -> Touch:
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")
     own, last = nodes[-1]
-    limit = extrapolated([one.value for one, _ in nodes[-5:]], np.array([node.u for _, node in nodes[-5:]]))
+    limit, before = (
+        extrapolated([one.value for one, _ in some], np.array([node.u for _, node in some]))
+        for some in (nodes[-5:], nodes[-6:-1])
+    )
+    if np.abs(limit - before).max() > SETTLED:
+        raise Lost("the event is not lost along the branch")
     gradient = own.gradient * last.scales
     gradient[len(last.problem.states) :] = 0.0
     without = None

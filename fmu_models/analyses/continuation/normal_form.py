@@ -33,38 +33,42 @@ from fmu_models.analyses.continuation.problem import Problem, Vector, cyclic
 KINDS = ("flip", "pitchfork", "Neimark-Sacker")
 # differences, in scales of the states: the first at which no event comes or goes, and two widths agree as well as that
 WIDTHS, AGREE = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6), 0.05
+# in inverse squares of the scale of the states
+LEAST = 1e-2
 
 
 def coefficient(kind: str, node: Node) -> float:
-    """The cubic coefficient of a flip, a pitchfork (c) or a Neimark-Sacker point (l1), states at phase 0 in their
-    units; nan where it is not known: no event may begin at once, and the motion must be forced.
+    """The cubic coefficient of a flip, a pitchfork (c), a Neimark-Sacker or a Hopf point (l1), states at phase 0 in
+    their units; nan where it is not known: no event may begin at once, and the motion must be forced or still.
 
     Args:
-        kind: one of ``KINDS``.
+        kind: one of ``KINDS``, or "Hopf", of an equilibrium or of its motion over a short time.
         node: the motion there.
     """
+    if kind == "Hopf" and node.problem.still:
+        # where it vanishes two widths do not agree in parts of it
+        least = LEAST / float(node.scales[: len(node.problem.states)].max()) ** 2
+        return _settled(node.problem, node.z, node.scales, _first_lyapunov, least)
     problem, z = _at_zero(node)
     if problem.autonomous:
         return np.nan
+    kind = "Neimark-Sacker" if kind == "Hopf" else kind
     return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(kind, a, b, c))
 
 
-def lyapunov_coefficient(node: Node) -> float:
-    """The first one of an equilibrium at a Hopf point, its Jacobian the ``monodromy`` of what is seen there; nan where
-    it is not known."""
-    return _settled(node.problem, node.z, node.scales, _first_lyapunov)
-
-
-def _settled(problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], float]) -> float:
-    """A function of the derivatives, of the first differences of two widths that agree."""
+def _settled(
+    problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], float], least: float = 0.0
+) -> float:
+    """A function of the derivatives, of the first differences of two widths that agree, in parts of the value or of the
+    least one that counts."""
     n = len(problem.states)
     for width in WIDTHS:
         try:
             values = [of(*_derivatives(problem, z, share * width * scales[:n])) for share in (1.0, 2.0)]
         except Lost:
             continue
-        if abs(values[1] - values[0]) <= AGREE * abs(values[0]):
-            return (4.0 * values[0] - values[1]) / 3.0
+        if abs(values[1] - values[0]) <= AGREE * max(abs(values[0]), least):
+            return float(4.0 * values[0] - values[1]) / 3.0
     return np.nan
 
 
@@ -89,7 +93,10 @@ def _at_zero(node: Node) -> tuple[Problem, Vector]:
 def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> float:
     eigen: Any = np.linalg.eig(a)
     values, rights = eigen
-    place = np.flatnonzero(values.imag > 0.0)[np.abs(values.real[values.imag > 0.0]).argmin()]
+    paired = np.flatnonzero(values.imag > 0.0)
+    if not len(paired):  # a saddle whose eigenvalues add up to zero
+        return np.nan
+    place = paired[np.abs(values.real[paired]).argmin()]
     omega, q, p = values[place].imag, rights[:, place], np.linalg.inv(rights)[place]
     second, third = _forms(b, c)
     q = q / np.linalg.norm(q)

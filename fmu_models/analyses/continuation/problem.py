@@ -121,6 +121,7 @@ class Problem(ABC):
         second: name of the second one; "" for a branch.
         size: number of unknowns.
         states: names of the numbers of x.
+        still: motions are equilibria, and what is seen as their monodromy matrix is the derivative of their rates.
         neutral: how many multipliers are 1 of every motion: of a step along one that nothing forces, of a coordinate
             upon which nothing depends.
     """
@@ -129,6 +130,7 @@ class Problem(ABC):
     states: tuple[str, ...]
     second: str = ""
     autonomous: bool = False
+    still: bool = False
     neutral: int = 0
     phase: float = 0.0
 

@@ -34,15 +34,16 @@ class Special(Shown):
     Attributes:
         kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
             twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
-            "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "jump", where no motion goes
-            on.
+            "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "detachment", where a contact
+            begins to leave its wall at once after an impact without rebound, or to stay at it; "tie", where two events
+            come at one instant; "jump", where no motion goes on.
         parameter, value: name and value of the parameter.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
         words: of events before and after, along the branch; equal at smooth points.
         multipliers: (n,) of the motion without the event that comes or goes; at smooth points of the motion.
-        multipliers_with_event: (n,) limit from the side with that event; None at smooth points, and after a rigid
-            touch, where the trace grows as the inverse of the speed.
+        multipliers_with_event: (n,) limit from the side with that event; None at smooth points and ties, and after a
+            rigid touch, where the trace grows as the inverse of the speed.
         crossings: shares q at which a multiplier of (1 - q) M- + q M+ passes "+1", "-1" or, in a pair, the "circle".
         contact: whose event comes or goes.
         value_with_event: of the parameter, from the side of the event; nan if that is not how it was found.

@@ -2,7 +2,7 @@
  * Strobes of many motions at once.
  *
  *     some runs at a time, each as if it were alone
- *         all that go on:   one period in lanes
+ *         all that go on:   one period in lanes; events that these leave the engine decides on the way
  *         the undecided:    the same period by the series of the engine, from the same point
  *         each:             rows, repetition and orbits (journey.c); where a run is over the next takes its place
  *
@@ -11,6 +11,7 @@
 #include "lane_runs.h"
 
 #include "../events/run.h"
+#include "../events/transition.h"
 #include "../fmi/variables.h"
 #include "lane_stepper.h"
 #include "series_runs.h"
@@ -32,7 +33,10 @@ typedef struct {
     LaneMotion motion[LANE_RUNS_TOGETHER];
     Kept kept[LANE_RUNS_TOGETHER];
     int series[LANE_RUNS_TOGETHER]; /* its last step was made by series */
-    int64_t loaded;                 /* the run whose numbers the instance has; -1: none */
+    /* the same of the events that lanes have left to the engine in the present period */
+    Kept met[LANE_RUNS_TOGETHER];
+    int asked[LANE_RUNS_TOGETHER];
+    int64_t loaded; /* the run whose numbers the instance has; -1: none */
 } Together;
 
 static int64_t in_lines(int64_t bytes) { return (bytes + 63) / 64 * 64; }
@@ -83,12 +87,11 @@ static void take(const Run *r, const Job *job, LaneMotion *motion, Kept *kept)
     memcpy(kept->known, r->at.known, sizeof kept->known);
 }
 
-/* the run at the strobe where a motion is */
-static RunStatus give(Together *t, int slot)
+/* the run where a motion is, so long after the strobe; kept: NULL if nothing is */
+static RunStatus give(Together *t, int64_t slot, const LaneMotion *motion, double time, const Kept *kept)
 {
     Job *job = &t->job[slot];
     const Ensemble *e = job->e;
-    const LaneMotion *motion = &t->motion[slot];
     Run *r = &job->m->core.run;
     if (t->loaded != job->run) {
         job->m->core.phase = PHASE_INITIALIZATION;
@@ -102,7 +105,7 @@ static RunStatus give(Together *t, int slot)
         journey_make_tangents(job);
     }
     run_touched(r);
-    r->at.time = e->origin;
+    r->at.time = e->origin + time;
     r->at.time_rest = 0.0;
     memcpy(r->at.x, motion->x, MODEL_NX * sizeof *motion->x);
     memcpy(r->at.memory, motion->memory, sizeof motion->memory);
@@ -112,10 +115,10 @@ static RunStatus give(Together *t, int slot)
     memcpy(job->walk.began, motion->began, sizeof motion->began);
     memset(r->at.settles, 0, sizeof r->at.settles);
     memset(r->closings, 0, sizeof r->closings);
-    if (t->series[slot]) {
-        memcpy(r->at.settles, t->kept[slot].settles, sizeof r->at.settles);
-        memcpy(r->closings, t->kept[slot].closings, sizeof r->closings);
-        memcpy(r->at.known, t->kept[slot].known, sizeof r->at.known);
+    if (kept) {
+        memcpy(r->at.settles, kept->settles, sizeof r->at.settles);
+        memcpy(r->closings, kept->closings, sizeof r->closings);
+        memcpy(r->at.known, kept->known, sizeof r->at.known);
     }
     run_resume(r);
     return RUN_OK;
@@ -136,13 +139,55 @@ static Outcome bounded(const Ensemble *e, const double *x)
 static Outcome step_by_series(Together *t, int slot)
 {
     Job *job = &t->job[slot];
-    if (give(t, slot) == RUN_ERROR) {
+    if (give(t, slot, &t->motion[slot], 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR) {
         return OUTCOME_BROKEN;
     }
     const Outcome outcome = series_step(job);
     take(&job->m->core.run, job, &t->motion[slot], &t->kept[slot]);
     t->series[slot] = 1;
     return outcome;
+}
+
+/* whether a step in lanes begins with these states: the last bounces of a chatter are none of its modes */
+static int is_settled(const Run *r)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->at.state[c] == CONTACT_CHATTERING) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* an event that lanes leave to the engine */
+static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *event)
+{
+    Together *t = context;
+    Job *job = &t->job[slot];
+    Run *r = &job->m->core.run;
+    const double begin = job->e->origin + event->time;
+    const double end = job->e->origin + job->e->periods[job->run];
+    if (give(t, slot, motion, event->time, t->asked[slot] ? &t->met[slot] : NULL) == RUN_ERROR) {
+        return 0;
+    }
+    memcpy(r->falling, event->falls, sizeof r->falling);
+    if (transition_resolve(r, section_step_note, &job->walk) == RUN_ERROR) {
+        return 0;
+    }
+    r->goal = end;
+    while (!is_settled(r) && r->at.time < end) {
+        if (run_advance(r, end, 1, section_step_note, &job->walk) == RUN_ERROR) {
+            return 0;
+        }
+    }
+    if (!is_settled(r)) {
+        return 0;
+    }
+    take(r, job, motion, &t->met[slot]);
+    t->asked[slot] = 1;
+    memcpy(event->known, r->at.known, sizeof event->known);
+    event->time = r->at.time == begin ? event->time : r->at.time - job->e->origin;
+    return 1;
 }
 
 /* differences of a motion into the room of the stepper, and back after a step that it has made */
@@ -192,7 +237,7 @@ static int step_made(Together *t, int slot, const double *tangents, Outcome *out
     memcpy(job->walk.held, motion->held, sizeof motion->held);
     memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
     memcpy(job->walk.began, motion->began, sizeof motion->began);
-    if (e->flow && job->left == 1 && give(t, slot) == RUN_ERROR) {
+    if (e->flow && job->left == 1 && give(t, slot, motion, 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR) {
         *outcome = OUTCOME_BROKEN; /* journey_note may begin differences anew along the motion */
         return 1;
     }
@@ -270,10 +315,12 @@ Status lane_runs(Instance *m, Ensemble *e)
             }
             break;
         }
+        memset(t->asked, 0, sizeof t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
+            t->motion[slot].speed = (double)e->flow;
             give_tangents(&t->job[slot], tangents + slot * each);
         }
-        s->step(room, t->motion, e->n_directions, tangents);
+        s->step(room, t->motion, e->n_directions, tangents, resolve, t);
         for (int slot = 0; slot < together; slot++) {
             Outcome outcome;
             if (!t->motion[slot].wanted || !step_made(t, slot, tangents + slot * each, &outcome)) {

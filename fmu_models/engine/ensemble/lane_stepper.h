@@ -1,5 +1,6 @@
 /* What steps many motions at once, from strobe to strobe: the contract between an ensemble and a library beside the FMU
-   (fmu_models/lanes). Whatever it cannot decide it leaves as it was, and the series of the engine make that step. */
+   (fmu_models/lanes). Events that it has no rule for the engine decides; a step that it cannot make it leaves as it was,
+   and the series of the engine make that. */
 #ifndef STICKSLIP_LANE_STEPPER_H
 #define STICKSLIP_LANE_STEPPER_H
 
@@ -20,8 +21,19 @@ typedef struct {
     int32_t began[NC];
     int32_t wanted;  /* to be stepped */
     int32_t decided; /* it was: the motion is at the next strobe, where its time is the same */
-    double speed;    /* of the states there, where tangents are followed */
+    double speed;    /* of the states there, where it was not 0 before */
 } LaneMotion;
+
+/* an event on the way of a motion */
+typedef struct {
+    double time;                  /* since the strobe; afterwards that from which the motion goes on */
+    signed char falls[NC][SLOTS]; /* the indicators that do */
+    signed char known[NC][SLOTS]; /* afterwards: leading zeros of each indicator, as Point has them */
+} LaneEvent;
+
+/* decide the event of a motion, and go on for as long as its contacts are in states that no step in lanes begins with;
+   0: there is no going on */
+typedef int (*LaneResolve)(void *context, int64_t slot, LaneMotion *motion, LaneEvent *event);
 
 typedef struct {
     int64_t version;
@@ -34,7 +46,8 @@ typedef struct {
        on; 0: it is none for lanes */
     int (*place)(void *room, int64_t slot, const double *p, const double *u, double origin, double period);
     /* step all motions that want it, and differences of neighbours along each, tangents[motion][direction][state] */
-    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents);
+    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, LaneResolve resolve,
+                 void *context);
 } LaneStepper;
 
 #endif

@@ -11,6 +11,7 @@
  */
 #include "section_step.h"
 
+#include "../events/contact_placement.h"
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 #include "../step/section.h"
@@ -22,7 +23,7 @@ static int walk_holds(int c, int state)
                                       : state == CONTACT_STICK;
 }
 
-static void walk_note(void *context, const ContactEvent *event)
+void section_step_note(void *context, const ContactEvent *event)
 {
     Walk *w = context;
     const int c = event->contact;
@@ -75,7 +76,10 @@ static void walk_wrap(Run *r, Walk *w)
     }
     run_shift_time(r, -back);
     if (w->e->kind == SECTION_STROBE) {
+        signed char closed[NC];
         r->at.time = w->e->origin;
+        /* where walls are now: rounding of the period would else leave a closed contact in its wall */
+        placement_closed_on_walls(r, closed);
     }
     w->since -= back;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -125,7 +129,7 @@ Outcome section_step(Run *r, Walk *w)
     }
     r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
     while (1) {
-        const RunStatus status = run_advance(r, end, by_event, walk_note, w);
+        const RunStatus status = run_advance(r, end, by_event, section_step_note, w);
         if (status == RUN_ERROR) {
             return OUTCOME_BROKEN;
         }
@@ -214,7 +218,7 @@ Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double
             r->section.searched = 0.0;
         }
         const double crossing = walk_crossing(r, w, until);
-        if (tangents_move(r, tangents, fmin(end, crossing), walk_note, w) == RUN_ERROR) {
+        if (tangents_move(r, tangents, fmin(end, crossing), section_step_note, w) == RUN_ERROR) {
             return OUTCOME_BROKEN;
         }
         w->crossed = crossing < INFINITY;

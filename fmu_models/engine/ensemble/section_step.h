@@ -23,6 +23,8 @@ typedef struct {
 /* numbers of an extended direction: states, memories, time */
 enum { EXTENDED = MODEL_NX + MODEL_NC + 1 };
 
+/* an event on the way; context: a Walk */
+void section_step_note(void *context, const ContactEvent *event);
 void section_step_start(const Run *r, Walk *w);
 /* to the next meeting; OUTCOME_FINISHED if there is one */
 Outcome section_step(Run *r, Walk *w);

@@ -12,8 +12,8 @@ typedef struct {
     double slope; /* per second, at which it fell until an event of others turned it; 0 at a minimum */
     int32_t contact;
     int32_t slot;
-    int32_t side;  /* of the margin of what sticks; else 0 */
-    int32_t state; /* of the contact */
+    int32_t side;   /* of the margin of what sticks; else 0 */
+    int32_t state;  /* of the contact */
     int32_t begins; /* an impact has just begun the state */
 } NearMiss;
 

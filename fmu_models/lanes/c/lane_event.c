@@ -3,83 +3,26 @@
  *
  *     stop     away -> touching from its depth on; touching -> released where its force falls to zero, or away; released
  *              -> touching where it would push again, or away
- *     impact   y -> -e y by an impulse; onto the wall, from which it leaves at once
  *     switch   the other side
+ *     held, rubbing and rigid contacts: lane_transition.c
  *
- * Left to the series of the engine: an impact whose rebound may be the last of a chatter, or that another contact may
- * take part in; a switch that is met along its surface.
+ * All else the engine decides, from the same point: an impact whose rebound may be the last of a chatter or that another
+ * contact may take part in, the end of a region, a switch that is met along its surface, several contacts at once, ties.
  */
 #include "lane_event.h"
 
-static double row_value(const double *row, const double *z)
-{
-    double sum = row[LANES_Z];
-    for (int j = 0; j < LANES_Z; j++) {
-        sum += row[j] * z[j];
-    }
-    return sum;
-}
+#include "lane_held.h"
+#include "lane_modes.h"
+#include "lane_transition.h"
 
-static double row_size(const double *row, const double *z)
+/* a stop that has just been entered is at its bound exactly, where the origin of the mode lies there */
+static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int c)
 {
-    double sum = fabs(row[LANES_Z]);
-    for (int j = 0; j < LANES_Z; j++) {
-        sum += fabs(row[j] * z[j]);
-    }
-    return sum;
-}
-
-/* whether another rigid contact is at its wall as well */
-static int is_shared(const LaneTable *t, const Lane *lane, const double *z, int c)
-{
-    for (int e = 0; e < MODEL_NC; e++) {
-        if (e != c && lanes_kind[e] == KIND_IMPACT && lane->motion.state[e] == CONTACT_AWAY
-            && fabs(row_value(t->depth[e], z)) <= LANES_AT_WALL * row_size(t->depth[e], z)) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-static void impact(const LaneTable *t, Lane *lane, double *z, int c)
-{
-    const double y = row_value(t->approach[c], z);
-    const double depth = row_value(t->depth[c], z);
-    const double e = t->restitution[c];
-    double *fastest = &lane->motion.memory[c];
-    *fastest = fmax(*fastest, -y);
-    if (!(y < 0.0) || !(-e * y > 2.0 * LANES_CHATTER * *fastest) || is_shared(t, lane, z, c)) {
-        lane->failed = 1;
-        return;
-    }
-    for (int i = 0; i < MODEL_NQ; i++) {
-        z[i] += depth * t->push[c][MODEL_NQ + i];
-    }
-    for (int i = MODEL_NQ; i < MODEL_NX; i++) {
-        z[i] -= (1.0 + e) * y * t->push[c][i];
-    }
-    lane->motion.began[c]++;
-}
-
-/* from the origin of one mode to that of another */
-static void change_mode(const LaneTable *t, Lane *lane, double *z, int c)
-{
-    const LaneMode *from = &t->mode[lane->mode];
-    const int mode = table_mode(lane->motion.state);
-    const LaneMode *to = &t->mode[mode];
-    for (int i = 0; i < MODEL_NX; i++) {
-        z[i] = (z[i] + from->shift[i]) - to->shift[i];
-    }
-    lane->mode = mode;
-    if (lane->motion.state[c] != CONTACT_TOUCHING) {
-        return;
-    }
-    /* it is at the bound exactly */
     double size = 0.0;
     double depth = 0.0;
     int on_wall = 0;
     for (int i = 0; i < MODEL_NQ; i++) {
-        on_wall |= to->shift[i] != 0.0;
+        on_wall |= m->shift[i] != 0.0;
         size += t->depth[c][i] * t->depth[c][i];
         depth += t->depth[c][i] * z[i];
     }
@@ -88,11 +31,10 @@ static void change_mode(const LaneTable *t, Lane *lane, double *z, int c)
     }
 }
 
-static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time)
+static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
 {
     const int c = lanes_guard_contact[g];
     LaneMotion *m = &lane->motion;
-    int64_t *known = lane->known;
     const int before = m->state[c];
     double plain[LANES_Z];
     memcpy(plain, z, sizeof plain);
@@ -100,7 +42,7 @@ static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time)
         plain[i] += t->mode[lane->mode].shift[i];
     }
     const double rate = row_value(t->approach[c], plain);
-    if (lanes_guard_slot[g] == 1) {
+    if (lanes_guard_slot[g] == GUARD_TANGENTIAL) {
         const int inside = row_value(t->depth[c], plain) > 0.0;
         m->state[c] = before == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
         known[m->state[c] == CONTACT_AWAY ? g - 1 : g] = 1;
@@ -121,68 +63,151 @@ static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time)
         m->since[c] = t->origin + time;
         m->began[c]++;
     }
-    const int entered = before == CONTACT_AWAY;
-    change_mode(t, lane, z, entered ? c : 0);
+    lane_change_mode(t, lane, z);
+    if (before == CONTACT_AWAY) {
+        place_on_bound(t, &t->mode[lane->mode], z, c);
+    }
 }
 
-void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time)
+/* 0: it is met along its surface, or the motion may slide there */
+static int cross(LaneTable *t, Lane *lane, double *z, int g)
 {
     const int c = lanes_guard_contact[g];
-    int64_t *known = lane->known;
-    memset(known, 0, sizeof lane->known);
-    if (lanes_kind[c] == KIND_STOP) {
-        stop(t, lane, z, g, time);
-        return;
+    double size;
+    const double rate = guard_rate(t, &t->mode[lane->mode], z, g, &size);
+    if (lanes_sticks[c] || !(-rate > LANES_ALONG * size)) {
+        return 0;
     }
-    known[g] = 1;
-    if (lanes_kind[c] == KIND_IMPACT) {
-        impact(t, lane, z, c);
-        return;
+    lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+    lane_change_mode(t, lane, z);
+    return 1;
+}
+
+/* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
+static int64_t zeros(const LaneMode *m, const LaneEvent *e, const double *z, int g)
+{
+    const int c = lanes_guard_contact[g];
+    const int slot = lanes_guard_slot[g];
+    const int count = e->known[c][slot == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL];
+    const int normal = lanes_kind[c] == KIND_RUB ? lanes_partner[c] - 1 : -1;
+    if (slot != GUARD_NORMAL
+        && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK))) {
+        return 0; /* it watches nothing */
     }
-    double rate = 0.0;
-    double size = 0.0;
-    const LaneMode *m = &t->mode[lane->mode];
-    for (int e = lanes_guard_first[g]; e < lanes_guard_first[g + 1]; e++) {
-        /* the rate of the guard along the flow, a row at a time */
-        const int j = lanes_guard_column[e];
-        double flow = 0.0;
-        if (j < MODEL_NX) {
-            flow = m->constant[j] + (j < MODEL_NQ ? z[MODEL_NQ + j] : 0.0);
-            for (int n = 0; n < LANES_FLOW; n++) {
-                flow += lanes_flow_row[n] == j ? m->flow[n] * z[lanes_flow_column[n]] : 0.0;
-                size += lanes_flow_row[n] == j ? fabs(m->guard[e] * m->flow[n] * z[lanes_flow_column[n]]) : 0.0;
-            }
-            size += fabs(m->guard[e] * m->constant[j]);
-        } else {
-            const int k = (j - MODEL_NX) / 2;
-            flow = (j - MODEL_NX) % 2 ? t->wave[k] * z[j - 1] : -t->wave[k] * z[j + 1];
+    const int unloaded = normal >= 0 && e->known[normal][SLOT_NORMAL] > 0;
+    if (slot != GUARD_NORMAL && m->state[c] == CONTACT_STICK && !unloaded) {
+        const int other = slot == GUARD_TANGENTIAL ? g + 1 : g - 1;
+        if (row_value(m->full.guard[g], z) > row_value(m->full.guard[other], z)) {
+            return 0;
         }
-        rate += m->guard[e] * flow;
     }
-    if (!(-rate > LANES_ALONG * size)) {
+    return count < LANES_ZERO ? count : LANES_ZERO;
+}
+
+/* the engine decides */
+static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, double *time, int64_t *known)
+{
+    Lane *lane = &pool->lanes[slot];
+    LaneTable *t = &pool->tables[slot];
+    LaneEvent e = {.time = *time};
+    signed char before[NC];
+    memcpy(before, lane->motion.state, sizeof before);
+    for (int i = 0; i < MODEL_NX; i++) {
+        lane->motion.x[i] = z[i] + t->mode[lane->mode].shift[i];
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        e.falls[lanes_guard_contact[g]][lanes_guard_slot[g] == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL] |=
+            falls[g];
+    }
+    const int mode = pool->resolve(pool->context, slot, &lane->motion, &e) ? table_mode(lane->motion.state) : -1;
+    if (mode < 0 || !table_at(t, mode)->usable) {
         lane->failed = 1;
         return;
     }
-    lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-    change_mode(t, lane, z, c);
+    const LaneMode *m = &t->mode[mode];
+    lane->mode = mode;
+    for (int i = 0; i < MODEL_NX; i++) {
+        z[i] = lane->motion.x[i] - m->shift[i];
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (lanes_kind[c] == KIND_STOP && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING) {
+            place_on_bound(t, m, z, c);
+        }
+    }
+    for (int k = 0; e.time != *time && k < LANES_HARMONICS; k++) {
+        const double angle = t->wave[k] * (t->origin + e.time) + t->phase[k];
+        z[MODEL_NX + 2 * k] = cos(angle);
+        z[MODEL_NX + 2 * k + 1] = sin(angle);
+    }
+    *time = e.time;
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        known[g] = zeros(m, &e, z, g);
+    }
+}
+
+/* guards that have fallen with g, but for rounding */
+static void fallen(const LaneTable *t, const LaneMode *m, const double *z, int g, signed char *falls)
+{
+    for (int e = 0; e < LANES_GUARDS; e++) {
+        const double *row = m->full.guard[e];
+        double size;
+        falls[e] = (signed char)(e == g
+                                 || (fabs(row_value(row, z)) <= LANES_AT_WALL * row_size(row, z)
+                                     && guard_rate(t, m, z, e, &size) < 0.0));
+    }
+}
+
+int lane_event(Pool *pool, int64_t slot, int g, double *time)
+{
+    Lane *lane = &pool->lanes[slot];
+    LaneTable *t = &pool->tables[slot];
+    double *z = lane->z;
+    int64_t *known = lane->known;
+    const int c = lanes_guard_contact[g];
+    signed char falls[LANES_NG];
+    const int before = lane->motion.state[c];
+    int alone = 1;
+    int decided = 0;
+    memset(known, 0, sizeof lane->known);
+    if (t->mode[lane->mode].held_count == 0 && lanes_kind[c] == KIND_STOP) {
+        stop(t, lane, z, g, *time, known);
+        return 1;
+    }
+    fallen(t, &t->mode[lane->mode], z, g, falls);
+    for (int e = 0; e < LANES_GUARDS; e++) {
+        alone &= e == g || !falls[e];
+    }
+    if (lanes_kind[c] == KIND_SWITCH && !lanes_sticks[c] && t->mode[lane->mode].held_count == 0) {
+        known[g] = 1;
+        decided = cross(t, lane, z, g);
+    } else if (alone) {
+        decided = lane_transition(t, lane, z, g, *time, known);
+    }
+    if (!decided) {
+        ask(pool, slot, z, falls, time, known);
+    }
+    /* neighbours come to rest where an impact does, and rub by another friction */
+    const int lands = lanes_kind[c] == KIND_IMPACT && before == CONTACT_AWAY
+                      && (lanes_partner[c] || lane->motion.state[c] != CONTACT_AWAY);
+    return decided && !lands;
 }
 
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
 {
     Lane *lane = &pool->lanes[slot];
-    const LaneTable *t = &pool->tables[slot];
+    LaneTable *t = &pool->tables[slot];
     if (!motion->wanted || !t->usable) {
         return 0;
     }
     const int mode = table_mode(motion->state);
-    if (mode < 0) {
+    if (mode < 0 || !table_at(t, mode)->usable) {
         return 0;
     }
     lane->motion = *motion;
     lane->mode = mode;
     lane->failed = 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->z[i] = motion->x[i] - t->mode[mode].shift[i];
+        lane->z[i] = pool_flushed(motion->x[i] - t->mode[mode].shift[i]);
     }
     return 1;
 }
@@ -195,9 +220,13 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
         motion->decided = 0;
         return;
     }
+    double *z = lane->z;
+    /* held where walls are when the time goes back: rounding of the period would else leave a contact in its wall */
+    memcpy(z + MODEL_NX, t->phasor[0], 2 * LANES_HARMONICS * sizeof *z);
+    held_settle(t, &t->mode[lane->mode], z);
     *motion = lane->motion;
     for (int i = 0; i < MODEL_NX; i++) {
-        motion->x[i] = lane->z[i] + t->mode[lane->mode].shift[i];
+        motion->x[i] = z[i] + t->mode[lane->mode].shift[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         motion->since[c] -= t->period;

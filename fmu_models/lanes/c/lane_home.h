@@ -7,10 +7,10 @@ typedef struct {
 
 /* numbers of the steps of a group in one home mode, a column per motion */
 typedef struct {
-    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[NC];
+    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[LANES_NHG];
     struct {
-        V forced[MODEL_NX], guard_constant[NC];
-    } at[LANES_GRID + 1];
+        V forced[MODEL_NX], guard_constant[LANES_NHG];
+    } at[LANES_POINTS];
 } NAME(HomeColumns);
 
 /* a group and its home modes in memory */
@@ -41,31 +41,38 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
     for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
         AT(to->bound[e], l) = s->bound[e];
     }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
         AT(to->bound_constant[c], l) = s->bound_constant[c];
     }
-    for (int k = 0; k <= t->steps; k++) {
-        const int at = LANES_GRID - t->steps + k;
+    for (int k = 0; k <= lane_point(t->steps); k++) {
+        const int at = lane_point(LANES_GRID - t->steps + k);
         for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
             AT(to->at[at].forced[i], l) = s->forced[k][i];
         }
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
             AT(to->at[at].guard_constant[c], l) = s->guard_constant[k][c];
         }
     }
 }
 
-/* a lane is at its goal, at home or at the end of the period */
-static void NAME(to_group)(Pool *pool, int64_t slot)
+/* no motion is anywhere: lanes of a group without one compute with whatever is there, to no effect */
+static void NAME(clear_groups)(Pool *pool)
 {
-    NAME(Group) *g = NAME(group)(pool, slot);
+    for (int64_t group = 0; group * LANES_W < pool->motions; group++) {
+        NAME(Group) *g = &NAME(home)(pool, group)->group;
+        memset(g->x, 0, sizeof g->x);
+        for (int h = 0; h < LANES_HOMES; h++) {
+            g->at[h] = NAME(fill)(-1.0);
+        }
+    }
+}
+
+/* a lane is in its mode at its goal, at home or at the end of the period; its states are in the group */
+static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
+{
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
-    const int l = (int)(slot % LANES_W);
     const int home = t->mode[lane->mode].home;
-    for (int i = 0; i < MODEL_NX; i++) {
-        AT(g->x[i], l) = lane->z[i];
-    }
     lane->brought = lane->goal;
     if (home < 0) {
         return;
@@ -74,7 +81,17 @@ static void NAME(to_group)(Pool *pool, int64_t slot)
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
     }
-    AT(g->at[home], l) = LANES_GRID - t->steps + lane->goal;
+    AT(g->at[home], slot % LANES_W) = LANES_GRID - t->steps + lane->goal;
+}
+
+/* the same with states from its record */
+static void NAME(to_group)(Pool *pool, int64_t slot)
+{
+    NAME(Group) *g = NAME(group)(pool, slot);
+    for (int i = 0; i < MODEL_NX; i++) {
+        AT(g->x[i], slot % LANES_W) = pool->lanes[slot].z[i];
+    }
+    NAME(arrive)(pool, g, slot);
 }
 
 /* a lane goes on by itself from point k of its grid */
@@ -84,7 +101,7 @@ static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
     Lane *lane = &pool->lanes[slot];
     const LaneMode *mode = &t->mode[lane->mode];
     for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
-        lane->z[MODEL_NX + j] = t->phasor[k][j];
+        lane->z[MODEL_NX + j] = t->phasor[lane_point(k)][j];
     }
     memset(lane->known, 0, sizeof lane->known);
     tangents_bring(pool, slot, k);
@@ -121,26 +138,26 @@ static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
     M stopped = NAME(none)();
     for (int home = 0; home < LANES_HOMES; home++) {
         const NAME(HomeColumns) *s = &all->columns[home];
-        V next[MODEL_NX], g0[NC], g1[NC], bound[NC], size[MODEL_NX];
+        V next[MODEL_NX], g0[LANES_NHG], g1[LANES_NHG], bound[LANES_NHG], size[MODEL_NX];
         const M here = g->at[home] == NAME(fill)((double)at);
         M clear = here;
         if (!NAME(any)(here)) {
             continue;
         }
         for (int i = 0; i < MODEL_NX; i++) {
-            next[i] = s->at[at].forced[i];
+            next[i] = s->at[lane_point(at)].forced[i];
             size[i] = NAME(size)(g->x[i]);
         }
         LANES_STEP_SUMS(s->step, g->x, next);
-        for (int c = 0; c < MODEL_NC; c++) {
-            g0[c] = s->at[at].guard_constant[c];
-            g1[c] = s->at[at + 1].guard_constant[c];
+        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+            g0[c] = s->at[lane_point(at)].guard_constant[c];
+            g1[c] = s->at[lane_point(at + 1)].guard_constant[c];
             bound[c] = s->bound_constant[c];
         }
         LANES_HOME_SUMS(s->guard, g->x, g0);
         LANES_HOME_SUMS(s->guard, next, g1);
         LANES_BOUND_SUMS(s->bound, size, bound);
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
             clear &= NAME(least)(g0[c], g1[c]) > bound[c];
         }
         for (int i = 0; i < MODEL_NX; i++) {

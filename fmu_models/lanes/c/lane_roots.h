@@ -26,7 +26,7 @@ static INLINE void NAME(horner)(const V *q, int order, V u, V *f, V *d, V *dd)
 
 /* where u is, between low and high, by the cubic of Hermite for u as a function of q, where that rises all the way; else
    by the secant */
-static INLINE V NAME(guess)(V low, V f_low, V d_low, V high, V f_high, V d_high)
+static INLINE V NAME(near_root)(V low, V f_low, V d_low, V high, V f_high, V d_high)
 {
     const V zero = NAME(fill)(0.0);
     const V width = high - low;
@@ -69,7 +69,8 @@ static INLINE V NAME(root)(const V *q, V u, V low, V high, M wanted, M *undecide
         const M inside = (next >= low) & (next <= high);
         next = NAME(pick)(inside, next, half * (low + high));
         const V step = NAME(size)(next - u);
-        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17) * square * square) & (step <= NAME(fill)(2e-6));
+        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17) * square * square)
+                        & (step <= NAME(fill)(2e-6));
         const M there = (f == zero) | (high - low <= NAME(fill)(2e-16) * high);
         u = NAME(pick)(frozen | (f == zero), u, next);
         frozen |= close | there;
@@ -150,7 +151,7 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
     M single = (falls | downward | upward) & ends_below & ~clear;
     M dips = open & upward & ~clear & ~single;
     V high = one;
-    V first = NAME(guess)(zero, q[0], q[1], one, end, slope_end);
+    V first = NAME(near_root)(zero, q[0], q[1], one, end, slope_end);
     if (NAME(any)(dips)) {
         V f, d, dd;
         /* what bends upward lies above the tangents at both ends */
@@ -177,7 +178,7 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
 
 /* the earliest fall of all guards in lanes `left`; lanes that are not decided are marked. Most lanes have one guard that
    may fall at all: these are searched at once, then the second ones */
-static INLINE V NAME(first_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
+static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
 {
     V rest[LANES_NG];
     M open[LANES_NG];
@@ -226,7 +227,7 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
     for (int n = 0; n < HALVINGS; n++) {
         M longer = NAME(none)();
         V guard;
-        const V first = NAME(first_fall)(q, left, &guard, &longer);
+        const V first = NAME(earliest_fall)(q, left, &guard, &longer);
         const M done = left & ~longer;
         const M falls = done & (first < NAME(fill)(1.5));
         place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));

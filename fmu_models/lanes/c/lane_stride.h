@@ -18,13 +18,14 @@ static INLINE M NAME(stays)(const NAME(Batch) * b, V h, const V *f0, const V *d0
             rest += tail[g][i] * size[i];
         }
         rest *= fourth;
-        const M known = b->known[g] | ((f0[g] == zero) & (d0[g] > zero));
+        const M known = (b->known[g] > NAME(none)()) | ((f0[g] == zero) & (d0[g] > zero));
         const V b1 = f0[g] + third * d0[g];
         const V b2 = f1[g] - third * d1[g];
         const V free = NAME(least)(NAME(least)(f0[g], b1), NAME(least)(b2, f1[g]));
         const V start = third * d0[g];
         const V since = NAME(least)(NAME(least)(start + start + start, NAME(fill)(1.5) * b2), f1[g]);
         const V low = NAME(pick)(known, since, free);
+        found &= b->known[g] <= NAME(none)() + 1;
         found &= (low > rest * NAME(pick)(known, NAME(fill)(4.0 / 27.0), NAME(fill)(1.0 / 16.0)));
     }
     return found;

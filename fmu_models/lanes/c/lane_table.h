@@ -11,8 +11,8 @@
 #ifndef STICKSLIP_LANE_TABLE_H
 #define STICKSLIP_LANE_TABLE_H
 
-#include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "../../engine/ensemble/lane_stepper.h"
@@ -26,18 +26,44 @@ enum {
     LANES_NR = MODEL_ROOM(LANES_GUARD_ENTRIES),
     LANES_NHOME = MODEL_ROOM(LANES_HOME_ENTRIES),
     LANES_NBOUND = MODEL_ROOM(LANES_BOUND_ENTRIES),
-    /* steps of the grid, at most */
-    LANES_GRID = 128,
-    LANES_POWERS = 8 /* of two, up to that */
+    LANES_NHG = MODEL_ROOM(LANES_HOME_GUARDS),
+    /* steps of the grid, at most, and of how many points there are numbers: those of what nothing forces are all alike */
+    LANES_GRID = LANES_HARMONICS > 0 ? 128 : 4096,
+    LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1,
+    LANES_POWERS = LANES_HARMONICS > 0 ? 8 : 13 /* of two, up to that */
 };
 
-enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2 };
+/* which numbers those of point k of the grid are */
+static inline int lane_point(int k) { return LANES_HARMONICS > 0 ? k : 0; }
+
+/* rate times length of a step, over which a series of LANES_ORDER terms leaves rounding */
+#define LANES_REACH 0.42
+
+/* of the fastest impact: the engine completes a chatter from here on (Tolerances.chatter) */
+#define LANES_CHATTER 1e-8
+/* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
+#define LANES_AT_WALL 1e-12
+/* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
+#define LANES_ALONG 1e-9
+
+/* KIND_RUB: the friction of a rigid contact */
+enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2, KIND_FRICTION = 3, KIND_RUB = 4 };
+/* what a guard watches: depth, gap or the force of a closed contact; release, slip, function or the margin of stick on
+   its plus side; on its other side */
+enum { GUARD_NORMAL = 0, GUARD_TANGENTIAL = 1, GUARD_MARGIN = 2 };
+
+/* the rows of a mode in full: flow, and guards */
+typedef struct {
+    double flow[MODEL_NX][LANES_Z + 1], guard[LANES_NG][LANES_Z + 1];
+} Full;
 
 typedef struct {
     signed char state[NC];
-    int home;    /* which home step is its own; -1: none */
-    int on_grid; /* its flow is that of a home mode */
+    int usable;      /* its held contacts have forces, which the motion says */
+    int home;        /* which home step is its own; -1: none */
+    int on_grid;     /* its flow is that of a home mode */
     int crossed[NC]; /* the mode on the other side of a switch */
+    int plain;       /* an impact of a smooth wall changes nothing but velocities */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
@@ -46,13 +72,18 @@ typedef struct {
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     /* away from home: states and harmonics after the longest sub-step */
     double stride[MODEL_NX][LANES_Z + 1], turn[2 * LANES_NH];
+    /* contacts that forces hold, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
+       none */
+    int held_count, held[NC];
+    double no_slip[NC][MODEL_NX], on_wall[NC][MODEL_NX];
+    Full full;
 } LaneMode;
 
 typedef struct {
-    double step[LANES_STEP], forced[LANES_GRID][MODEL_NX];
+    double step[LANES_STEP], forced[LANES_POINTS][MODEL_NX];
     double power[LANES_POWERS][LANES_STEP]; /* 1, 2, 4, ... steps, without what is forced */
-    double guard[LANES_NHOME], guard_constant[LANES_GRID + 1][NC];
-    double bound[LANES_NBOUND], bound_constant[NC];
+    double guard[LANES_NHOME], guard_constant[LANES_POINTS][LANES_NHG];
+    double bound[LANES_NBOUND], bound_constant[LANES_NHG];
 } HomeStep;
 
 typedef struct {
@@ -60,18 +91,22 @@ typedef struct {
     double p[MODEL_ROOM(MODEL_NP)], u[MODEL_ROOM(MODEL_NU)], origin, period;
     int steps; /* of the grid */
     double h;
-    double wave[LANES_NH], phasor[LANES_GRID + 1][2 * LANES_NH];
+    double wave[LANES_NH], phase[LANES_NH], phasor[LANES_POINTS][2 * LANES_NH];
     /* of rigid contacts: y of their impulse by row, and what a unit of it does */
     double approach[NC][LANES_Z + 1], push[NC][MODEL_NX], restitution[NC];
     double depth[NC][LANES_Z + 1];
-    double entry_release[NC][2]; /* of stops: factor of the rate, and the rest, in the force that lets go */
+    double W[MODEL_NX][NC], G[NC][NC], mu[NC];
+    signed char unique[NC];        /* what one contact alone decides has one solution (lane_transition.c) */
+    double entry_release[NC][2];   /* of stops: factor of the rate, and the rest, in the force that lets go */
+    signed char made[LANES_MODES]; /* modes that are, the others when a motion comes to them */
     LaneMode mode[LANES_MODES];
     HomeStep home[LANES_HOMES];
 } LaneTable;
 
-/* fill it; 0 where these values are none for lanes */
-int table_make(LaneTable *t, const double *p, const double *u, double origin, double period);
-/* the mode of contact states; -1 if lanes have none for it */
-int table_mode(const signed char *state);
+/* whether a force holds contact c: it sticks, slides or is closed */
+static inline int lane_holds(const signed char *state, int c)
+{
+    return lanes_kind[c] == KIND_IMPACT ? state[c] == CONTACT_TOUCHING : state[c] == CONTACT_STICK;
+}
 
 #endif

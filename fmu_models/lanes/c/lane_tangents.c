@@ -56,7 +56,9 @@ void tangents_begin(const Pool *pool, int64_t slot)
     const double *given = pool->tangents + slot * pool->directions * MODEL_NX;
     Lane *lane = &pool->lanes[slot];
     for (int n = 0; n < pool->directions; n++) {
-        memcpy(lane->tangent[n], given + n * MODEL_NX, sizeof lane->tangent[n]);
+        for (int i = 0; i < MODEL_NX; i++) {
+            lane->tangent[n][i] = pool_flushed(given[n * MODEL_NX + i]);
+        }
     }
     lane->brought = 0;
 }
@@ -75,8 +77,11 @@ void tangents_end(const Pool *pool, int64_t slot)
     for (int n = 0; n < pool->directions; n++) {
         memcpy(wanted + n * MODEL_NX, lane->tangent[n], sizeof lane->tangent[n]);
     }
+    if (lane->motion.speed == 0.0) {
+        return;
+    }
     memcpy(z, lane->z, MODEL_NX * sizeof *z);
-    memcpy(z + MODEL_NX, t->phasor[t->steps], 2 * LANES_HARMONICS * sizeof *z);
+    memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
     rates(t, &t->mode[lane->mode], z, f);
     for (int i = 0; i < MODEL_NX; i++) {
         square += f[i] * f[i];
@@ -130,7 +135,7 @@ void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const doubl
         for (int j = 0; j < LANES_Z; j++) {
             w[j] = (j < MODEL_NX ? d[j] : 0.0) + before[j] * later;
         }
-        if (lanes_kind[c] == KIND_IMPACT) {
+        if (lanes_kind[c] == KIND_IMPACT && m->state[c] == CONTACT_AWAY) {
             double y = 0.0;
             for (int j = 0; j < LANES_Z; j++) {
                 y += t->approach[c][j] * w[j];

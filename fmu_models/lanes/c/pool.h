@@ -6,9 +6,9 @@
 
 /* what one motion has on its way over a period */
 typedef struct {
-    double z[LANES_Z]; /* states, from the origin of its mode, and harmonics, away from the groups */
-    double left;       /* time to the point of the grid that it goes to */
-    int64_t known[LANES_NG]; /* not 0: of guards that are zero now without falling */
+    double z[LANES_Z];       /* states, from the origin of its mode, and harmonics, away from the groups */
+    double left;             /* time to the point of the grid that it goes to */
+    int64_t known[LANES_NG]; /* how many times over a guard is zero now without falling; LANES_ZERO: it stays so */
     int goal, rounds;        /* that point; sub-steps in this period */
     int mode;
     unsigned settled; /* a bit for each home mode whose numbers its group has */
@@ -32,11 +32,20 @@ typedef struct {
     LaneTable *tables;
     Lane *lanes;
     Queue queue[QUEUES];
+    LaneResolve resolve; /* what decides events that lanes leave, and whom it asks for */
+    void *context;
     double *columns; /* of the home steps, group by group (lane_home.h) */
     /* differences that are followed, motion by motion, as the caller has them */
     int64_t directions;
     double *tangents;
 } Pool;
+
+/* what decays comes to zero at a strobe: numbers near the least ones slow down some processors, and would stay there */
+static inline double pool_flushed(double a)
+{
+    const double LEAST = 1e-280;
+    return fabs(a) < LEAST ? 0.0 : a;
+}
 
 static inline void pool_queue(Pool *pool, int64_t slot, int which)
 {

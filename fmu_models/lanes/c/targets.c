@@ -3,6 +3,8 @@
  * kind; functions of a target are only called where CPUID, and the system by XCR0, say that its registers are there.
  */
 #include "lane_event.h"
+#include "lane_grid.h"
+#include "lane_modes.h"
 
 #if defined(__x86_64__)
 #define LANES_X86 1
@@ -97,7 +99,6 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
         pool->tables[i].steps = 0;
         pool->lanes[i].settled = 0;
     }
-    memset(pool->columns, 0, (size_t)((motions + width - 1) / width * group));
 }
 
 /* the same numbers as before, of this slot or of the one before it, need no table */
@@ -125,12 +126,19 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
 
 #define STEPPER(width)                                                                                                 \
     static int64_t room_##width(int64_t motions) { return layout(motions, width, group_bytes_##width()).used; }        \
-    static void open_##width(void *room, int64_t motions) { open_pool(room, motions, width, group_bytes_##width()); }  \
-    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents)                    \
+    static void open_##width(void *room, int64_t motions)                                                              \
+    {                                                                                                                  \
+        open_pool(room, motions, width, group_bytes_##width());                                                        \
+        clear_groups_##width(room);                                                                                    \
+    }                                                                                                                  \
+    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents,                    \
+                             LaneResolve resolve, void *context)                                                       \
     {                                                                                                                  \
         Pool *pool = room;                                                                                             \
         pool->directions = directions;                                                                                 \
         pool->tangents = tangents;                                                                                     \
+        pool->resolve = resolve;                                                                                       \
+        pool->context = context;                                                                                       \
         period_##width(pool, motions);                                                                                 \
     }                                                                                                                  \
     static const LaneStepper stepper_##width = {LANE_STEPPER_VERSION, MODEL_TOKEN, width,       room_##width,          \

@@ -1,0 +1,42 @@
+/*
+ * Elementary functions that give the same bits on every machine: what follows this header calls these and not those of
+ * a C library, of which each rounds in its own way. Sums, products, quotients, roots, fma and rint are exact to the last
+ * digit everywhere and stay.
+ */
+#ifndef STICKSLIP_MATHEMATICS_H
+#define STICKSLIP_MATHEMATICS_H
+
+#include <math.h>
+
+double same_exp(double x);
+double same_log(double x);
+double same_log2(double x);
+double same_pow(double x, double y);
+/* nan beyond 2^52, where a digit is more than half a radian */
+double same_sin(double x);
+double same_cos(double x);
+double same_tan(double x);
+double same_sinh(double x);
+double same_cosh(double x);
+double same_tanh(double x);
+double same_atan(double x);
+
+/* of zeros of both signs the first; the other where one is nan */
+static inline double same_fmin(double a, double b) { return b < a || a != a ? b : a; }
+static inline double same_fmax(double a, double b) { return b > a || a != a ? b : a; }
+
+#define exp same_exp
+#define log same_log
+#define log2 same_log2
+#define pow same_pow
+#define sin same_sin
+#define cos same_cos
+#define tan same_tan
+#define sinh same_sinh
+#define cosh same_cosh
+#define tanh same_tanh
+#define atan same_atan
+#define fmin same_fmin
+#define fmax same_fmax
+
+#endif

@@ -1,0 +1,190 @@
+"""The page: model, engine, script and style in one file that asks the network for nothing."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.explorer.description import describe
+from fmu_models.explorer.module import wasm
+from fmu_models.explorer.subject import Subject, subject_of
+from fmu_models.simulation.run import simulate
+
+if TYPE_CHECKING:
+    from fmu_models.codegen.package import Model
+
+WEB = Path(__file__).parent / "web"
+SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "pictures.mjs", "page.mjs")
+_SAMPLES = 400  # of the picture that stands where nothing can be computed
+_STILL = 20.0  # s
+_WIDTH, _HEIGHT, _EDGE = 480, 360, 44
+
+
+@dataclass(frozen=True, eq=False)
+class Explorer:
+    """A page about a model, as text; in a notebook it is shown in a frame.
+
+    Attributes:
+        name: of the model.
+        version: of this suite, which the page tells.
+        planes: pairs of states that it draws, the second over the first.
+        notes: what it leaves out of what was asked for.
+        html: the page.
+    """
+
+    name: str
+    version: str
+    planes: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+    html: str
+
+    def __repr__(self) -> str:
+        return f"Explorer('{self.name}', {len(self.html.encode()) / 1000:.0f} kB; write(PATH) makes a page of it)"
+
+    def _repr_html_(self) -> str:
+        """In a frame of its own, which reaches neither the notebook nor the network."""
+        page = escape(self.html, quote=True)
+        return (
+            f'<iframe sandbox="allow-scripts allow-downloads" width="100%" height="900" title="{escape(self.name)}" '
+            f'style="border:0" srcdoc="{page}"></iframe>'
+        )
+
+    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the page to a file that ends in .html.
+
+        Raises:
+            StickslipError: another suffix; the file exists and ``overwrite`` is false, or cannot be written.
+        """
+        target = checked_page(path, overwrite=overwrite)
+        with write_whole(target, overwrite=overwrite) as temporary:
+            temporary.write_text(self.html, "utf-8")
+        return target
+
+
+def checked_page(path: str | os.PathLike[str], *, overwrite: bool) -> Path:
+    """The path, if a page can be written there; before the work."""
+    target = Path(path)
+    if target.suffix.lower() != ".html":
+        raise StickslipError(f"'{target.name}' is a page; end it in .html.")
+    refuse_existing(target, overwrite=overwrite)
+    return target
+
+
+def explore(model: Model, *, contacts: Sequence[str] | None = None, plot: Sequence[str] | None = None) -> Explorer:
+    """A page in which a model moves: its engine as WebAssembly, with sliders, portraits and diagrams.
+
+    Args:
+        model: a declaration, the name, file or module of a model, a scene, or an FMU of this suite.
+        contacts: names of those to keep; all if None.
+        plot: names of the coordinates to draw; needed where there are more than six.
+
+    Raises:
+        StickslipError: there is no such model, contact or coordinate, more than six coordinates without a choice, an
+            FMU of somebody else, or the compiler fails.
+    """
+    subject = subject_of(model, contacts)
+    described = describe(subject, plot)
+    states = subject.fmu.states
+    planes = tuple((states[i], states[j]) for i, j in described["planes"])
+    page = rendered(described, wasm(subject.fmu), _still(subject, planes[0]))
+    return Explorer(str(described["name"]), str(described["version"]), planes, subject.notes, page)
+
+
+def rendered(model: dict[str, Any], module: bytes, still: str) -> str:
+    """The page of a described model, its module and its still picture."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(WEB), autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    script, boot, style = _script(), _plain("boot.js"), (WEB / "page.css").read_text("utf-8")
+    scripts = f"{_hash(boot)} {_hash(script)} 'wasm-unsafe-eval'"
+    policy = (
+        f"default-src 'none'; script-src {scripts}; style-src {_hash(style)}; img-src data: blob:; worker-src blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    data = json.dumps(model, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+    values = {"model": model, "policy": policy, "style": style, "boot": boot, "data": data, "still": still}
+    packed = {"script": _packed(script.encode()), "engine": _packed(module)}
+    return environment.get_template("page.html.j2").render(**values, **packed)
+
+
+def _script() -> str:
+    """The modules as one, in the order in which they need each other; comments and indents are left out."""
+    parts = []
+    for name in SCRIPTS:
+        text = re.sub(r"^import .*;\n", "", _plain(name), flags=re.M)
+        parts.append(re.sub(r"^export ", "", text, flags=re.M))
+    return "".join(parts) + "open();\n"
+
+
+def _plain(name: str) -> str:
+    """A script without comments and indents."""
+    text = re.sub(r"^\s*//.*\n", "", (WEB / name).read_text("utf-8"), flags=re.M)
+    return re.sub(r"^ +", "", text, flags=re.M)
+
+
+def _packed(content: bytes) -> str:
+    """Compressed, as text; without the time of day, so that a page of the same model has the same bytes."""
+    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode()
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def _still(subject: Subject, plane: tuple[str, str]) -> str:
+    """The portrait of the motion from the default start, as SVG without styles, which the policy would refuse."""
+    fmu = subject.fmu
+
+    def chosen(names: Iterable[str]) -> dict[str, float]:
+        return {name: subject.values[name] for name in names if name in subject.values}
+
+    until = subject.until or _STILL
+    x, y = plane
+    try:
+        run = simulate(
+            fmu,
+            until,
+            output_times=np.linspace(0.0, until, _SAMPLES),
+            start=chosen((*fmu.states, *fmu.memories)),
+            parameters=chosen(fmu.parameters),
+            inputs=chosen(fmu.inputs),
+        )
+    except StickslipError as error:
+        return f"<p>The motion from this start is refused: {escape(str(error))}</p>"
+    return _portrait((x, run[x]), (y, run[y]))
+
+
+def _portrait(x: tuple[str, Any], y: tuple[str, Any]) -> str:
+    places, texts = [], []
+    for (name, values), size, sign in ((x, _WIDTH, 1), (y, _HEIGHT, -1)):
+        low, high = float(values.min()), float(values.max())
+        part = (values - low) / ((high - low) or 1.0)
+        places.append(np.round(_EDGE + (part if sign > 0 else 1.0 - part) * (size - 2 * _EDGE), 1))
+        texts.append((escape(name), f"{low:.4g}", f"{high:.4g}"))
+    path = "M" + "L".join(f"{u:g} {v:g}" for u, v in zip(*places, strict=True))
+    right, bottom, base = _WIDTH - _EDGE, _HEIGHT - _EDGE, _HEIGHT - _EDGE // 2
+    (name, low, high), (other, lowest, highest) = texts
+    said = f"Phase portrait of {other} over {name}"
+    return (
+        f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img" aria-label="{said}" '
+        f'fill="currentColor" font-size="12"><path d="M{_EDGE} {_EDGE}V{bottom}H{right}" fill="none" '
+        f'stroke="currentColor"/><path d="{path}" fill="none" stroke="#1f5f99"/>'
+        f'<text x="{_EDGE}" y="{base}">{low}</text><text x="{right}" y="{base}" text-anchor="end">{high}</text>'
+        f'<text x="{_WIDTH // 2}" y="{base}" text-anchor="middle">{name}</text><text x="2" y="{bottom}">{lowest}</text>'
+        f'<text x="2" y="{_EDGE}">{highest}</text><text x="2" y="{_HEIGHT // 2}">{other}</text></svg>'
+    )

@@ -1,0 +1,110 @@
+"""Base parameters: what efforts can tell of a machine, whatever its motion.
+
+Columns of the regressor that depend on earlier ones, in the order of the declaration, are taken up by these: theta_k
+moves the base parameters theta_i by c_ik theta_k. What no motion needs drops out.
+
+Source: Gautier (1991), J. Robotic Systems 8, 485 (by QR); here by Gram-Schmidt in a given order, which is QR without
+pivots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.base.shown import Shown
+from identification.machines.regressor import Regressor
+
+SAMPLES = 60  # of random motion, for each monomial
+DEPENDENT = 1e-9  # relative to the column: what is left of one that others make up
+SEED = 20
+
+
+@dataclass(frozen=True)
+class BaseParameter(Shown):
+    """One of them: the monomial that it is named after and the others that it takes up, with their factors."""
+
+    place: int
+    name: str
+    unit: str
+    others: tuple[tuple[str, float], ...]
+    frictional: bool
+
+    @property
+    def combination(self) -> str:
+        """In words, such as "I1 + 0.04 m2 - 0.2 m1 r1"."""
+        parts = [f"{'-' if factor < 0 else '+'} {_factor(abs(factor))}{name}" for name, factor in self.others]
+        return " ".join([self.name, *parts])
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """Base parameters (b,); combine (b, m): from all monomials to them; silent: monomials that no effort shows."""
+
+    parameters: tuple[BaseParameter, ...]
+    combine: np.ndarray
+    silent: tuple[str, ...]
+
+    @property
+    def places(self) -> list[int]:
+        """Of their columns in the regressor."""
+        return [one.place for one in self.parameters]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the monomials that they are named after."""
+        return tuple(one.name for one in self.parameters)
+
+
+def base_parameters(regressor: Regressor) -> Base:
+    """Those of a machine, by random motion."""
+    rng = np.random.default_rng(SEED)
+    count = len(regressor.joints)
+    samples = max(SAMPLES, 3 * len(regressor.names))
+    motion = [rng.uniform(-np.pi, np.pi, (samples, count)), *rng.normal(0.0, 3.0, (2, samples, count))]
+    columns = regressor(*motion).reshape(-1, len(regressor.names))
+    return _base(regressor, columns)
+
+
+def _base(regressor: Regressor, columns: np.ndarray) -> Base:
+    sizes = np.linalg.norm(columns, axis=0)
+    basis = np.zeros((len(columns), 0))
+    taken: list[int] = []
+    combine = np.zeros((0, columns.shape[1]))
+    for place, size in enumerate(sizes):
+        if size == 0:
+            continue
+        unit = columns[:, place] / size
+        rest = unit - basis @ (basis.T @ unit)
+        rest -= basis @ (basis.T @ rest)  # once more, for what rounding left
+        length = float(np.linalg.norm(rest))
+        if length > DEPENDENT:
+            basis = np.column_stack([basis, rest / length])
+            taken.append(place)
+            combine = np.vstack([combine, np.zeros(columns.shape[1])])
+            combine[-1, place] = 1.0
+        else:
+            combine[:, place] = np.linalg.lstsq(columns[:, taken], columns[:, place], rcond=None)[0]
+    combine[np.abs(combine) < DEPENDENT] = 0.0
+    parameters = tuple(
+        BaseParameter(
+            place,
+            regressor.names[place],
+            regressor.units[place],
+            _others(regressor.names, row, place),
+            bool(regressor.frictional[place]),
+        )
+        for place, row in zip(taken, combine, strict=True)
+    )
+    silent = tuple(name for name, size in zip(regressor.names, sizes, strict=True) if size == 0)
+    return Base(parameters, combine, silent)
+
+
+def _others(names: Sequence[str], row: np.ndarray, place: int) -> tuple[tuple[str, float], ...]:
+    return tuple((names[i], float(row[i])) for i in map(int, np.flatnonzero(row)) if i != place)
+
+
+def _factor(value: float) -> str:
+    return "" if abs(value - 1) < DEPENDENT else f"{value:.6g} "

@@ -1,0 +1,127 @@
+"""Hyper-dual numbers: values with two first derivatives and the mixed second one, exact to rounding.
+
+    f(x + d1 e1 + d2 e2) = f + f' d1 e1 + f' d2 e2 + (f'' d1 d2 + f' d12) e1 e2,    e1^2 = e2^2 = 0
+
+Source: Fike & Alonso (2011), AIAA 2011-886.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+
+
+class HyperDual:
+    """A value with its parts along e1, e2 and e1 e2: arrays that broadcast against one another."""
+
+    __slots__ = ("both", "first", "second", "value")
+    __array_ufunc__ = None  # an array on the left leaves the operation to us
+
+    def __init__(self, value: np.ndarray, first: np.ndarray, second: np.ndarray, both: np.ndarray) -> None:
+        self.value, self.first, self.second, self.both = value, first, second, both
+
+    def __add__(self, other: HyperDual | np.ndarray | float) -> HyperDual:
+        if not isinstance(other, HyperDual):
+            return HyperDual(self.value + other, self.first, self.second, self.both)
+        return HyperDual(
+            self.value + other.value, self.first + other.first, self.second + other.second, self.both + other.both
+        )
+
+    __radd__ = __add__
+
+    def __neg__(self) -> HyperDual:
+        return HyperDual(-self.value, -self.first, -self.second, -self.both)
+
+    def __sub__(self, other: HyperDual | np.ndarray | float) -> HyperDual:
+        return self + (-other)
+
+    def __rsub__(self, other: np.ndarray | float) -> HyperDual:
+        return -self + other
+
+    def __mul__(self, other: HyperDual | np.ndarray | float) -> HyperDual:
+        if not isinstance(other, HyperDual):
+            return HyperDual(self.value * other, self.first * other, self.second * other, self.both * other)
+        return HyperDual(
+            self.value * other.value,
+            self.first * other.value + self.value * other.first,
+            self.second * other.value + self.value * other.second,
+            self.both * other.value + self.first * other.second + self.second * other.first + self.value * other.both,
+        )
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: HyperDual | np.ndarray | float) -> HyperDual:
+        return self * (other**-1)
+
+    def __rtruediv__(self, other: np.ndarray | float) -> HyperDual:
+        return self**-1 * other
+
+    def __pow__(self, power: float) -> HyperDual:
+        if isinstance(power, HyperDual):
+            raise StickslipError("A motion as an exponent has no place in an energy.")
+        x = self.value
+        return self.mapped(x**power, power * x ** (power - 1), power * (power - 1) * x ** (power - 2))
+
+    def mapped(self, value: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> HyperDual:
+        """A function of it, from its value and first two derivatives there."""
+        return HyperDual(
+            value, slope * self.first, slope * self.second, slope * self.both + bend * self.first * self.second
+        )
+
+
+def _sin(x: HyperDual) -> HyperDual:
+    s, c = np.sin(x.value), np.cos(x.value)
+    return x.mapped(s, c, -s)
+
+
+def _cos(x: HyperDual) -> HyperDual:
+    s, c = np.sin(x.value), np.cos(x.value)
+    return x.mapped(c, -s, -c)
+
+
+def _tan(x: HyperDual) -> HyperDual:
+    t = np.tan(x.value)
+    return x.mapped(t, 1 + t**2, 2 * t * (1 + t**2))
+
+
+def _exp(x: HyperDual) -> HyperDual:
+    e = np.exp(x.value)
+    return x.mapped(e, e, e)
+
+
+def _log(x: HyperDual) -> HyperDual:
+    return x.mapped(np.log(x.value), 1 / x.value, -1 / x.value**2)
+
+
+def _sqrt(x: HyperDual) -> HyperDual:
+    return x**0.5
+
+
+def _tanh(x: HyperDual) -> HyperDual:
+    t = np.tanh(x.value)
+    return x.mapped(t, 1 - t**2, -2 * t * (1 - t**2))
+
+
+def _atan(x: HyperDual) -> HyperDual:
+    over = 1 / (1 + x.value**2)
+    return x.mapped(np.arctan(x.value), over, -2 * x.value * over**2)
+
+
+def either(plain: Callable[[np.ndarray], np.ndarray], dual: Callable[[HyperDual], HyperDual]) -> Callable[..., object]:
+    """A function of numbers and of hyper-dual numbers."""
+    return lambda x: dual(x) if isinstance(x, HyperDual) else plain(x)
+
+
+FUNCTIONS = {
+    "sin": either(np.sin, _sin),
+    "cos": either(np.cos, _cos),
+    "tan": either(np.tan, _tan),
+    "exp": either(np.exp, _exp),
+    "log": either(np.log, _log),
+    "sqrt": either(np.sqrt, _sqrt),
+    "tanh": either(np.tanh, _tanh),
+    "atan": either(np.arctan, _atan),
+}

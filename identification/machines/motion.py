@@ -1,0 +1,158 @@
+"""Measured motion and efforts of a machine, made ready: velocities and accelerations, and one low-pass over all.
+
+    positions -> low-pass forward and backward -> central differences
+    efforts, and every column of the regressor -> the same second low-pass -> thinned
+
+The second one passes over both sides of a linear equation and leaves it true; it takes off noise above the machine's
+motion and keeps few samples. Both are Butterworth of order 4, forward and backward.
+
+Sources: Gautier (1997), ICRA, 2278 (parallel decimation); Janot, Vandanjon, Gautier (2014), Control Eng. Practice 25,
+85.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+
+ORDER = 4
+GAP = 10.0  # usual steps: a longer one parts a log
+SETTLED = 1.5  # periods of the lower cutoff that are cut off both ends of a piece, where filters have no past
+LEAST = 20  # thinned samples that a piece must hold
+PER_PERIOD = 5.0  # thinned samples per period of the second cutoff
+STILL = 1e-6  # rad or m: a joint that moves less is at rest
+
+
+@dataclass(frozen=True)
+class MachineLog:
+    """One log. time: (n,) s; position, effort: (n, joints), as declared; notes: what to say of it."""
+
+    name: str
+    time: np.ndarray
+    position: np.ndarray
+    effort: np.ndarray
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Cutoffs:
+    """Of the low-pass of positions, and of that over efforts and columns, Hz."""
+
+    kinematic: float
+    parallel: float
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
+    the efforts; log: number of its log; every: step of the thinned samples."""
+
+    log: int
+    step: float
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
+    parallel: float
+
+    def smooth(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, ...) after the second low-pass."""
+        from scipy.signal import butter, sosfiltfilt
+
+        return sosfiltfilt(butter(ORDER, 2 * self.parallel * self.step, output="sos"), values, axis=0)
+
+    def thinned(self, values: np.ndarray) -> np.ndarray:
+        """The same, thinned, their ends cut off."""
+        return self.smooth(values)[self.kept]
+
+    @property
+    def kept(self) -> slice:
+        """Samples that are used."""
+        every = max(int(1 / (PER_PERIOD * self.parallel * self.step)), 1)
+        edge = int(SETTLED / (self.parallel * self.step))
+        return slice(edge, len(self.time) - edge, every)
+
+
+def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs) -> list[Motion]:
+    """All pieces of logs, at the step of the slowest of them.
+
+    Raises:
+        StickslipError: a log is too short or too slow for the cutoffs, time runs back, or a joint never moves.
+    """
+    step = max(float(np.median(np.diff(log.time))) for log in logs)
+    found = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
+    travel = np.max([np.ptp(piece.position, axis=0) for piece in found], axis=0)
+    still = [name for name, reach in zip(joints, travel, strict=True) if reach < STILL]
+    if still:
+        raise StickslipError(
+            f"{', '.join(still)} never moves in the logs: nothing of it can be found. Record a motion of every joint, "
+            "or declare the machine without it."
+        )
+    return found
+
+
+def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list[Motion]:
+    steps = np.diff(log.time)
+    if not np.all(steps > 0):
+        place = int(np.argmax(steps <= 0))
+        raise StickslipError(
+            f"The time of '{log.name}' does not rise at {log.time[place]:g} s (row {place + 2}). Mend the log, or join "
+            "its parts as logs of their own."
+        )
+    for name, cutoff in (("positions", cutoffs.kinematic), ("efforts", cutoffs.parallel)):
+        if not 0 < 2 * cutoff * step < 1:
+            raise StickslipError(
+                f"The cutoff of {name}, {cutoff:g} Hz, does not lie between 0 and half the sampling rate of "
+                f"'{log.name}', {0.5 / step:.4g} Hz. Choose another."
+            )
+    ends = np.flatnonzero(steps > GAP * float(np.median(steps))) + 1
+    found = []
+    for rows in np.split(np.arange(len(log.time)), ends):
+        time = np.arange(float(log.time[rows[0]]), float(log.time[rows[-1]]) + 0.5 * step, step)
+        piece = _piece(number, log, rows, time, step, cutoffs)
+        if len(time[piece.kept]) >= LEAST:
+            found.append(piece)
+    if not found:
+        raise StickslipError(
+            f"'{log.name}' lasts {log.time[-1] - log.time[0]:.3g} s{' with gaps' if len(ends) else ''}: too short for "
+            f"a cutoff of {cutoffs.parallel:g} Hz. Raise the cutoff, or record for longer."
+        )
+    return found
+
+
+def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, step: float, cutoffs: Cutoffs) -> Motion:
+    from scipy.signal import butter, sosfiltfilt
+
+    def even(values: np.ndarray) -> np.ndarray:
+        return np.stack([np.interp(time, log.time[rows], column) for column in values[rows].T], axis=1)
+
+    low_pass = butter(ORDER, 2 * cutoffs.kinematic * step, output="sos")
+    # a stretch shorter than the filter's padding is left out later
+    short = len(time) <= 6 * ORDER
+    position = even(log.position) if short else sosfiltfilt(low_pass, even(log.position), axis=0)
+    velocity = np.gradient(position, step, axis=0)
+    acceleration = np.gradient(velocity, step, axis=0)
+    return Motion(number, step, time, position, velocity, acceleration, even(log.effort), cutoffs.parallel)
+
+
+def stacked(pieces: Sequence[Motion], of: Callable[[Motion], np.ndarray]) -> np.ndarray:
+    """What each piece gives (k, joints, ...), thinned, joint after joint of one piece after another: (rows, ...)."""
+    parts = [piece.thinned(of(piece)) for piece in pieces]
+    return np.concatenate([np.swapaxes(part, 0, 1).reshape(-1, *part.shape[2:]) for part in parts])
+
+
+def labels(pieces: Sequence[Motion], joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Number of the series (piece and joint), of the joint and of the log of each row of `stacked`."""
+    series, joint, log = [], [], []
+    for number, piece in enumerate(pieces):
+        count = len(piece.time[piece.kept])
+        for place in range(joints):
+            series.append(np.full(count, number * joints + place))
+            joint.append(np.full(count, place))
+            log.append(np.full(count, piece.log))
+    return np.concatenate(series), np.concatenate(joint), np.concatenate(log)

@@ -1,0 +1,103 @@
+"""Logs of a declared machine: columns named after its coordinates and efforts, or mapped to them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.registry import Reference
+from fmu_models.base.unit_names import conversion_factor
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Quantity
+from identification.machines.motion import MachineLog
+from identification.machines.regressor import effort_inputs
+from rig_io.logs.table import Table
+from rig_io.packages.datapackage import read_columns
+
+TIME = "time"
+LEAST = 100  # rows
+OTHER = 0.2  # relative: a recorded velocity that differs more is not the derivative of the position
+
+
+def read_machine_log(
+    path: str | os.PathLike[str],
+    mechanism: Mechanism,
+    columns: Mapping[str, str] | None = None,
+    *,
+    reader: Reference | None = None,
+) -> MachineLog:
+    """A log of a machine's positions and efforts, in the units of the declaration.
+
+    columns: column by name of a coordinate, effort or ``time``, where they differ; reader: as in `rig_io.read_log`.
+    Rows with an empty cell are left out. A recorded velocity is compared with the position's.
+
+    Raises:
+        StickslipError: a column is not there, of another unit, or hardly filled.
+    """
+    table = read_columns(path, reader=reader)
+    named = dict(columns or {})
+    coordinates, efforts = mechanism.coordinates, effort_inputs(mechanism)
+    velocities = [q.v for q in coordinates]
+    known = {TIME, *(one.name for one in (*coordinates, *velocities, *efforts))}
+    for name in named:
+        if name not in known:
+            raise StickslipError(
+                f"{mechanism.name} has no coordinate or effort '{name}'.{nearest(name, known)} Name columns as "
+                f"--column {efforts[0].name}=COLUMN."
+            )
+    time = _column(table, named.get(TIME, TIME), None)
+    position = np.stack([_column(table, named.get(q.name, q.name), q) for q in coordinates], axis=1)
+    effort = np.stack([_column(table, named.get(one.name, one.name), one) for one in efforts], axis=1)
+    whole = np.isfinite(time) & np.isfinite(position).all(axis=1) & np.isfinite(effort).all(axis=1)
+    if np.count_nonzero(whole) < LEAST:
+        raise StickslipError(
+            f"'{table.source}' holds {np.count_nonzero(whole)} whole rows; {LEAST} are needed, with a time, a position "
+            "and an effort of every joint."
+        )
+    notes = [] if whole.all() else [f"{np.count_nonzero(~whole)} rows of '{table.source}' with empty cells left out."]
+    for place, v in enumerate(velocities):
+        column = named.get(v.name, v.name)
+        if column in table.columns:
+            shown = _column(table, column, v)[whole]
+            notes += _not_derivative(table.source, column, time[whole], position[whole, place], shown)
+    return MachineLog(Path(path).name, time[whole], position[whole], effort[whole], tuple(notes))
+
+
+def _column(table: Table, name: str, quantity: Quantity | None) -> np.ndarray:
+    if name not in table.columns:
+        asked = TIME if quantity is None else quantity.name
+        raise StickslipError(
+            f"'{table.source}' has no column '{name}'; it has {', '.join(list(table.columns)[:20])}."
+            f"{nearest(name, table.columns)} Say which one it is: --column {asked}=COLUMN."
+        )
+    values, wanted = np.asarray(table.columns[name], dtype=float), "s" if quantity is None else quantity.unit
+    unit = table.units.get(name)
+    if unit is None or unit == wanted:
+        return values
+    try:
+        return values * conversion_factor(unit, wanted)
+    except ValueError as error:
+        raise StickslipError(
+            f"Column '{name}' of '{table.source}' is in '{unit}', and '{wanted}' is declared ({error}). Mend the unit "
+            "or the declaration."
+        ) from error
+
+
+def _not_derivative(source: str, name: str, time: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> list[str]:
+    """What to say of a recorded velocity that is none of this position: their changes over a tenth of the log's usual
+    swing are compared."""
+    filled = np.isfinite(velocity)
+    velocity = np.interp(time, time[filled], velocity[filled]) if filled.any() else np.zeros_like(position)
+    travelled = np.concatenate([[0.0], np.cumsum(np.diff(time) * (velocity[1:] + velocity[:-1]) / 2)])
+    slope = float(np.polyfit(travelled, position, 1)[0]) if np.ptp(travelled) > 0 else 0.0
+    off = position - position.mean() - slope * (travelled - travelled.mean())
+    if abs(slope - 1) <= OTHER and np.std(off) <= OTHER * np.std(position):
+        return []
+    return [
+        f"Column '{name}' of '{source}' is not the derivative of the position (the position changes by {slope:.3g} "
+        "times its integral): it was not used. Check its unit and sign."
+    ]

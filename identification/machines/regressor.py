@@ -1,0 +1,242 @@
+"""The regressor of a declared machine: the efforts that its motion takes, linear in what is to be found.
+
+    tau = d/dt dL/dv - dL/dq + dD/dv - sum_c (d slip_c/dv)^T lambda_c - Q0 = Y(q, v, a) theta,    L = T - U
+
+theta are the parameters of the declaration or products of them (monomials). Nothing is derived symbolically: an energy
+E is evaluated once with hyper-dual numbers, e1 along one velocity or coordinate and e2 along the motion (q by v, v by
+a), which gives d/dt dE/dv and dE/dq to rounding for any number of joints.
+
+Source of the form: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), chapter 9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.language.contacts import Friction
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Input, Parameter
+from identification.machines.hyper_dual import FUNCTIONS, HyperDual
+from identification.machines.linear_parts import NOTHING, Monomial, Parts, linear_parts, monomial_name, monomial_unit
+
+CHUNK = 1024  # rows at once: what is in between of a long chain then stays in the processor's cache
+SIGN = sympy.Dummy("sign", real=True)
+SLIP = sympy.Dummy("slip", real=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Regressor:
+    """Y of a machine. joints: names of the coordinates, in order; efforts: input that drives each; names, units: of
+    the monomials theta (m,); frictional: (m,) whether a monomial stands in friction alone (contacts, dissipation);
+    declared: (m,) its value by the declaration."""
+
+    joints: tuple[str, ...]
+    efforts: tuple[str, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    frictional: np.ndarray
+    declared: np.ndarray
+    _terms: _Terms
+
+    def __call__(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, *, smooth: np.ndarray | None = None) -> np.ndarray:
+        """Y (n, joints, m) at positions, velocities and accelerations (n, joints) each; smooth: (joints,) velocities
+        over which Coulomb friction turns, 0 if None."""
+        count = len(self.joints)
+        whole = np.zeros((len(q), count, len(self.names)))
+        over = np.zeros(count) if smooth is None else smooth
+        for begin in range(0, len(q), CHUNK):
+            at = slice(begin, begin + CHUNK)
+            self._terms.add_energies(whole[at], q[at], v[at], a[at])
+            self._terms.add_friction(whole[at], q[at], v[at], over)
+        return whole
+
+
+def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None) -> Regressor:
+    """The regressor of a mechanism. known: values of parameters that are not to be found, by name.
+
+    Raises:
+        StickslipError: a parameter is not there, nothing is to be found, an input does not drive one joint alone, a
+            contact opens, or the efforts are not linear in products of parameters.
+    """
+    given = _known(mechanism, known or {})
+    drives, rest = _drives(mechanism)
+    unknown = {p for p in mechanism.parameters if p not in given}
+    if not unknown:
+        raise StickslipError(f"All parameters of {mechanism.name} are known: there is nothing to find.")
+    at = {parameter: sympy.Float(value) for parameter, value in given.items()}
+
+    def parts(expression: sympy.Expr) -> Parts:
+        return linear_parts(substituted(expression, at), unknown)
+
+    lagrangian = parts(mechanism.kinetic_energy)
+    for monomial, motion in parts(mechanism.potential_energy).items():
+        lagrangian[monomial] = lagrangian.get(monomial, sympy.S.Zero) - motion
+    dissipation = parts(mechanism.dissipation)
+    forces = [_forces(mechanism, contact, parts) for contact in mechanism.contacts]
+    applied = [{m: -e for m, e in parts(expression).items()} for expression in rest]
+    for part in (lagrangian, dissipation, *(force for force, _, _ in forces), *applied):
+        if part.pop(NOTHING, sympy.S.Zero) != 0:
+            raise StickslipError(
+                f"A part of {mechanism.name} holds none of the parameters that are to be found: leave one of its "
+                "parameters to be found, or take it out of the declaration."
+            )
+    every = (lagrangian, dissipation, *(force for force, _, _ in forces), *applied)
+    monomials = sorted({m for part in every for m in part}, key=lambda m: [(p.declared, n) for p, n in m])
+    inertial = set(lagrangian)
+    return Regressor(
+        tuple(q.name for q in mechanism.coordinates),
+        tuple(drive.name for drive in drives),
+        tuple(monomial_name(m) for m in monomials),
+        tuple(monomial_unit(m) for m in monomials),
+        np.array([m not in inertial for m in monomials]),
+        np.array([float(np.prod([p.value**power for p, power in m])) for m in monomials]),
+        _Terms(mechanism, monomials, lagrangian, dissipation, forces, applied),
+    )
+
+
+def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> sympy.Expr:
+    """The expression with parameters at values."""
+    found: Any = sympy.sympify(expression).xreplace(at)
+    return found
+
+
+def _known(mechanism: Mechanism, known: Mapping[str, float]) -> dict[Parameter, float]:
+    by_name = {p.name: p for p in mechanism.parameters}
+    for name in known:
+        if name not in by_name:
+            raise StickslipError(f"{mechanism.name} has no parameter '{name}'.{nearest(name, by_name)}")
+    return {by_name[name]: float(value) for name, value in known.items()}
+
+
+def effort_inputs(mechanism: Mechanism) -> list[Input]:
+    """The input that is the effort on each coordinate.
+
+    Raises:
+        StickslipError: a coordinate has none, or shares it.
+    """
+    return _drives(mechanism)[0]
+
+
+def _drives(mechanism: Mechanism) -> tuple[list[Input], list[sympy.Expr]]:
+    """The input that is the effort on each coordinate, and what else is applied there."""
+    drives, rest = [], []
+    for q in mechanism.coordinates:
+        force = sympy.sympify(mechanism.applied.get(q, sympy.S.Zero))
+        inputs = [s for s in force.free_symbols if isinstance(s, Input)]
+        if len(inputs) != 1 or sympy.diff(force, inputs[0]) != 1:
+            raise StickslipError(
+                f"The force on '{q.name}' of {mechanism.name} is '{sympy.sstr(force)}': a machine is identified from "
+                "the measured effort of each joint, so it must hold one input of its own as a summand, "
+                f"applied={{{q.name}: tau_{q.name}}}."
+            )
+        drives.append(inputs[0])
+        rest.append(force - inputs[0])
+    if len(set(drives)) < len(drives):
+        raise StickslipError(f"One input of {mechanism.name} drives two joints: give each joint an effort of its own.")
+    return drives, rest
+
+
+def _forces(
+    mechanism: Mechanism, contact: Any, parts: Callable[[sympy.Expr], Parts]
+) -> tuple[Parts, sympy.Expr, list[sympy.Expr]]:
+    """Force of a contact along its slip, slip speed, and its derivative by each velocity."""
+    if not isinstance(contact, Friction):
+        raise StickslipError(
+            f"Contact '{contact.name}' of {mechanism.name} opens and closes: its force is not linear in parameters "
+            "that a log of efforts gives. Identify the machine away from it, and declare it without."
+        )
+    if contact.where is not None:
+        raise StickslipError(f"Contact '{contact.name}' of {mechanism.name} is not closed everywhere; declare it so.")
+    if contact.law.states:
+        raise StickslipError(
+            f"The law {type(contact.law).__name__} of contact '{contact.name}' has states that no log shows. Take one "
+            "without, such as Coulomb, with a dissipation for viscous friction."
+        )
+    slip = sympy.sympify(contact.slip)
+    try:
+        force = parts(contact.law.force(SLIP, SIGN))
+    except StickslipError as error:
+        raise StickslipError(f"Contact '{contact.name}' of {mechanism.name}: {error}") from error
+    return force, slip, [sympy.diff(slip, q.v) for q in mechanism.coordinates]
+
+
+class _Terms:
+    """Functions of numbers behind a regressor, made once."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        monomials: Sequence[Monomial],
+        lagrangian: Parts,
+        dissipation: Parts,
+        forces: Iterable[tuple[Parts, sympy.Expr, list[sympy.Expr]]],
+        applied: Sequence[Parts],
+    ) -> None:
+        place = {monomial: i for i, monomial in enumerate(monomials)}
+        q, v = list(mechanism.coordinates), [one.v for one in mechanism.coordinates]
+        self.count = len(q)
+        self.inertial = [place[m] for m in lagrangian]
+        self.lagrangian = _function([*q, *v], list(lagrangian.values()))
+        self.viscous = [place[m] for m in dissipation]
+        self.dissipation = _function([*q, *v], list(dissipation.values()))
+        self.forces = [
+            ([place[m] for m in force], _function([SLIP, SIGN], list(force.values())), _function([*q, *v], [slip, *by]))
+            for force, slip, by in forces
+        ]
+        self.applied = [
+            (joint, [place[m] for m in part], _function([*q, *v], list(part.values())))
+            for joint, part in enumerate(applied)
+            if part
+        ]
+
+    def add_energies(self, whole: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
+        """d/dt dL/dv - dL/dq of each monomial."""
+        n = self.count
+        # e1 along each velocity, then along each coordinate; e2 along the motion
+        unit, none = np.eye(n), np.zeros((n, n))
+        along = np.concatenate([np.hstack([none, unit]), np.hstack([unit, none])])  # (2n, q and v)
+        zero = np.zeros((1, 1))
+        numbers = [
+            HyperDual(value[None, :], along[:, place, None], rate[None, :], zero)
+            for place, (value, rate) in enumerate(zip((*q.T, *v.T), (*v.T, *a.T), strict=True))
+        ]
+        for place, energy in zip(self.inertial, self.lagrangian(*numbers), strict=True):
+            if isinstance(energy, HyperDual):
+                both = np.broadcast_to(energy.both, (2 * n, len(q)))[:n]
+                first = np.broadcast_to(energy.first, (2 * n, len(q)))[n:]
+                whole[:, :, place] += (both - first).T
+
+    def add_friction(self, whole: np.ndarray, q: np.ndarray, v: np.ndarray, smooth: np.ndarray) -> None:
+        """dD/dv, forces of contacts and what else is applied, of each monomial."""
+        n = self.count
+        along = np.hstack([np.zeros((n, n)), np.eye(n)])
+        zero = np.zeros((1, 1))
+        numbers = [
+            HyperDual(value[None, :], along[:, place, None], zero, zero) for place, value in enumerate((*q.T, *v.T))
+        ]
+        for place, power in zip(self.viscous, self.dissipation(*numbers), strict=True):
+            if isinstance(power, HyperDual):
+                whole[:, :, place] += np.broadcast_to(power.first, (n, len(q))).T
+        plain = (*q.T, *v.T)
+        for places, force, slip in self.forces:
+            speed, *by = slip(*plain)
+            over = sum(np.abs(share) * one for share, one in zip(by, smooth, strict=True))
+            sign = np.tanh(speed / over) if np.all(over > 0) else np.sign(speed)
+            for place, along_slip in zip(places, force(speed, sign), strict=True):
+                for joint, share in enumerate(by):
+                    whole[:, joint, place] -= share * along_slip
+        for joint, places, given in self.applied:
+            for place, values in zip(places, given(*plain), strict=True):
+                whole[:, joint, place] += values
+
+
+def _function(arguments: Sequence[sympy.Basic], expressions: Sequence[sympy.Expr]) -> Callable[..., Sequence[Any]]:
+    if not expressions:
+        return lambda *_: ()
+    return sympy.lambdify(arguments, list(expressions), modules=[FUNCTIONS, "numpy"], cse=True)

@@ -1,0 +1,273 @@
+"""Machines of several joints: the regressor against equations typed by hand and against Newton and Euler's recursion,
+base parameters, values of an emulated arm, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from emulated_arm import ARM, log, torques
+from typer.testing import CliRunner
+
+from fmu_models import Coordinate, Input, KelvinVoigt, Mechanism, Parameter, StickslipError, Stop
+from fmu_models.oscillators import load
+from identification.commands.application import app
+from identification.machines.base_parameters import base_parameters
+from identification.machines.machine_fit import MachineFit, identify_machine
+from identification.machines.motion import MachineLog
+from identification.machines.regressor import regressor_of
+
+DATA = Path(__file__).parents[2] / "data" / "machines"
+KNOWN = {"g": ARM["g"], "l1": ARM["l1"]}
+RNG = np.random.default_rng(4)
+
+
+@pytest.fixture(scope="module")
+def arm() -> Mechanism:
+    return load(DATA / "two_link_arm.py")
+
+
+@pytest.fixture(scope="module")
+def fit(arm: Mechanism) -> MachineFit:
+    return identify_machine(arm, [log(1), log(2)], known=KNOWN, held_out=[log(3)])
+
+
+def test_the_regressor_is_lagranges_equations(arm: Mechanism):
+    regressor = regressor_of(arm, KNOWN)
+    q, v, a = RNG.normal(size=(3, 40, 2))
+    assert regressor(q, v, a) @ regressor.declared == pytest.approx(torques(q, v, a), abs=1e-13)
+    assert (regressor.joints, regressor.efforts) == (("q1", "q2"), ("tau1", "tau2"))
+    assert dict(zip(regressor.names, regressor.units, strict=True))["m2 r2"] == "kg m"
+
+
+def skew(x: np.ndarray) -> np.ndarray:
+    return np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
+
+
+OFFSETS = [(0.1 * i - 0.2, 0.05 * i, 0.3 - 0.02 * i) for i in range(7)]  # m, of a joint from the one before
+AXES = [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0)]
+
+
+def chain(links: int) -> Mechanism:
+    """A spatial chain: each link with mass, first moments and a full inertia about its joint."""
+    coordinates = [Coordinate(f"q{i}", "rad", f"joint {i}") for i in range(links)]
+    kinetic, potential, base = sympy.S.Zero, sympy.S.Zero, sympy.zeros(3, 1)
+    w, v, down = base, base, sympy.Matrix([0, 0, -9.81])
+    height = sympy.S.Zero
+    drives = {}
+    for i, q in enumerate(coordinates):
+        axis = sympy.Matrix(AXES[i])
+        turn = turned(AXES[i], q).T
+        offset = sympy.Matrix(OFFSETS[i])
+        height = height - down.dot(offset)
+        v, w, down = turn * (v + w.cross(offset)), turn * w + axis * q.v, turn * down
+        m = Parameter(f"m{i}", 1.0 + 0.1 * i, "kg", "mass")
+        moments = sympy.Matrix([Parameter(f"s{i}{c}", 0.02 * (1 + i), "kg m", "first moment") for c in "xyz"])
+        terms = {
+            f"{a}{b}": Parameter(f"J{i}{a}{b}", 0.1 if a == b else 0.01, "kg m2", "")
+            for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")
+        }
+        inertia = sympy.Matrix([[terms["".join(sorted(r + c))] for c in "xyz"] for r in "xyz"])
+        kinetic += (m * v.dot(v) + w.dot(inertia * w)) / 2 + moments.dot(v.cross(w))
+        potential += m * height - down.dot(moments)
+        drives[q] = Input(f"tau{i}", 0.0, "N m", "torque")
+    return Mechanism(
+        name="chain", title="chain", source="", coordinates=coordinates, kinetic_energy=kinetic,
+        potential_energy=potential, applied=drives,
+    )  # fmt: skip
+
+
+def turned(axis: tuple[int, int, int], q: sympy.Expr) -> sympy.Matrix:
+    """Rotation about an axis of the coordinates."""
+    k = sympy.Matrix(3, 3, [0, -axis[2], axis[1], axis[2], 0, -axis[0], -axis[1], axis[0], 0])
+    return sympy.eye(3) + sympy.sin(q) * k + (1 - sympy.cos(q)) * k * k
+
+
+def newton_euler(links: int, values: Mapping[str, float], q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Torques (links,) by the recursion of Newton and Euler, link by link, in the frames of the links."""
+    w, dw, acceleration = np.zeros(3), np.zeros(3), np.array([0.0, 0.0, 9.81])
+    turns, wrenches = [], []
+    for i in range(links):
+        axis, offset = np.array(AXES[i], float), np.array(OFFSETS[i])
+        turn = np.eye(3) + np.sin(q[i]) * skew(axis) + (1 - np.cos(q[i])) * skew(axis) @ skew(axis)
+        at = acceleration + np.cross(dw, offset) + np.cross(w, np.cross(w, offset))
+        w, dw = turn.T @ w, turn.T @ dw
+        dw = dw + axis * a[i] + np.cross(w, axis * v[i])
+        w = w + axis * v[i]
+        acceleration = turn.T @ at
+        m, s = values[f"m{i}"], np.array([values[f"s{i}{c}"] for c in "xyz"])
+        J = np.array([[values[f"J{i}" + "".join(sorted(r + c))] for c in "xyz"] for r in "xyz"])
+        force = m * acceleration + np.cross(dw, s) + np.cross(w, np.cross(w, s))
+        wrenches.append((force, J @ dw + np.cross(w, J @ w) + np.cross(s, acceleration)))
+        turns.append(turn)
+    found, force, moment = np.zeros(links), np.zeros(3), np.zeros(3)
+    for i in reversed(range(links)):
+        force, moment = force + wrenches[i][0], moment + wrenches[i][1]
+        found[i] = moment @ np.array(AXES[i], float)
+        force, moment = turns[i] @ force, turns[i] @ moment
+        moment = moment + np.cross(np.array(OFFSETS[i]), force)
+    return found
+
+
+def test_a_spatial_chain_agrees_with_newton_and_euler():
+    links = 4
+    regressor = regressor_of(chain(links))
+    values = {p: 0.3 + 0.7 * np.sin(i) for i, p in enumerate(regressor.names)}
+    q, v, a = RNG.normal(size=(3, 10, links))
+    ours = regressor(q, v, a) @ np.array([values[name] for name in regressor.names])
+    known = defaultdict(float, values)
+    for row in range(10):
+        assert ours[row] == pytest.approx(newton_euler(links, known, q[row], v[row], a[row]), abs=1e-10)
+
+
+def test_base_parameters_take_up_what_goes_with_them(arm: Mechanism):
+    base = base_parameters(regressor_of(arm, KNOWN))
+    assert [one.combination for one in base.parameters] == [
+        *("J1 + 0.09 m2", "J2", "m1 r1 + 0.3 m2", "m2 r2", "b1", "b2", "f1", "f2"),
+    ]
+    assert [one.name for one in base.parameters if one.frictional] == ["b1", "b2", "f1", "f2"]
+
+
+def test_the_arm_is_found_again(fit: MachineFit):
+    p = ARM
+    true = {"J1": p["J1"] + p["l1"] ** 2 * p["m2"], "J2": p["J2"], "m1 r1": p["m1"] * p["r1"] + p["l1"] * p["m2"]}
+    true |= {"m2 r2": p["m2"] * p["r2"], **{name: p[name] for name in ("b1", "b2", "f1", "f2")}}
+    for one in fit.parameters:
+        assert one.value == pytest.approx(true[one.name], rel=0.05 if one.frictional else 0.01)
+        assert abs(one.value - true[one.name]) < 4 * one.standard_deviation
+    for joint in fit.joints:
+        assert joint.held_out is not None and joint.held_out < 0.03
+        assert joint.left_out is not None and joint.left_out < 1.3 * joint.seen
+        assert joint.free_run is not None and joint.free_run < 0.05
+
+
+def test_noise_of_the_positions_biases_least_squares_and_not_the_instruments(arm: Mechanism):
+    rng = np.random.default_rng(8)
+    logs = [
+        replace(one, position=one.position + 0.005 * rng.normal(size=one.position.shape)) for one in (log(1), log(2))
+    ]
+    found = identify_machine(arm, logs, known=KNOWN, cutoff=25.0)
+    assert any("Least squares is biased in" in said for said in found.verdicts)
+    inertia = found["J2"]
+    assert inertia.least_squares < 0.7 * ARM["J2"]
+    assert inertia.value == pytest.approx(ARM["J2"], rel=0.05)
+
+
+def test_a_torque_of_the_wrong_sign_or_unit_shows_in_the_weight(arm: Mechanism):
+    turned = replace(log(1), effort=-log(1).effort)
+    small = replace(log(1), effort=0.001 * log(1).effort)
+    how = {"known": KNOWN, "method": "least squares"}
+    assert any("other sign" in said for said in identify_machine(arm, [turned], **how).verdicts)
+    assert any("times the declared one" in said for said in identify_machine(arm, [small], **how).verdicts)
+
+
+def changed(name: str) -> MachineLog:
+    one = log(1)
+    if name == "still":
+        return replace(one, position=one.position * [1.0, 0.0])
+    if name == "back":
+        return replace(one, time=np.where(np.arange(len(one.time)) == 50, 0.0, one.time))
+    return replace(one, time=one.time[:150], position=one.position[:150], effort=one.effort[:150])
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("still", "q2 never moves"), ("back", r"does not rise at 0\.196 s"), ("short", "too short for a cutoff of 2 Hz")],
+)
+def test_a_log_that_shows_nothing_is_refused(arm: Mechanism, name: str, said: str):
+    with pytest.raises(StickslipError, match=said):
+        identify_machine(arm, [changed(name)], known=KNOWN, cutoff=2.0)
+
+
+def test_gaps_and_logs_of_two_rates_are_taken(arm: Mechanism):
+    whole, other = log(1), log(2)
+    gap = (whole.time < 4) | (whole.time > 5)
+    parts = replace(whole, time=whole.time[gap], position=whole.position[gap], effort=whole.effort[gap])
+    slow = replace(other, time=other.time[::2], position=other.position[::2], effort=other.effort[::2])
+    found = identify_machine(arm, [parts, slow], known=KNOWN, method="least squares")
+    assert found["m2 r2"].value == pytest.approx(ARM["m2"] * ARM["r2"], rel=0.02)
+
+
+def test_what_is_not_linear_is_refused_with_its_part(arm: Mechanism):
+    q = Coordinate("q", "rad", "angle")
+    J, k = Parameter("J", 1.0, "kg m2", "inertia"), Parameter("k", 2.0, "1", "shape")
+    tau = Input("tau", 0.0, "N m", "torque")
+    common = {"name": "odd", "title": "odd", "source": "", "coordinates": [q], "applied": {q: tau}}
+    bent = Mechanism(kinetic_energy=J * q.v**2 / 2, potential_energy=J * sympy.Float(3.0) * sympy.cos(k * q), **common)
+    with pytest.raises(StickslipError, match=r"'cos\(q\*k\)' is not linear in k"):
+        regressor_of(bent)
+    stopped = Mechanism(
+        kinetic_energy=J * q.v**2 / 2,
+        contacts=[
+            Stop(name="stop", gap=1 - q, law=KelvinVoigt(Parameter("ks", 1.0, "N m", ""), sympy.S.Zero), release="gap")
+        ],
+        **common,
+    )
+    with pytest.raises(StickslipError, match="Contact 'stop' of odd opens and closes"):
+        regressor_of(stopped)
+    with pytest.raises(StickslipError, match="no parameter 'gg'"):
+        regressor_of(arm, {"gg": 9.8})
+    free = Mechanism(**{**common, "applied": {}}, kinetic_energy=J * q.v**2 / 2)
+    with pytest.raises(StickslipError, match="must hold one input of its own"):
+        regressor_of(free)
+
+
+def command(*arguments: str) -> dict[str, object]:
+    done = CliRunner().invoke(app, ["inverse", *arguments, "--json"])
+    assert done.exit_code == 0, done.output
+    return json.loads(done.stdout)
+
+
+def test_the_command_reads_logs_by_columns(tmp_path: Path, fit: MachineFit):
+    logs = [DATA / f"two_link_arm_{seed}.csv" for seed in (1, 2)]
+    for n, one in enumerate(logs):
+        (tmp_path / f"{n}.csv").write_text(one.read_text().replace("tau1", "shoulder", 1))
+    asked = [
+        str(DATA / "two_link_arm.py"),
+        str(tmp_path / "0.csv"),
+        "--column",
+        "tau1=shoulder",
+        "--method",
+        "least squares",
+    ]
+    found = command(
+        *asked, "--set", "g=9.81", "--set", "l1=0.3", "--held-out", str(tmp_path / "1.csv"), "-o", str(tmp_path / "f")
+    )
+    values = {one["name"]: one["value"] for one in found["parameters"]}  # type: ignore[attr-defined]
+    assert values["J2"] == pytest.approx(ARM["J2"], rel=0.03)
+    assert json.loads((tmp_path / "f").read_text())["machine"] == "two_link_arm"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["two_link_arm_1.csv", "--column", "tau1=t1"], "no column 't1'"),
+        (["two_link_arm_1.csv", "--column", "tau9=t1"], "no coordinate or effort 'tau9'"),
+        (["two_link_arm_1.csv", "--column", "tau1"], "--column takes NAME=COLUMN"),
+        (["two_link_arm_1.csv", "--method", "squares"], "no method 'squares'"),
+        (["two_link_arm_1.csv", "--cutoff", "200"], "does not lie between 0 and half the sampling rate"),
+        (["two_link_arm_1.csv", "--figure", "a.png"], "are for recipes"),
+    ],
+)
+def test_what_the_command_cannot_do_is_said(arguments: list[str], said: str):
+    asked = ["inverse", str(DATA / "two_link_arm.py"), str(DATA / arguments[0]), *arguments[1:]]
+    done = CliRunner().invoke(app, asked)
+    assert done.exit_code != 0 and said in f"{done.exception} {done.output}"
+
+
+def test_a_recorded_velocity_that_is_none_is_told(tmp_path: Path, arm: Mechanism):
+    from identification.machines.read import read_machine_log
+
+    one = log(1)
+    speed = np.gradient(one.position[:, 0], one.time)
+    rows = np.column_stack([one.time, one.position, one.effort, 57.3 * speed])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, delimiter=",", header="time,q1,q2,tau1,tau2,w1", comments="")
+    (note,) = read_machine_log(path, arm).notes
+    assert "'w1'" in note and "0.0175 times" in note

@@ -4,8 +4,8 @@
     codegen/lane_tables.py            of those, which have only contacts that lanes follow; rows and sums as a header,
                                       among the sources of the FMU
     c/lane_table.h, lane_grid.*       numbers of one motion, exact steps at home among them
-    c/lane_modes.*, lane_held.*       a LaneMode per mode of the contacts, made when a motion comes to it; forces that hold
-                                      contacts eliminated
+    c/lane_modes.*, lane_held.*       a LaneMode per mode of the contacts, made when a motion comes to it; forces that
+                                      hold contacts eliminated
     c/lane_code.h                     steps of all lanes, once per width, the same operations in each lane: at home
                                       (lane_home.h), and in batches of what wants the same, to events and over sub-steps
                                       (lane_batch.h, lane_series.h, lane_fall.h, lane_roots.h) or away from home
@@ -20,7 +20,7 @@
 
 What happens at events is told twice: in full for one lane (``lane_event``), and for all lanes of a batch where it is
 the plain case of an impact or a switch (``impacts``, ``switches``). A further contact state is a digit of a mode
-(``_digits``, ``state_of``), its guards (``full_guard``) and its transition (``lane_transition``). A step that lanes cannot
-make at all is marked ``failed``: the series of the engine make it, and it is counted. Whatever is added must keep every
-lane's operations free of the others.
+(``_digits``, ``state_of``), its guards (``full_guard``) and its transition (``lane_transition``). A step that lanes
+cannot make at all is marked ``failed``: the series of the engine make it, and it is counted. Whatever is added must
+keep every lane's operations free of the others.
 """

@@ -134,13 +134,13 @@ def curve_content(curve: Any, form: Any = None) -> dict[str, Any]:
             [second, value] for second, value in zip(curve.seconds.tolist(), curve.values.tolist(), strict=True)
         ],
         "states": {name: curve.points[:, i].tolist() for i, name in enumerate(curve.states)},
-        "periods": curve.periods.tolist(),
+        "periods": [console.finite(one) for one in curve.periods.tolist()],
         "multipliers": [_pairs(one) for one in curve.multipliers],
         "meetings": [
             {
                 "kind": one.kind,
                 "parameters": dict(one.parameters),
-                "period": one.period,
+                "period": console.finite(one.period),
                 "state": dict(one.state),
                 "multipliers": _pairs(one.multipliers),
             }

@@ -354,21 +354,27 @@ class Follower:
         return True
 
     def _closed_at(self, touch: Touch) -> bool:
-        """Whether the same point has been passed before."""
+        """Whether the same point has been passed before, in the same direction or from another side."""
+        arrived = self.way.found[-1][1]
         for _, one in self.way.found[:-1]:
-            same = one.touch is not None and abs(one.touch.u[-1] - touch.u[-1]) < 1e-8
-            if (
-                same
-                and one.node.word == touch.node.word
-                and one.touch is not None
-                and one.touch.miss.contact == touch.miss.contact
-            ):
-                begins = images(one.touch.node, touch.node.problem)
-                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
-                if min(apart) < CLOSED:
-                    self.way.found.pop()
-                    self.way.end = ("closed", "the branch is back at a point that it has passed")
-                    return True
+            passed = one.touch
+            if passed is None or abs(passed.u[-1] - touch.u[-1]) >= 1e-8 or one.node.word != touch.node.word:
+                continue
+            apart = [
+                np.abs(z / touch.node.scales - touch.node.u).max() for z in images(passed.node, touch.node.problem)
+            ]
+            if min(apart) >= CLOSED:
+                continue
+            self.way.found.pop()
+            if one.before is None or arrived.before is None or one.before.word == arrived.before.word:
+                self.way.end = ("closed", "the branch is back at a point that it has passed")
+            else:
+                self.way.end = (
+                    "junction",
+                    f"the motion touches '{passed.miss.contact}' and '{touch.miss.contact}' at "
+                    f"{touch.node.problem.over} = {touch.z[-1]:.9g}, where the branch has passed already",
+                )
+            return True
         return False
 
     def _rescan(self, node: Node, touch: Touch) -> None:

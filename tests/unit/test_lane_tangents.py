@@ -79,7 +79,7 @@ def test_a_touch_without_speed_has_no_derivative_and_says_so():
 
 def test_analyses_take_their_tangents_from_lanes_and_say_so():
     system = Strobe(load("discontinuous_support"), forcing="omega", parameters={"omega": 0.9})
-    start = np.zeros(2)
+    start = [0.0, 0.0]
     exact, series = (
         lyapunov(one, start, periods=256, transient=50, motions=2) for one in (system, system.stepped_by("taylor"))
     )

@@ -32,13 +32,14 @@ from fmu_models.analyses.continuation.branch import Branch, joined
 from fmu_models.analyses.continuation.curve import Curve
 from fmu_models.analyses.continuation.equilibrium_curve import still
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of, problem_at
-from fmu_models.analyses.continuation.follow import AHEAD, Ahead, Follower, Found, Way
+from fmu_models.analyses.continuation.follow import AHEAD, Ahead, Follower
 from fmu_models.analyses.continuation.leaving import beside_branch_point
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.analyses.continuation.normal_form import coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.analyses.continuation.special import branch_kind
 from fmu_models.analyses.continuation.trace import curve_of
+from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
 from fmu_models.codegen.contact_states import STICK

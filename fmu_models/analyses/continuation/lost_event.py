@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from fmu_models.analyses.continuation.discontinuous import (
     size_of,
     speed_border,
 )
-from fmu_models.analyses.continuation.node import Lost, Node, look, solved
+from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, look, solved
 from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
@@ -118,16 +118,6 @@ def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
         us.append(node.u)
         shrink = max(0.25, shrink * 0.8)
         yield own, node
-
-
-def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
-    """The polynomial through values (k, ...) at places (k,), at 0."""
-    places = np.asarray(at, dtype=float)
-    total = np.zeros_like(values[0])
-    for i, place in enumerate(places):
-        others = np.delete(places, i)
-        total = total + values[i] * np.prod(others / (others - place))
-    return total
 
 
 def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:

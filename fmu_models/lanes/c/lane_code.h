@@ -8,8 +8,9 @@
  *                                   batches until they are at home at a point of the grid; each takes as many motions
  *                                   as there are lanes, of those that want the same
  *     QUEUE_EVENT    series of the states over a sub-step, its guards are polynomials: to the earliest root, where the
- *                    mode changes, or to the end (lane_batch.h, lane_roots.h)
+ *                    mode changes, or to the end (lane_fall.h, lane_roots.h)
  *     QUEUE_SERIES   the same where probably none falls, up to a time that is given: if one may, to QUEUE_EVENT
+ *                    (lane_series.h)
  *     QUEUE_STRIDE   away from home, exact steps of one length until one may (lane_stride.h)
  */
 #include "lane_tangents.h"
@@ -19,6 +20,8 @@
 #include "lane_roots.h"
 
 #include "lane_batch.h"
+#include "lane_series.h"
+#include "lane_fall.h"
 #include "lane_stride.h"
 
 /* all queued lanes, to their next points of the grid */

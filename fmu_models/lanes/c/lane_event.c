@@ -207,7 +207,7 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     lane->mode = mode;
     lane->failed = 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->z[i] = motion->x[i] - t->mode[mode].shift[i];
+        lane->z[i] = pool_flushed(motion->x[i] - t->mode[mode].shift[i]);
     }
     return 1;
 }

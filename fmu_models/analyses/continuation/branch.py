@@ -7,7 +7,6 @@ Semantics.
     its specials kinds as in ``special.Special``; found once each, in the order of the branch
     its ends     "range"       the parameter leaves its range
                  "closed"      the branch is back at its begin, up to whole periods of the forcing
-                 "junction"    the branch is back, by other events, at a motion that it has passed
                  "flip"        a motion of twice the period has come to the flip of its parent
                  "parent"      the same, where the word changes
                  "start"       where it branched off another one

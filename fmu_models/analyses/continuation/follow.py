@@ -20,7 +20,6 @@ import numpy as np
 from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
 from fmu_models.analyses.continuation.discontinuous import (
-    LEAST_MISS,
     SAME,
     Touch,
     exchanged,
@@ -403,27 +402,21 @@ class Follower:
         return True
 
     def _closed_at(self, touch: Touch) -> bool:
-        """Whether the same point has been passed before, in the same direction or from another side."""
-        arrived = self.way.found[-1][1]
+        """Whether the same point has been passed before."""
         for _, one in self.way.found[:-1]:
-            passed = one.touch
-            if passed is None or abs(passed.u[-1] - touch.u[-1]) >= 1e-8 or one.node.word != touch.node.word:
-                continue
-            apart = [
-                np.abs(z / touch.node.scales - touch.node.u).max() for z in images(passed.node, touch.node.problem)
-            ]
-            if min(apart) >= CLOSED:
-                continue
-            self.way.found.pop()
-            if one.before is None or arrived.before is None or one.before.word == arrived.before.word:
-                self.way.end = ("closed", "the branch is back at a point that it has passed")
-            else:
-                self.way.end = (
-                    "junction",
-                    f"the motion touches '{passed.miss.contact}' and '{touch.miss.contact}' at "
-                    f"{touch.node.problem.over} = {touch.z[-1]:.9g}, where the branch has passed already",
-                )
-            return True
+            same = one.touch is not None and abs(one.touch.u[-1] - touch.u[-1]) < 1e-8
+            if (
+                same
+                and one.node.word == touch.node.word
+                and one.touch is not None
+                and one.touch.miss.contact == touch.miss.contact
+            ):
+                begins = images(one.touch.node, touch.node.problem)
+                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
+                if min(apart) < CLOSED:
+                    self.way.found.pop()
+                    self.way.end = ("closed", "the branch is back at a point that it has passed")
+                    return True
         return False
 
     def _rescan(self, node: Node, touch: Touch) -> None:
@@ -471,18 +464,11 @@ def _beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
             return found, touch
         if is_rigid(touch.node.problem, touch.miss.contact):
             raise Lost("several events come at once, and no motion with all of them goes on from it")
-    # a motion that is its own mirror twin touches on both sides at once
-    least = max(abs(touch.miss.value), LEAST_MISS)
-    near = [one for one in touch.node.seen.misses if one.slot == touch.miss.slot and 0.0 <= one.value <= 10.0 * least]
-    reasons: list[Lost] = []
-    for miss in (touch.miss, *(one for one in near if one is not touch.miss and not one.begins)):
-        try:
-            again = replace(touch, miss=miss)
-            return other_word(again), again
-        except Lost as error:
-            reasons.append(error)
+    try:
+        return other_word(touch), touch
+    except Lost:
+        if touch.miss.slot != 1:
+            raise
     # at rest against one contact the slip at another one is least at all times, and at none
-    if touch.miss.slot != 1:
-        raise reasons[0]
     after = exchanged(touch)
     return after, replace(touch, miss=replace(touch.miss, turned=True))

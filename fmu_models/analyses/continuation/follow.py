@@ -20,7 +20,6 @@ import numpy as np
 from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
 from fmu_models.analyses.continuation.discontinuous import (
-    LEAST_MISS,
     SAME,
     Touch,
     exchanged,
@@ -465,18 +464,11 @@ def _beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
             return found, touch
         if is_rigid(touch.node.problem, touch.miss.contact):
             raise Lost("several events come at once, and no motion with all of them goes on from it")
-    # a motion that is its own mirror twin touches on both sides at once
-    least = max(abs(touch.miss.value), LEAST_MISS)
-    near = [one for one in touch.node.seen.misses if one.slot == touch.miss.slot and 0.0 <= one.value <= 10.0 * least]
-    reasons: list[Lost] = []
-    for miss in (touch.miss, *(one for one in near if one is not touch.miss and not one.begins)):
-        try:
-            again = replace(touch, miss=miss)
-            return other_word(again), again
-        except Lost as error:
-            reasons.append(error)
+    try:
+        return other_word(touch), touch
+    except Lost:
+        if touch.miss.slot != 1:
+            raise
     # at rest against one contact the slip at another one is least at all times, and at none
-    if touch.miss.slot != 1:
-        raise reasons[0]
     after = exchanged(touch)
     return after, replace(touch, miss=replace(touch.miss, turned=True))

@@ -24,7 +24,7 @@ def inverse(
         str,
         typer.Argument(
             metavar="RECIPE|MACHINE",
-            help="A TOML file, or a name of 'stickslip data'; or the declaration of a machine, my_robot.py.",
+            help="A TOML file, or a name of 'stickslip data'; or a machine: its declaration, my_robot.py, or a URDF.",
             show_default=False,
         ),
     ],
@@ -54,7 +54,7 @@ def inverse(
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
     A machine of any number of joints is declared in Python (my_robot.py, MODEL = Mechanism(...), an input as the effort
-    of each joint); --set gives what is known of it.
+    of each joint) or read from a URDF (joints q1, q2, ..., efforts tau1, tau2, ...); --set gives what is known of it.
 
     Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
@@ -85,8 +85,8 @@ def inverse(
 
 
 def is_machine(reference: str) -> bool:
-    """Whether what is named is a declaration, in a file or a module, rather than a recipe."""
-    return is_place(reference) and not reference.endswith(".toml")
+    """Whether what is named is a declaration, in a file or a module, or a URDF rather than a recipe."""
+    return reference.endswith(".urdf") or (is_place(reference) and not reference.endswith(".toml"))
 
 
 def _machine(
@@ -98,12 +98,11 @@ def _machine(
     reader: ReaderOption,
     **how: Any,
 ) -> Any:
-    from fmu_models.oscillators import load
     from identification.machines.machine_fit import identify_machine
-    from identification.machines.read import read_machine_log
+    from identification.machines.read import declared_machine, read_machine_log
 
     with console.warnings_said(), console.progress("fitting") as advance:
-        mechanism = load(reference)
+        mechanism = declared_machine(reference)
         named = _named(columns)
         known = console.assignments(settings, "constant")
         seen = [read_machine_log(one, mechanism, named, reader=reader) for one in logs]

@@ -9,7 +9,9 @@ Source of the form: Khalil, Dombre, Modeling, Identification and Control of Robo
 
 from __future__ import annotations
 
+import math
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -55,16 +57,26 @@ def mechanism_from_urdf(
     """A serial robot. Coordinates are named q1, q2, ... from the base on, efforts tau1, tau2, ...
 
     Raises:
-        StickslipError: the file is no URDF, or its joints branch or neither turn nor slide.
+        StickslipError: the file is no URDF, or its joints branch, or neither turn nor slide, or lead to no link.
     """
     file = existing(path, "URDF")
     try:
         root = ElementTree.parse(file).getroot()
     except ElementTree.ParseError as error:
         raise StickslipError(f"'{path}' is no URDF ({error}).") from error
-    bodies = {str(link.get("name")): _body(link) for link in root.iter("link")}
+    if root.tag != "robot":
+        raise StickslipError(f"'{path}' is no URDF: it begins with <{root.tag}>, a URDF with <robot>.")
+    bodies = {str(link.get("name")): _body(link) for link in root.findall("link")}
     chain = _chain(os.fspath(path), [_joint(one) for one in root.findall("joint")])
-    return _declared(str(root.get("name") or file.stem), chain, bodies, np.array(gravity, dtype=float), friction)
+    for joint in chain:
+        if joint.child not in bodies:
+            raise StickslipError(
+                f"Joint '{joint.name}' of '{path}' leads to '{joint.child}', and no link is called so."
+            )
+    if all(joint.kind == "fixed" for joint in chain):
+        raise StickslipError(f"No joint of '{path}' moves: there is nothing to find.")
+    name = _identifier(root.get("name") or file.stem)
+    return _declared(name, chain, bodies, np.array(gravity, dtype=float), friction)
 
 
 def _declared(
@@ -122,7 +134,7 @@ def _declared(
 
 
 def _parameters(number: int, joint: _Joint, body: _Body) -> tuple[Parameter, sympy.Matrix, sympy.Matrix]:
-    tag = f"{number}" if joint.kind != "fixed" else f"{number}_{joint.child}"
+    tag = f"{number}" if joint.kind != "fixed" else f"{number}_{_identifier(joint.child)}"
     m = Parameter(f"m{tag}", body.mass, "kg", f"mass of {joint.child}")
     moments = [
         Parameter(f"s{c}{tag}", float(value), "kg m", "mass times centre")
@@ -168,7 +180,7 @@ def _joint(one: ElementTree.Element) -> _Joint:
     if parent is None or child is None:
         raise StickslipError(f"Joint '{one.get('name')}' has no parent or no child: this is no whole URDF.")
     turn, offset = _origin(one)
-    direction = _numbers("1 0 0" if axis is None else str(axis.get("xyz")))
+    direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
     length = float(np.linalg.norm(direction))
     if length == 0:
         raise StickslipError(f"The axis of joint '{one.get('name')}' is zero.")
@@ -189,8 +201,8 @@ def _body(link: ElementTree.Element) -> _Body:
         return _Body(0.0, np.zeros(3), np.zeros((3, 3)))
     turn, centre = _origin(inertial)
     mass_of, inertia_of = inertial.find("mass"), inertial.find("inertia")
-    mass = float(str(mass_of.get("value"))) if mass_of is not None else 0.0
-    terms = {pair: float((inertia_of.get(f"i{pair}") if inertia_of is not None else None) or 0.0) for pair in PAIRS}
+    mass = _number(mass_of, "value", link)
+    terms = {pair: _number(inertia_of, f"i{pair}", link) for pair in PAIRS}
     own = np.array([[terms["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"])
     about = turn @ own @ turn.T + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return _Body(mass, mass * centre, about)
@@ -208,12 +220,30 @@ def _origin(one: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
     return turn, _numbers(origin.get("xyz") or "0 0 0")
 
 
+def _number(one: ElementTree.Element | None, name: str, link: ElementTree.Element) -> float:
+    """An attribute; 0 where the file says nothing."""
+    text = "0" if one is None else one.get(name, "0")
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise StickslipError(f"The {name} in the inertial part of link '{link.get('name')}' is '{text}', no number.")
+    return found
+
+
+def _identifier(name: str) -> str:
+    """A name as a declaration takes it: letters, digits and underscores."""
+    found = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return found if found[0].isalpha() else f"robot_{found}"
+
+
 def _numbers(text: str) -> np.ndarray:
     try:
         found = np.array([float(one) for one in text.split()])
     except ValueError as error:
         raise StickslipError(f"'{text}' is not three numbers: this is no URDF that can be read ({error}).") from error
-    if len(found) != 3:
+    if len(found) != 3 or not np.all(np.isfinite(found)):
         raise StickslipError(f"'{text}' is not three numbers: this is no URDF that can be read.")
     return found
 

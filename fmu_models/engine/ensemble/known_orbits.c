@@ -35,8 +35,11 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
     }
     memcpy(point, x, MODEL_NX * sizeof *point);
     point[MODEL_NX] = time;
+    const int64_t here = a->seen % e->longest;
+    int64_t place = here;
     for (int64_t n = 1; n <= e->longest && n <= a->seen; n++) {
-        const double *before = arrival_ring(a) + (a->seen - n) % e->longest * ARRIVAL_WIDTH;
+        place = (place > 0 ? place : e->longest) - 1;
+        const double *before = arrival_ring(a) + place * ARRIVAL_WIDTH;
         int same = 1;
         for (int i = 0; same && i < ARRIVAL_WIDTH; i++) {
             same = e->weights[i] == 0.0 || fabs(point[i] - before[i]) * e->weights[i] <= e->settled;
@@ -47,7 +50,7 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
             found = n;
         }
     }
-    memcpy(arrival_ring(a) + a->seen % e->longest * ARRIVAL_WIDTH, point, sizeof point);
+    memcpy(arrival_ring(a) + here * ARRIVAL_WIDTH, point, sizeof point);
     a->seen++;
     return found;
 }

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,14 +51,20 @@ FINENESS = 1e-5  # of a half range, to which measured curves are kept: a hundred
 
 @dataclass(frozen=True)
 class LiveFrame:
-    """html: the frame, empty where nothing can move; notes: what it leaves out, and why."""
+    """html: the frame, empty where nothing can move; notes: what it leaves out, and why. A notebook shows both."""
 
     html: str
     notes: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return "\n".join([f"LiveFrame({len(self.html.encode()) / 1000:.0f} kB)", *self.notes])
+
+    def _repr_html_(self) -> str:
+        return self.html + "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+
 
 def live_frame(fit: FrictionFit, families: Sequence[FamilyComparison]) -> LiveFrame:
-    """The frame of a fit and the families that were compared with it.
+    """The frame of a fit and the families that were compared with it by `compare_families`.
 
     Raises:
         StickslipError: the law is unknown, or the compiler fails.

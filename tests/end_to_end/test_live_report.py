@@ -15,7 +15,7 @@ from made_fit import made_fit
 
 from identification.fitted_model.model import TRANSIENT, FittedModel, fitted_model
 from identification.model_check.families import FamilyComparison, processing_of
-from identification.model_check.portraits import Portrait, PortraitComparison, Rest, compare_motions
+from identification.model_check.portraits import Portrait, PortraitComparison, Rest, Settling, compare_motions
 from identification.report.live import MOST, live_frame
 from identification.report.page import Findings, write_report
 
@@ -62,7 +62,7 @@ def families() -> tuple[FamilyComparison, ...]:
 @pytest.fixture(scope="module")
 def report(families: tuple[FamilyComparison, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
     live = live_frame(FIT, families)
-    assert live.notes == ()
+    assert live.notes == () and live._repr_html_() == live.html  # as a notebook shows it
     findings = Findings(FIT, (), (), live=live.html)
     return write_report(findings, tmp_path_factory.mktemp("report") / "report.html")
 
@@ -150,6 +150,12 @@ def test_it_tells_what_is_no_value_and_what_the_model_refuses(frame: Any):
         assert said in frame.inner_text(where)
     frame.click("#fitted")
     assert not frame.is_visible("#refusal")
+
+
+def test_what_cannot_move_is_named():
+    late = replace(family(("disc0",)).members[0], settling=Settling(3.0, None))
+    live = live_frame(FIT, [FamilyComparison((late,), "disc0", None, ())])
+    assert live.html == "" and "begins before it has settled: log0.5" in live._repr_html_()
 
 
 def test_the_page_grows_by_little_and_only_then_has_scripts(report: Path, tmp_path: Path):

@@ -193,8 +193,11 @@ def test_the_impact_pair():
     assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
-    # where the symmetric motion touches both walls at once, it ends; two motions leave that touch one of them
+    # both come to where the symmetric motion touches both walls at once: it is found from motions that touch one
+    assert [twin.ends[1][0] for twin in twins] == ["parent", "parent"]
+    # it ends there; two motions leave that touch one of them
     (both,) = [one for one in found.special if one.kind == "grazing, rigid" and not one.words[1]]
+    assert all(twin.special[-1].value == pytest.approx(both.value, abs=1e-10) for twin in twins)
     one, other = both.switch(points=2)
     touched = [[wall for wall, *_ in leaving.words[0]] for leaving in (one, other)]
     assert sorted(map(sorted, touched)) == [["left", "left", "right"], ["left", "right", "right"]]

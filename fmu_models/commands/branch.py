@@ -42,14 +42,13 @@ def branch(
     ] = None,
     points: Annotated[int, typer.Option(help="Motions in each direction, at most.", min=2)] = 2000,
     of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
-    files: f.StillFiles,
+    files: f.StillStored,
 ) -> None:
     """Follow a periodic motion over a parameter, stable or not, through every bifurcation.
 
     Example: stickslip branch discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png
     """
-    from fmu_models.analyses.continuation.branch import branch as follow
-    from fmu_models.analyses.continuation.branch import branches
+    from fmu_models.analyses.continuation.branch import all_branches
     from fmu_models.analyses.continuation.curve import closed_form_of
 
     files.check()
@@ -62,8 +61,19 @@ def branch(
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
     with console.progress("following") as advance:
-        first = follow(system, name, (low, high), start=start, settle=settle, points=points, progress=advance)
-        found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
+        found = all_branches(
+            system,
+            name,
+            (low, high),
+            start=start,
+            settle=settle,
+            points=points,
+            switch=switch == "all",
+            longest=longest,
+            of=of,
+            **files.kept(),
+            progress=advance,
+        )
         whole = found.curves(second[0], second[1:]) if second and not found.interrupted else None
     curves = whole.curves if whole else ()
     told: dict[str, Any] = content(found)
@@ -124,13 +134,13 @@ def curve_content(curve: Any, form: Any = None) -> dict[str, Any]:
             [second, value] for second, value in zip(curve.seconds.tolist(), curve.values.tolist(), strict=True)
         ],
         "states": {name: curve.points[:, i].tolist() for i, name in enumerate(curve.states)},
-        "periods": curve.periods.tolist(),
+        "periods": [console.finite(one) for one in curve.periods.tolist()],
         "multipliers": [_pairs(one) for one in curve.multipliers],
         "meetings": [
             {
                 "kind": one.kind,
                 "parameters": dict(one.parameters),
-                "period": one.period,
+                "period": console.finite(one.period),
                 "state": dict(one.state),
                 "multipliers": _pairs(one.multipliers),
             }
@@ -173,7 +183,7 @@ def one_range(given: str) -> tuple[str, float, float]:
         low, high = (float(one) for one in values.split(":"))
     except ValueError:
         raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{given}'.") from None
-    return name.strip(), min(low, high), max(low, high)
+    return name.strip(), low, high
 
 
 def _orbit(path: Path) -> dict[str, float]:

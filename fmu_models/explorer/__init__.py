@@ -5,9 +5,10 @@
     c/explore.*     the calls and buffers through which a page talks to it
     c/mathematics.* elementary functions with the same bits on every machine
     description.py  what the page knows of the model: quantities, ranges, contacts, the command line
-    web/*.mjs       engine (one motion), reading (what it is), sweep (many, in workers), plot (canvas, SVG),
+    web/*.mjs       engine (one motion), reading (what it is), sweep (many, in workers), plot (canvas, SVG), elements,
                     pictures (of a motion), page (controls and state)
-    page.py         all of these in one file, with the hashes of its scripts in its policy; the same page in a frame
+    page.py         the page of a model
+    bundle.py       all of these in one file, with the hashes of its scripts in its policy; the same page in a frame
 
 What happens when a slider moves:
 

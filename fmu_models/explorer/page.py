@@ -1,13 +1,9 @@
-"""The page: model, engine, script and style in one file that asks the network for nothing."""
+"""The page of a model: its description, its engine and a still picture, in one file."""
 
 from __future__ import annotations
 
-import base64
-import gzip
-import hashlib
 import json
 import os
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -18,6 +14,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.explorer.bundle import WEB, framed, single_file
 from fmu_models.explorer.description import describe
 from fmu_models.explorer.module import wasm
 from fmu_models.explorer.subject import Subject, subject_of
@@ -26,8 +23,7 @@ from fmu_models.simulation.run import simulate
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
-WEB = Path(__file__).parent / "web"
-SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "pictures.mjs", "page.mjs")
+SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "elements.mjs", "pictures.mjs", "page.mjs")
 _SAMPLES = 400  # of the picture that stands where nothing can be computed
 _STILL = 20.0  # s
 _WIDTH, _HEIGHT, _EDGE = 480, 360, 44
@@ -56,11 +52,7 @@ class Explorer:
 
     def _repr_html_(self) -> str:
         """In a frame of its own, which reaches neither the notebook nor the network."""
-        page = escape(self.html, quote=True)
-        return (
-            f'<iframe sandbox="allow-scripts allow-downloads" width="100%" height="900" title="{escape(self.name)}" '
-            f'style="border:0" srcdoc="{page}"></iframe>'
-        )
+        return framed(self.html, self.name)
 
     def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write the page to a file that ends in .html.
@@ -105,45 +97,10 @@ def explore(model: Model, *, contacts: Sequence[str] | None = None, plot: Sequen
 
 def rendered(model: dict[str, Any], module: bytes, still: str) -> str:
     """The page of a described model, its module and its still picture."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(WEB), autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    script, boot, style = _script(), _plain("boot.js"), (WEB / "page.css").read_text("utf-8")
-    scripts = f"{_hash(boot)} {_hash(script)} 'wasm-unsafe-eval'"
-    policy = (
-        f"default-src 'none'; script-src {scripts}; style-src {_hash(style)}; img-src data: blob:; worker-src blob:; "
-        "base-uri 'none'; form-action 'none'"
-    )
     data = json.dumps(model, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    values = {"model": model, "policy": policy, "style": style, "boot": boot, "data": data, "still": still}
-    packed = {"script": _packed(script.encode()), "engine": _packed(module)}
-    return environment.get_template("page.html.j2").render(**values, **packed)
-
-
-def _script() -> str:
-    """The modules as one, in the order in which they need each other; comments and indents are left out."""
-    parts = []
-    for name in SCRIPTS:
-        text = re.sub(r"^import .*;\n", "", _plain(name), flags=re.M)
-        parts.append(re.sub(r"^export ", "", text, flags=re.M))
-    return "".join(parts) + "open();\n"
-
-
-def _plain(name: str) -> str:
-    """A script without comments and indents."""
-    text = re.sub(r"^\s*//.*\n", "", (WEB / name).read_text("utf-8"), flags=re.M)
-    return re.sub(r"^ +", "", text, flags=re.M)
-
-
-def _packed(content: bytes) -> str:
-    """Compressed, as text; without the time of day, so that a page of the same model has the same bytes."""
-    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode()
-
-
-def _hash(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    style = (WEB / "page.css").read_text("utf-8")
+    scripts = [WEB / name for name in SCRIPTS]
+    return single_file(WEB / "page.html.j2", scripts, style, {"engine": module}, model=model, data=data, still=still)
 
 
 def _still(subject: Subject, plane: tuple[str, str]) -> str:

@@ -55,7 +55,7 @@ def test_branches_are_laid_over_strobes_and_maps_alone():
     with pytest.raises(StickslipError, match="none of period 1 or less was found"):
         orbit_diagram(Iteration.of(LOGISTIC), "r", [3.7, 3.71], transient=10, longest=0, branches=1)
     first = branch(Iteration.of(LOGISTIC, {"r": 2.9}), "r", (2.8, 3.0), start={"x": 0.65})
-    with pytest.raises(StickslipError, match="'multiplier' is drawn, too"):
+    with pytest.raises(StickslipError, match="'multiplier' and 'period' are drawn, too"):
         branches(first, of="multipliers")
 
 

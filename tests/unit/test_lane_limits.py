@@ -146,3 +146,10 @@ def test_a_ramp_is_linear_but_no_strobe_repeats_it():
     # faster than a ramp it is not linear
     bent = lower(beaten(name="bent_mass", applied={q: f1 * (w * TIME) ** 2 - c * q.v}))
     assert "is not linear in the states" in obstacles(bent)[0]
+
+
+def test_a_model_without_contacts_has_lanes_too():
+    system = Strobe(load("drive_motor"), period=0.1, autonomous=True)
+    lanes, series = both(system, np.tile(system.start(), (3, 1)))
+    assert lanes.in_lanes.sum() == lanes.steps.sum()
+    assert lanes.points == pytest.approx(series.points, rel=1e-11, abs=1e-11)

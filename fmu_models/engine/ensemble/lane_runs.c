@@ -317,6 +317,9 @@ Status lane_runs(Instance *m, Ensemble *e)
         }
         memset(t->asked, 0, sizeof t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
+            if (!t->motion[slot].wanted) {
+                continue;
+            }
             t->motion[slot].speed = (double)e->flow;
             give_tangents(&t->job[slot], tangents + slot * each);
         }

@@ -3,7 +3,8 @@ import { Engine } from "./engine.mjs";
 import { columns, drifts, findSection, sampling } from "./reading.mjs";
 import { deal } from "./sweep.mjs";
 import { Picture, brief } from "./plot.mjs";
-import { LAST, Pictures, element, make } from "./pictures.mjs";
+import { element, make, palette } from "./elements.mjs";
+import { LAST, Pictures } from "./pictures.mjs";
 
 const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
@@ -355,9 +356,9 @@ export class Page extends Pictures {
       this.swept.done = done;
       const why = [...new Set(this.swept.refused.values())], n = this.swept.refused.size;
       element("progress").textContent = failed ? `Workers are not to be had here: ${failed}` : `${this.swept.points.size} of ${count} values${done ? ` in ${brief((performance.now() - begin) / 1000, 3)} s` : ""}${n ? `; ${n} refused, such as: ${why[0]}` : ""}`;
-      this.drawSweep(this.colours());
+      this.drawSweep(palette());
     });
-    this.drawSweep(this.colours());
+    this.drawSweep(palette());
   }
 
   // the state that a diagram shows: that of the plane which the section leaves free

@@ -1,26 +1,11 @@
 // What is drawn and told of a motion; the page that has the motion is a kind of these.
 import { begins, extremes, holds, reading } from "./reading.mjs";
 import { brief } from "./plot.mjs";
+import { element, make, palette } from "./elements.mjs";
 
 export const LAST = 2; // steps of the section, of a run's end that is sampled finest
 
-export const element = (id) => document.getElementById(id);
-export const make = (name, attributes = {}, ...children) => {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== undefined) made.setAttribute(key, value);
-  }
-  made.append(...children);
-  return made;
-};
-
 export class Pictures {
-  colours() {
-    const style = getComputedStyle(document.documentElement);
-    return Object.fromEntries(["ground", "ink", "line", "faint", "hold", "mark", "plus", "minus", "k0", "k1", "k2", "k3"].map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
-  }
-
   axis(q) {
     return q.unit === "1" ? q.name : `${q.name} (${q.unit})`;
   }
@@ -28,7 +13,7 @@ export class Pictures {
   draw() {
     if (!this.motion) return;
     this.read = reading(this.motion, this.at, this.model, this.motion.from);
-    const colours = this.colours();
+    const colours = palette();
     this.drawPortrait(colours);
     this.drawSeries(colours);
     this.drawSection(colours);

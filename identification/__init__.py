@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from identification.estimators.base import Options as Options
     from identification.fit.fit import fit_friction as fit_friction
     from identification.fit.inverse import inverse_dynamics as inverse_dynamics
+    from identification.fit.machine_laws import compare_joint_laws as compare_joint_laws
     from identification.fit.posterior import posterior as posterior
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit

@@ -45,6 +45,7 @@ def inverse(
         float | None, typer.Option(help="Hz, of that over its efforts and columns (default: the same).", min=0)
     ] = None,
     method: Annotated[str | None, typer.Option(help="instruments (default) or 'least squares', of a machine.")] = None,
+    laws: Annotated[bool, typer.Option("--laws", help="Compare friction laws, joint by joint of a machine.")] = False,
     repair: Repairs = None,
     reader: ReaderOption = None,
     result: ResultPath = None,
@@ -65,21 +66,24 @@ def inverse(
             raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
         chosen = {"cutoff": cutoff or CUTOFF, "parallel_cutoff": parallel_cutoff, "method": method or "instruments"}
         paths = (logs, held_out or ())
-        found = _machine(recipe, paths, settings, columns, reader, figure, overwrite, **chosen)
-        content = finish(found.to_dict(), result, figure, overwrite)
+        found, compared = _machine(recipe, paths, settings, columns, reader, figure, overwrite, laws, **chosen)
+        said = {"laws": {joint: one.to_dict() for joint, one in compared.items()}} if laws else {}
+        content = finish({**found.to_dict(), **said}, result, figure, overwrite)
 
         def show(out: Any) -> None:
-            from identification.report.machine_fit_tables import machine_report
+            from identification.report.machine_fit_tables import joint_laws, machine_report
 
             out.print(machine_report(found))
+            if compared:
+                out.print(joint_laws(compared))
             print_files(content["files"], out)
 
         console.say(json, content, show)
         return
-    if settings or columns or cutoff or parallel_cutoff or method:
+    if settings or columns or cutoff or parallel_cutoff or method or laws:
         raise StickslipError(
             f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, --cutoff, "
-            "--parallel-cutoff and --method are for declared machines, my_robot.py."
+            "--parallel-cutoff, --method and --laws are for declared machines, my_robot.py."
         )
     if len(logs) != 1:
         raise StickslipError(f"A recipe is fitted to one log, found {len(logs)}. Score the others: --held-out LOG.")
@@ -99,8 +103,11 @@ def _machine(
     reader: ReaderOption,
     figure: Path | None,
     overwrite: bool,
+    laws: bool,
     **how: Any,
-) -> Any:
+) -> tuple[Any, dict[str, Any]]:
+    """The fit, and laws compared by joint."""
+    from identification.fit.machine_laws import compare_joint_laws
     from identification.machines.machine_fit import identify_machine
     from identification.machines.read import declared_machine, read_machine_log
 
@@ -120,7 +127,7 @@ def _machine(
 
             predicted = (predict_efforts(mechanism, fit, part) if part else [] for part in (seen, others))
             save_figure(machine_fit_figure(fit, *predicted), figure, overwrite=overwrite)
-        return fit
+        return fit, compare_joint_laws(mechanism, fit, seen) if laws else {}
 
 
 def _named(columns: list[str] | None) -> dict[str, str]:

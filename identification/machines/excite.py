@@ -158,9 +158,7 @@ class _Room:
             if not low < high:
                 raise StickslipError(f"The limits of '{name}', {low:g} to {high:g}, leave nothing.")
             if name not in names[0] and not low < 0 < high:
-                raise StickslipError(
-                    f"The limits of '{name}', {low:g} to {high:g}, must hold 0."
-                )
+                raise StickslipError(f"The limits of '{name}', {low:g} to {high:g}, must hold 0.")
         missing = [name for name in names[0] if name not in limits]
         if missing:
             raise StickslipError(f"Give limits of {', '.join(missing)}: --limit {missing[0]}=-1:1.")

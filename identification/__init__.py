@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from identification.next_step.laws import compare_contacts as compare_contacts
     from identification.next_step.laws import compare_laws as compare_laws
     from identification.report.findings import findings as findings
+    from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report
     from identification.slips.statistics import slip_statistics as slip_statistics
 else:

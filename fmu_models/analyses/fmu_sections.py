@@ -37,7 +37,8 @@ class Strobe(FmuSection):
         if not self.forced or every < 1:
             raise StickslipError(
                 f"A strobe of '{self.name}' needs a period: name the parameter that is the frequency of its forcing, "
-                'as forcing="omega", or give period= in s; and it takes at least one period a step.'
+                'as forcing="omega", or give period= in s, with autonomous=True where nothing forces the motion; and '
+                "it takes at least one period a step."
             )
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")

@@ -4,6 +4,7 @@
       runs/0           the rows of the first family of runs, one Zarr chunk per chunk of jobs
         done           which chunks there are
       runs/1 ...       of the next one
+      links/0 ...      texts of what is found one after the other, one Zarr chunk each
 
 Every file is written under another name and renamed, and a chunk counts once all its files are there: a process that
 is killed, or a disk that is full, loses what was being made and no more. Nothing in a store depends on who made which
@@ -109,6 +110,13 @@ class Store:
         with _disk(self.path):
             return Stage(self.path, self._root, name, jobs, chunks)
 
+    def chain(self) -> Chain:
+        """Where the next way is kept whose points are found one after the other."""
+        name = f"links/{self._stages}"
+        self._stages += 1
+        with _disk(self.path):
+            return Chain(self.path, self._root, name)
+
     def finish(self, found: Any) -> None:
         """Keep what was found, a data set, in the root."""
         if self.finished:
@@ -213,6 +221,37 @@ class Stage:
         group.create_array("done", shape=self._done.shape, dtype=bool, dimension_names=("chunk",))
         self._group = group
         return group
+
+
+class Chain:
+    """Texts of which each says how to go on from there.
+
+    Attributes:
+        texts: those that are there.
+    """
+
+    def __init__(self, path: Path, root: Any, name: str) -> None:
+        self.path = path
+        known = name in root
+        self._array: Any = (
+            root[name]
+            if known
+            else root.create_array(name, shape=(0,), chunks=(1,), dtype="string", dimension_names=("link",))
+        )
+        # the last may lack its text: its process was killed between the two
+        self.texts = [text for text in self._array[:].tolist() if text]
+
+    def put(self, text: str) -> None:
+        """Keep the next one.
+
+        Raises:
+            WriteError: the disk is full.
+        """
+        with _disk(self.path):
+            if len(self.texts) == self._array.shape[0]:
+                self._array.resize((len(self.texts) + 1,))
+            self._array[len(self.texts)] = text
+        self.texts.append(text)
 
 
 def _is_empty(path: Path) -> bool:

@@ -14,7 +14,7 @@ import sympy
 
 from fmu_models.codegen.c_expression import c_expression
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
-from fmu_models.lowering.piecewise_linear import Lifted, obstacles
+from fmu_models.lowering.piecewise_linear import Lifted, obstacles, ramps
 
 # modes of all contacts that there is room for; tables are made of those that a motion comes to
 _MOST_MODES = 128
@@ -32,7 +32,7 @@ Place = tuple[int, int]
 
 def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
-    found = list(obstacles(system))
+    found = list(obstacles(system)) or list(ramps(system))
     for contact in system.contacts:
         if contact.reset or contact.rooted:
             found.append(f"contact '{contact.name}': its jumps are not followed in lanes")
@@ -191,6 +191,7 @@ class _Tables:
             "MODES": modes,
             "HOMES": min(home_modes, _MOST_HOMES),
             "HOME_GUARDS": len(homes),
+            "VARIED": self._varied(),
             "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
             "SWITCHES": sum(contact.kind == "switch" for contact in contacts),
             "LOW": max((degree for degree in degrees if degree is not None), default=0),
@@ -265,11 +266,12 @@ class _Tables:
                 found.append(g)
         return found
 
-    def _degrees(self) -> list[int | None]:
-        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end."""
+    def _degrees(self, forced: bool = True) -> list[int | None]:
+        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end. Not
+        forced: of differences of states, one more than it is."""
         nq, nz = len(self.system.coordinates), self.n + len(self.lifted.phasors)
         reads = {i: {nq + i} for i in range(nq)}
-        reads |= {i: {j for row, j in self.places if row == i} for i in self.flow}
+        reads |= {i: {j for row, j in self.places if row == i and (forced or j < self.n)} for i in self.flow}
         degrees: list[int | None] = [None] * nz
         while True:
             found = [
@@ -281,6 +283,11 @@ class _Tables:
             if found == degrees:
                 return degrees
             degrees = found
+
+    def _varied(self) -> int:
+        """Terms of the series of a difference beyond itself; 0: they have no end."""
+        degrees = self._degrees(forced=False)[: self.n]
+        return 0 if None in degrees else max(one for one in degrees if one is not None) - 1
 
     def _flow_sums(self, only: Collection[int] | None = None) -> list[str]:
         """Rates of the states; of these alone, from these alone."""

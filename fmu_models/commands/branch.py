@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,6 +11,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.formula import Formula
 from fmu_models.commands import families as f
 from fmu_models.commands.bundles import bundled
 
@@ -34,32 +36,52 @@ def branch(
         str | None,
         typer.Option("--curve", metavar="NAME=FROM:TO", help="Each special point as a curve in this parameter too."),
     ] = None,
+    closed_form: Annotated[
+        str | None,
+        typer.Option(metavar="FORMULA", help="With --curve: NAME as it is known of one, by the first parameter."),
+    ] = None,
     points: Annotated[int, typer.Option(help="Motions in each direction, at most.", min=2)] = 2000,
     of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
-    files: f.StillFiles,
+    files: f.StillStored,
 ) -> None:
     """Follow a periodic motion over a parameter, stable or not, through every bifurcation.
 
     Example: stickslip branch discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png
     """
-    from fmu_models.analyses.continuation.branch import branch as follow
-    from fmu_models.analyses.continuation.branch import branches
-    from fmu_models.analyses.continuation.curve import Curves
+    from fmu_models.analyses.continuation.branch import all_branches
+    from fmu_models.analyses.continuation.curve import closed_form_of
 
     files.check()
     checked_switch(switch)
     name, low, high = range_of(section, "branch", over)
     second = one_range(curve) if curve else None
+    if closed_form and second is None:
+        raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
+    formula = Formula.read(closed_form) if closed_form else None
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
     with console.progress("following") as advance:
-        first = follow(system, name, (low, high), start=start, settle=settle, points=points, progress=advance)
-        found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
-        curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
+        found = all_branches(
+            system,
+            name,
+            (low, high),
+            start=start,
+            settle=settle,
+            points=points,
+            switch=switch == "all",
+            longest=longest,
+            of=of,
+            **files.kept(),
+            progress=advance,
+        )
+        whole = found.curves(second[0], second[1:]) if second and not found.interrupted else None
+    curves = whole.curves if whole else ()
     told: dict[str, Any] = content(found)
+    form = closed_form_of(curves[0], formula, {}) if formula and curves else None
     if second:
-        told["curves"] = [curve_content(one) for one in curves]
-    files.tell(Curves(curves) if curves else found, told)
+        told["curves"] = [curve_content(one, form) for one in curves]
+    told["not_followed"] = list(whole.failures) if whole else []
+    files.tell(replace(whole, closed_form=form) if whole else found, told)
     if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
 
@@ -94,25 +116,43 @@ def _special(special: Any) -> dict[str, Any]:
         "period": special.period,
         "state": dict(special.state),
         "words": [[list(one) for one in word] for word in special.words],
-        "multipliers": [[one.real, one.imag] for one in special.multipliers],
-        "multipliers_with_event": None if event is None else [[one.real, one.imag] for one in event],
+        "multipliers": _pairs(special.multipliers),
+        "multipliers_with_event": None if event is None else _pairs(event),
         "crossings": {name: list(shares) for name, shares in special.crossings.items()},
         "contact": special.contact,
         "slope": console.finite(special.slope),
     }
 
 
-def curve_content(curve: Any) -> dict[str, Any]:
-    """One curve for JSON."""
+def curve_content(curve: Any, form: Any = None) -> dict[str, Any]:
+    """One curve for JSON; ``form`` is a closed form of it."""
     return {
         "kind": curve.kind,
+        "over": curve.over,
         "second": curve.second,
         "points": [
             [second, value] for second, value in zip(curve.seconds.tolist(), curve.values.tolist(), strict=True)
         ],
-        "meetings": [{"kind": one.kind, "parameters": dict(one.parameters)} for one in curve.meetings],
+        "states": {name: curve.points[:, i].tolist() for i, name in enumerate(curve.states)},
+        "periods": [console.finite(one) for one in curve.periods.tolist()],
+        "multipliers": [_pairs(one) for one in curve.multipliers],
+        "meetings": [
+            {
+                "kind": one.kind,
+                "parameters": dict(one.parameters),
+                "period": console.finite(one.period),
+                "state": dict(one.state),
+                "multipliers": _pairs(one.multipliers),
+            }
+            for one in curve.meetings
+        ],
         "ends": [{"kind": kind, "why": why} for kind, why in curve.ends],
+        "from_closed_form": None if form is None else console.finite(form.error(curve)),
     }
+
+
+def _pairs(multipliers: Any) -> list[list[float]]:
+    return [[one.real, one.imag] for one in multipliers.tolist()]
 
 
 def checked_switch(switch: str) -> None:
@@ -143,7 +183,7 @@ def one_range(given: str) -> tuple[str, float, float]:
         low, high = (float(one) for one in values.split(":"))
     except ValueError:
         raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{given}'.") from None
-    return name.strip(), min(low, high), max(low, high)
+    return name.strip(), low, high
 
 
 def _orbit(path: Path) -> dict[str, float]:

@@ -290,6 +290,10 @@ class StoredFiles(Files):
         """The store, where one is asked for."""
         return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
 
+    def kept(self) -> dict[str, Any]:
+        """Arguments of an analysis."""
+        return {"store": self.store, "resume": self.resume, "overwrite": self.overwrite}
+
     def check(self) -> None:
         """As for ``Files``; a store refuses what is there already by itself."""
         self._check((*SUFFIXES, STORE), None if self.store else self.output)
@@ -308,8 +312,7 @@ class Runs:
 
     def options(self, files: StoredFiles) -> dict[str, Any]:
         """Arguments of an analysis."""
-        kept = {"store": files.store, "resume": files.resume, "overwrite": files.overwrite}
-        return {"workers": self.workers, "scheduler": self.scheduler, **kept}
+        return {"workers": self.workers, "scheduler": self.scheduler, **files.kept()}
 
 
 StillFiles = Annotated[Files, Without("interactive")]

@@ -95,8 +95,12 @@ class Fmu(Shown):
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the file, by which a result names it."""
-        with self.path.open("rb") as file:
+        """Hash of the file, by which a result names it.
+
+        Raises:
+            StickslipError: it is not there any more.
+        """
+        with existing(self.path, "FMU").open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property

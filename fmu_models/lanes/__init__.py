@@ -3,14 +3,16 @@
     lowering/piecewise_linear.py      which declarations are linear with constant factors in every mode, and why not
     codegen/lane_tables.py            of those, which have only contacts that lanes follow; rows and sums as a header,
                                       among the sources of the FMU
-    c/lane_table.h, lane_modes.*, lane_grid.*, lane_held.*  numbers of one motion: a LaneMode per mode of the contacts,
-                                      exact steps at home, the forces that hold contacts
+    c/lane_table.h, lane_grid.*       numbers of one motion, exact steps at home among them
+    c/lane_modes.*, lane_held.*       a LaneMode per mode of the contacts, made when a motion comes to it; forces that
+                                      hold contacts eliminated
     c/lane_code.h                     steps of all lanes, once per width, the same operations in each lane: at home
                                       (lane_home.h), and in batches of what wants the same, to events and over sub-steps
                                       (lane_batch.h, lane_series.h, lane_fall.h, lane_roots.h) or away from home
                                       (lane_stride.h), on lane_vectors.h
     c/lane_variation.h, lane_tangents.*  differences of neighbours, over sub-steps, at home and through events
-    c/lane_event.*, lane_transition.* what one lane does at an event, and what it leaves to the series
+    c/lane_event.*, lane_transition.* what one lane does at an event: by itself where one contact alone decides, else by
+                                      asking the engine, from the same point
     c/targets.c                       widths by target, and the choice by CPUID; the library's one function
     library.py                        builds and loads it beside the FMU
     engine/ensemble/lane_stepper.h    the contract; engine/ensemble/lane_runs.c makes runs with it, and those steps by
@@ -18,6 +20,7 @@
 
 What happens at events is told twice: in full for one lane (``lane_event``), and for all lanes of a batch where it is
 the plain case of an impact or a switch (``impacts``, ``switches``). A further contact state is a digit of a mode
-(``_digits``, ``state_of``), its guards (``full_guard``) and its transition (``lane_event``); what lanes cannot decide
-is marked ``failed``. Whatever is added must keep every lane's operations free of the others.
+(``_digits``, ``state_of``), its guards (``full_guard``) and its transition (``lane_transition``). A step that lanes
+cannot make at all is marked ``failed``: the series of the engine make it, and it is counted. Whatever is added must
+keep every lane's operations free of the others.
 """

@@ -3,7 +3,7 @@
 Modes are not enumerated. Where W and G hold parameters alone and every rate, slip, depth, force, capacity, release and
 reset is affine in
 
-    z = (states, cos and sin of each harmonic of the time, 1)
+    z = (states, cos and sin of each harmonic of the time, the time, 1)
 
 for each sign, so is every mode: contact forces, of law or of constraint, solve linear equations with constant factors.
 Inputs count as constants.
@@ -81,12 +81,22 @@ def obstacles(system: HybridSystem) -> tuple[str, ...]:
     found = []
     for what, contact, expression in _named(system):
         local = () if contact is None else _local(contact)
-        if lifted.row(expression, *local) is None:
+        if lifted.row(expression, *local, TIME) is None:
             found.append(_sentence(lifted, what, contact, sympy.sympify(expression)))
     for contact in system.contacts:
         if contact.remembers:
             found.append(f"contact '{contact.name}': the factors of its force change with the speed of entry")
     return tuple(dict.fromkeys(found))
+
+
+def ramps(system: HybridSystem) -> tuple[str, ...]:
+    """What of a system without obstacles rises with the time itself, a sentence each."""
+    lifted = Lifted.of(system)
+    return tuple(
+        f"{what} rises with the time: it is another at each strobe"
+        for what, contact, expression in _named(system)
+        if lifted.row(expression, *(() if contact is None else _local(contact))) is None
+    )
 
 
 def _local(contact: ContactDynamics) -> tuple[sympy.Basic, ...]:
@@ -148,7 +158,7 @@ def _sentence(lifted: Lifted, what: str, contact: ContactDynamics | None, expres
 def _smallest(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> Any:
     """The smallest part of an expression that is not affine by itself."""
     for part in expression.args:
-        if part.free_symbols and lifted.row(part, *local) is None:
+        if part.free_symbols and lifted.row(part, *local, TIME) is None:
             return _smallest(lifted, part, local)
     return expression
 
@@ -168,4 +178,4 @@ def _remedy(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> st
 def _is_affine(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic], values: dict[Any, Any]) -> bool:
     """Whether an expression is affine, and does not vanish, with these values."""
     changed = expression.xreplace(values)
-    return changed != 0 and not changed.has(sympy.nan, sympy.zoo) and lifted.row(changed, *local) is not None
+    return changed != 0 and not changed.has(sympy.nan, sympy.zoo) and lifted.row(changed, *local, TIME) is not None

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.base.errors import StickslipError
+from fmu_models.report.colours import COLOURS
 from fmu_models.report.figures import save_figure
-from fmu_models.report.views import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

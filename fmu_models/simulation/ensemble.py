@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
 from fmu_models.simulation.rows import Rows
@@ -85,6 +86,9 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
     Returns:
         Their rows: points are states, memories of all contacts and time, n_states + n_contacts + 1 numbers; derivatives
         are of these by the directions.
+
+    Raises:
+        StickslipError: a strobe of a forcing that does not repeat itself with its period.
     """
     n, contacts = sizes
     m, k = len(runs.values), len(runs.along)
@@ -163,7 +167,9 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
             raise instance.failure()
     finally:
         engine.give(instance)
-    for i in np.flatnonzero(made.outcomes == OUTCOMES.BROKEN):
-        text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0]
-        made.messages[int(i)] = text.decode("utf-8", "replace")
+    for i in np.flatnonzero((made.outcomes == OUTCOMES.BROKEN) | (made.outcomes == OUTCOMES.UNFIT)):
+        text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0].decode("utf-8", "replace")
+        if made.outcomes[i] == OUTCOMES.UNFIT:
+            raise StickslipError(text)
+        made.messages[int(i)] = text
     return dataclasses.replace(made, points=made.points[..., :-1], times=made.points[..., -1])

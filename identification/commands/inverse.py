@@ -3,6 +3,7 @@ declaration."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +25,7 @@ def inverse(
         str,
         typer.Argument(
             metavar="RECIPE|MACHINE",
-            help="A TOML file, or a name of 'stickslip data'; or the declaration of a machine, my_robot.py.",
+            help="A TOML file, or a name of 'stickslip data'; or a machine: its declaration, my_robot.py, or a URDF.",
             show_default=False,
         ),
     ],
@@ -54,17 +55,18 @@ def inverse(
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
     A machine of any number of joints is declared in Python (my_robot.py, MODEL = Mechanism(...), an input as the effort
-    of each joint); --set gives what is known of it.
+    of each joint) or read from a URDF (joints q1, q2, ..., efforts tau1, tau2, ...); --set gives what is known of it.
 
     Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
     check_targets(result, figure, overwrite)
     if is_machine(recipe):
-        if figure or repair:
-            raise StickslipError("--figure and --repair are for recipes; a declared machine has neither yet.")
+        if repair:
+            raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
         chosen = {"cutoff": cutoff or CUTOFF, "parallel_cutoff": parallel_cutoff, "method": method or "instruments"}
-        found = _machine(recipe, logs, held_out or (), settings, columns, reader, **chosen)
-        content = finish(found.to_dict(), result, None, overwrite)
+        paths = (logs, held_out or ())
+        found = _machine(recipe, paths, settings, columns, reader, figure, overwrite, **chosen)
+        content = finish(found.to_dict(), result, figure, overwrite)
 
         def show(out: Any) -> None:
             from identification.report.machine_fit_tables import machine_report
@@ -85,33 +87,40 @@ def inverse(
 
 
 def is_machine(reference: str) -> bool:
-    """Whether what is named is a declaration, in a file or a module, rather than a recipe."""
-    return is_place(reference) and not reference.endswith(".toml")
+    """Whether what is named is a declaration, in a file or a module, or a URDF rather than a recipe."""
+    return reference.endswith(".urdf") or (is_place(reference) and not reference.endswith(".toml"))
 
 
 def _machine(
     reference: str,
-    logs: list[Path],
-    held_out: Any,
+    paths: tuple[Sequence[Path], Sequence[Path]],
     settings: list[str] | None,
     columns: list[str] | None,
     reader: ReaderOption,
+    figure: Path | None,
+    overwrite: bool,
     **how: Any,
 ) -> Any:
-    from fmu_models.oscillators import load
     from identification.machines.machine_fit import identify_machine
-    from identification.machines.read import read_machine_log
+    from identification.machines.read import declared_machine, read_machine_log
 
     with console.warnings_said(), console.progress("fitting") as advance:
-        mechanism = load(reference)
+        mechanism = declared_machine(reference)
         named = _named(columns)
         known = console.assignments(settings, "constant")
-        seen = [read_machine_log(one, mechanism, named, reader=reader) for one in logs]
-        others = [read_machine_log(one, mechanism, named, reader=reader) for one in held_out]
+        seen, others = ([read_machine_log(one, mechanism, named, reader=reader) for one in part] for part in paths)
         advance(0.2)
-        return identify_machine(
-            mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.8 * done), **how
+        fit = identify_machine(
+            mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.7 * done), **how
         )
+        if figure:
+            from fmu_models.report.figures import save_figure
+            from identification.machines.predicted import predict_efforts
+            from identification.report.machine_fit_figure import machine_fit_figure
+
+            predicted = (predict_efforts(mechanism, fit, part) if part else [] for part in (seen, others))
+            save_figure(machine_fit_figure(fit, *predicted), figure, overwrite=overwrite)
+        return fit
 
 
 def _named(columns: list[str] | None) -> dict[str, str]:

@@ -53,6 +53,11 @@ class Rows:
         """Of each row (rows,)."""
         return 1 / self.deviation[self.joint]
 
+    def where(self, kept: np.ndarray) -> Rows:
+        """Some of the rows (rows,)."""
+        labels = (self.series[kept], self.joint[kept], self.log[kept])
+        return Rows(self.columns[kept], self.effort[kept], *labels, self.deviation)
+
     def residual(self, values: np.ndarray) -> np.ndarray:
         """Measured less modelled effort (rows,)."""
         return self.effort - self.columns @ values

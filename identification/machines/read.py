@@ -1,4 +1,4 @@
-"""Logs of a declared machine: columns named after its coordinates and efforts, or mapped to them."""
+"""A declared machine and its logs: columns named after its coordinates and efforts, or mapped to them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,33 @@ from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import conversion_factor
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
+from fmu_models.oscillators import load
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import effort_inputs
+from identification.machines.urdf import mechanism_from_urdf
 from rig_io.logs.table import Table
 from rig_io.packages.datapackage import read_columns
 
 TIME = "time"
+URDF = ".urdf"
 LEAST = 100  # rows
 OTHER = 0.2  # relative: a recorded velocity that differs more is not the derivative of the position
+
+
+def declared_machine(reference: str) -> Mechanism:
+    """The machine that a declaration, in a file or a module, or a URDF stands for.
+
+    Raises:
+        StickslipError: there is none, or it is declared without energies.
+    """
+    if reference.endswith(URDF):
+        return mechanism_from_urdf(reference)
+    found = load(reference)
+    if not isinstance(found, Mechanism):
+        raise StickslipError(
+            f"'{reference}' is of class {type(found).__name__}: efforts follow from energies. Declare a Mechanism."
+        )
+    return found
 
 
 def read_machine_log(

@@ -25,6 +25,7 @@ from fmu_models.language.quantities import Input, Parameter
 from identification.machines.hyper_dual import FUNCTIONS, HyperDual
 from identification.machines.linear_parts import NOTHING, Monomial, Parts, linear_parts, monomial_name, monomial_unit
 
+CHUNK = 1024  # rows at once: what is in between of a long chain then stays in the processor's cache
 SIGN = sympy.Dummy("sign", real=True)
 SLIP = sympy.Dummy("slip", real=True)
 
@@ -48,8 +49,11 @@ class Regressor:
         over which Coulomb friction turns, 0 if None."""
         count = len(self.joints)
         whole = np.zeros((len(q), count, len(self.names)))
-        self._terms.add_energies(whole, q, v, a)
-        self._terms.add_friction(whole, q, v, np.zeros(count) if smooth is None else smooth)
+        over = np.zeros(count) if smooth is None else smooth
+        for begin in range(0, len(q), CHUNK):
+            at = slice(begin, begin + CHUNK)
+            self._terms.add_energies(whole[at], q[at], v[at], a[at])
+            self._terms.add_friction(whole[at], q[at], v[at], over)
         return whole
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -44,12 +44,22 @@ def seconds(run: Callable[[], object], repetitions: int) -> float:
     return least
 
 
-def main(repetitions: int) -> None:
+def families() -> Iterator[tuple[Strobe, Jobs]]:
+    """The motions of each model."""
     for name, (forcing, values, varied, (low, high)) in FAMILIES.items():
         system = Strobe(load(name), forcing=forcing, parameters=values)
-        series = system.stepped_by("taylor")
         starts = np.tile(system.start({"x": 0.0, "v": 0.0} if name.endswith("support") else {}), (MOTIONS, 1))
-        jobs = Jobs(starts, {varied: np.linspace(low, high, MOTIONS)}, transient=PERIODS - 1, rows=1)
+        yield system, Jobs(starts, {varied: np.linspace(low, high, MOTIONS)}, transient=PERIODS - 1, rows=1)
+    # of one set of parameters, and of as many as there are motions
+    for low, high in ((0.5, 0.5), (0.3, 0.6)):
+        toy = Strobe(load("woodpecker"), period=0.146, autonomous=True)
+        varied = {"eN1": np.linspace(low, high, MOTIONS)}
+        yield toy, Jobs(np.tile(toy.start({}), (MOTIONS, 1)), varied, transient=PERIODS - 1, rows=1)
+
+
+def main(repetitions: int) -> None:
+    for system, jobs in families():
+        series = system.stepped_by("taylor")
         few = dataclasses.replace(jobs, transient=9)
         known, work = lanes_of(system.fmu), MOTIONS * PERIODS
         base = 1e9 * seconds(lambda one=series, jobs=jobs: one.run(jobs, GO), 1 + repetitions // 3) / work
@@ -73,7 +83,7 @@ def main(repetitions: int) -> None:
         made, other = system.run(few, GO).points[:, 0], series.run(few, GO).points[:, 0]
         errors = np.abs(made - other).max(axis=1) / np.abs(other).max()
         left = 1.0 - system.run(jobs, GO).in_lanes.sum() / work
-        print(f"{name:24} series {base:5.0f}   {'   '.join(cells)}   left {100.0 * left:.2f} %", end="   ")
+        print(f"{system.name:24} series {base:5.0f}   {'   '.join(cells)}   left {100.0 * left:.2f} %", end="   ")
         print(f"difference {np.median(errors):.1e}, {errors.max():.1e}", flush=True)
 
 

@@ -113,6 +113,11 @@ def test_the_support_of_table_2(support):
     found = branch(system, "omega", (0.8, 1.0), settle=True)
     for known in of("support_T2_P1_down"):
         check(known, found.special)
+    # beside it, at 3e-6, the doubled branch loses its contact already; it ends at the other flip of its parent
+    (lower, upper) = [one for one in found.special if one.kind == "flip"]
+    (doubled,) = lower.switch()
+    assert len(doubled.special[0].words[0]) == 6 and doubled.special[0].value == pytest.approx(lower.value, abs=2e-6)
+    assert doubled.ends[1][0] == "flip" and doubled.special[-1].value == pytest.approx(upper.value, abs=1e-11)
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +184,7 @@ def test_the_ball_to_four_impacts(ball):
 
 def test_the_impact_pair():
     system = Strobe(load("impact_pair"), forcing="omega", parameters={"D": 6.0})
-    found = branch(system, "D", (0.4, 13.0), start={"x": -3.0, "v": -2.0}, settle=True, points=160)
+    found = branch(system, "D", (0.4, 13.0), start={"x": -3.0, "v": -2.0}, settle=True, points=60)
     for known in [*of("pair_e0.6_up"), *of("pair_e0.6_down")]:
         check(known, found.special)
     (known,) = [one for one in of("pair_e0.6_down") if "pitchfork" in one["kind"]]
@@ -188,6 +193,23 @@ def test_the_impact_pair():
     assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
+    # both come to where the symmetric motion touches both walls at once: it is found from motions that touch one
+    assert [twin.ends[1][0] for twin in twins] == ["parent", "parent"]
+    # it ends there; two motions leave that touch one of them
+    (both,) = [one for one in found.special if one.kind == "grazing, rigid" and not one.words[1]]
+    assert all(twin.special[-1].value == pytest.approx(both.value, abs=1e-10) for twin in twins)
+    one, other = both.switch(points=2)
+    touched = [[wall for wall, *_ in leaving.words[0]] for leaving in (one, other)]
+    assert sorted(map(sorted, touched)) == [["left", "left", "right"], ["left", "right", "right"]]
+    for leaving in (one, other):
+        speed = min(event.value for event in leaving.nodes[0].seen.events)
+        assert (leaving.values[0] - both.value) / speed == pytest.approx(1.3972, abs=5e-4)
+    assert one.values[0] == pytest.approx(other.values[0], abs=1e-8)
+    # the twins come there too, their weakest impact ever weaker, with the same slope
+    for twin in twins:
+        near = twin.nodes[np.abs(twin.values - both.value - 0.002).argmin()]
+        speed = min(event.value for event in near.seen.events)
+        assert len(near.word) == 3 and (near.value - both.value) / speed == pytest.approx(1.3972, abs=2e-3)
 
 
 PAPER = {"N0": 5.0, "mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0}
@@ -269,3 +291,7 @@ def test_the_hinge_breaks_its_symmetry():
     assert np.abs(hinge_flows.broken(x, v, 2 * math.pi * f, begin, entries)).max() < 1e-11
     assert pitchfork.value == pytest.approx(f, abs=1e-12)
     assert near(counted(pitchfork, pitchfork.multipliers), as_complex(turn["multipliers"]), 1e-7)
+    # over a range that ends soon beyond it a step is as long as from there to the symmetric motions
+    short = branch(system, "f", (0.3635, 0.3665), start=start)
+    (again,) = [one for one in short.special if one.kind == "pitchfork"]
+    assert again.value == pytest.approx(pitchfork.value, abs=1e-11) and short.ends[0] == short.ends[1]

@@ -9,7 +9,7 @@ import pytest
 import sympy
 from mechanisms import MASS, opened
 
-from fmu_models import Iteration, StickslipError, Strobe, branch, load
+from fmu_models import Iteration, StickslipError, Strobe, branch, branches, load
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.maps import Map
 from fmu_models.language.mechanism import Mechanism
@@ -82,6 +82,15 @@ def test_a_pitchfork_over_what_leaves_its_symmetry_alone_and_over_what_does_not(
     assert curve.values == pytest.approx(-(curve.seconds**2), abs=1e-11) and np.ptp(curve.seconds) > 1.1
     with pytest.raises(StickslipError, match="takes the crossing of two branches apart"):
         pitchfork.curve("h", (-0.1, 0.1))
+
+
+def test_what_could_not_be_followed_is_told_by_the_others():
+    """Of a pitchfork and the flips of what leaves it, h takes the pitchfork apart."""
+    system, begin = iterated({X: (1 + A) * X + H - X**3}, (0.0,), a=-0.1)
+    found = branches(branch(system, "a", (-0.2, 1.5), start=begin), longest=1).curves("h", (-0.05, 0.05))
+    assert {one.kind for one in found.curves} == {"flip"}
+    assert [why.partition(" at ")[0] for why in found.failures] == ["pitchfork"]
+    assert "not followed: pitchfork at a = " in found.summary()
 
 
 def test_the_broken_symmetry_of_the_impact_pair():

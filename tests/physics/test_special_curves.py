@@ -117,6 +117,18 @@ def test_the_stick_of_a_disc_lost_over_its_load():
     assert lost[0]["Hopf"].curve("k", (1.5, 4.0)).meetings == ()
 
 
+def test_discs_of_one_speed_exchange_their_stick():
+    """Whatever the speed, and the load of one of them."""
+    law = {"mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0, "mu_s1": 0.65, "mu_k1": 0.35, "p1": 15.0}
+    parameters = {**law, "N0": 4.905, "N1": 4.905, "w1": 0.83, "w0": 0.78}
+    system = Strobe(load("disc_rig"), period=1.1, autonomous=True, parameters=parameters)
+    (exchange,) = branch(system, "w0", (0.75, 0.9), settle=True).special
+    speeds = exchange.curve("w1", (0.8, 0.87))
+    assert speeds.values == pytest.approx(speeds.seconds, abs=1e-12) and np.ptp(speeds.seconds) == pytest.approx(0.07)
+    loads = exchange.curve("N0", (4.7, 5.1))
+    assert loads.values == pytest.approx(np.full(len(loads.values), 0.83), abs=1e-12)
+
+
 def test_what_has_no_curve(henon):
     fold = next(one for one in henon if one.kind == "fold")
     with pytest.raises(StickslipError, match="has no parameter 'c'"):

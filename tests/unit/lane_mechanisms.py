@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import sympy
 
@@ -76,7 +76,7 @@ def opened(name: str) -> Fmu:
 
 
 def _made(
-    name: str, coordinates: list[Coordinate], kinetic: sympy.Expr, potential: sympy.Expr, contacts: list[Contact]
+    name: str, coordinates: list[Coordinate], kinetic: sympy.Expr, potential: sympy.Expr, contacts: Sequence[Contact]
 ) -> Mechanism:
     return Mechanism(
         name=name,

@@ -79,7 +79,7 @@ def test_a_touch_without_speed_has_no_derivative_and_says_so():
 
 def test_analyses_take_their_tangents_from_lanes_and_say_so():
     system = Strobe(load("discontinuous_support"), forcing="omega", parameters={"omega": 0.9})
-    start = np.zeros(2)
+    start = [0.0, 0.0]
     exact, series = (
         lyapunov(one, start, periods=256, transient=50, motions=2) for one in (system, system.stepped_by("taylor"))
     )
@@ -88,3 +88,18 @@ def test_analyses_take_their_tangents_from_lanes_and_say_so():
     assert exact.values == pytest.approx(series.values, abs=1e-8)
     found = orbit_diagram(system, "omega", [0.9, 0.95], transient=20, exponents=True)
     assert found.how.startswith("exact flow") and "by series" not in found.how
+
+
+def test_starts_that_cannot_be_leave_their_places_empty():
+    system = Strobe(load("bouncing_ball"), forcing="omega")
+    starts = np.array([[0.01, 0.0], [-1.0, 0.0], [-1.0, 0.0], [-1.0, 0.0]])
+    made = system.run(Jobs(starts, rows=2, derivatives=True), GO)
+    assert made.filled.tolist() == [2, 0, 0, 0]
+    assert all("is penetrated" in made.messages[i] for i in (1, 2, 3))
+
+
+def test_differences_of_what_is_held_are_those_of_the_series():
+    system = Strobe(load("woodpecker"), period=0.05, autonomous=True)
+    jobs = Jobs(system.start()[None], rows=6, derivatives=True)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.derivatives == pytest.approx(series.derivatives, abs=1e-8 * float(np.abs(series.derivatives).max()))

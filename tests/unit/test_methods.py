@@ -7,6 +7,7 @@ import pytest
 
 from fmu_models.validation.bench.problems import problem
 from fmu_models.validation.methods.catalogue import OURS
+from fmu_models.validation.methods.exact_flow import ExactFlow
 from fmu_models.validation.methods.linear_flow import LinearFlow
 from fmu_models.validation.methods.moreau import Moreau
 from fmu_models.validation.methods.peers.fmpy_cvode import FmpyCvode
@@ -104,6 +105,18 @@ def test_stick_slip_of_a_disc():
         errors = [error(method(width).prepare(rig)(1e-8), ours.end) for width in (coarser, finer)]
         assert errors[1] < errors[0] / 4
     assert error(Moreau().prepare(rig)(3e-5), ours.end) < 2e-2
+
+
+def test_the_exact_flow_agrees_and_refuses_what_it_is_not(support, ball):
+    for one, expected in ((support, SUPPORT), (ball, ball.start)):
+        made = ExactFlow().prepare(one)(1e-14)
+        assert error(made, expected) < 1e-13
+        assert made.switches is None
+    # nothing forces it: parts of the run
+    free = problem("planar_hopf")
+    assert error(ExactFlow().prepare(free)(1e-14), OURS.prepare(free)(1e-14).end) < 1e-12
+    with pytest.raises(NotTreated, match=r"is not linear in the speed\. Use event-driven Taylor"):
+        ExactFlow().prepare(problem("disc_rig_class_a", 3.0))
 
 
 def test_heyoka_agrees(support, ball):

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from fmu_models.analyses.continuation.flow_problem import FlowProblem, held_at_start, pauses
+from fmu_models.analyses.continuation.imported_problem import ImportedProblem
 from fmu_models.analyses.continuation.map_problem import MapProblem
-from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved
+from fmu_models.analyses.continuation.node import Lost, Node, parameter, solved
 from fmu_models.analyses.continuation.problem import Problem, Vector
 from fmu_models.analyses.cycles import last_cycle
 from fmu_models.analyses.fmu_sections import Strobe
@@ -32,12 +33,11 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
             "to a value in that range."
         )
     point = system.start(start)
-    if settle and isinstance(problem, FlowProblem) and problem.autonomous:
-        z = _last_cycle(problem, point, value)
+    told = problem if isinstance(problem, FlowProblem) and not isinstance(problem, ImportedProblem) else None
+    if settle and told is not None and told.autonomous:
+        z = _last_cycle(told, point, value)
     else:
-        point = _settled(system, point) if settle else point
-        if isinstance(problem, FlowProblem) and (problem.autonomous or point[len(problem.states) :].any()):
-            problem, point = _freed(problem, point, value)
+        problem, point = _placed(system, problem, told, point, value, settle)
         z = point[: len(problem.states)]
         if isinstance(problem, FlowProblem) and problem.autonomous:
             z = np.append(z, problem.strobe.period or 0.0)
@@ -46,17 +46,54 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
     try:
         node = solved(problem, scales, z / scales, parameter(value), reach=2.0)
     except Lost as error:
-        seen = look(problem, z)
-        missed = "" if seen is None else f": after one period it misses its start by {np.abs(seen.residual).max():.2g}"
         raise StickslipError(
-            f"No periodic motion of {system.name} was found near that start{missed} ({error}). Start nearer, let it "
-            "settle first (settle=True, --settle), or check how many periods of the forcing it takes (every)."
+            f"No periodic motion of {system.name} was found near that start ({error}{_missed(problem, error, z)}). "
+            f"Start nearer, let it settle first (settle=True, --settle), or {_doubt(problem)}."
         ) from None
     moved = problem.rephased(node.z, node.seen)
     if moved is not None:
         with suppress(Lost):  # it stays where it was
             node = solved(moved[0], scales, moved[1] / scales, parameter(value), reach=0.1)
     return node
+
+
+def _placed(
+    system: SectionSystem, problem: Problem, told: FlowProblem | None, point: Vector, value: float, settle: bool
+) -> tuple[Problem, Vector]:
+    """The start, or where a run from it settles, and the problem at a phase where nothing holds; ``told``: the problem,
+    if it tells of events."""
+    try:
+        point = _settled(system, point) if settle else point
+    except StickslipError:
+        # what rests against a contact at the end of a period does not begin there
+        if told is None:
+            raise
+        return _settled_free(told, point, value)
+    if told is not None and (told.autonomous or point[len(told.states) :].any()):
+        return _freed(told, point, value)
+    return problem, point
+
+
+def _missed(problem: Problem, error: Lost, z: Vector) -> str:
+    """By how much the nearest motion that was tried misses its own start."""
+    nearest = z if error.nearest is None else error.nearest
+    try:
+        seen = problem.see(nearest)
+    except StickslipError as refused:
+        return f": {refused}"
+    at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(problem.states, nearest.tolist(), strict=False))
+    return f"; the nearest, from {at}, misses its start by {np.abs(seen.residual).max():.2g} after one period"
+
+
+def _doubt(problem: Problem) -> str:
+    """What else may be wrong."""
+    if not isinstance(problem, FlowProblem):
+        return "check how many steps it takes"
+    if problem.autonomous:
+        return f"check its period, about {problem.strobe.period:g} s (period=, --period)"
+    often = "check how many periods of the forcing it takes (every=, --every)"
+    unforced = ", or that something forces it: else say so (autonomous=True, --autonomous)"
+    return often + (unforced if problem.strobe.forcing is None else "")
 
 
 def _settled(system: SectionSystem, point: Vector) -> Vector:
@@ -89,6 +126,23 @@ def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProbl
     return replace(problem, phase=phase), np.array([float(moved[name][0]) for name in problem.states])
 
 
+def _settled_free(problem: FlowProblem, start: Vector, value: float) -> tuple[FlowProblem, Vector]:
+    """The same of one long run, at a phase where nothing holds or sticks."""
+    strobe = problem.strobe.at(**{problem.over: value})
+    length = strobe.every * float(strobe.periods({}, 1)[0])
+    late = SETTLE * length
+    events = [
+        replace(one, time=one.time - late)
+        for one in strobe.trajectory(start, np.array([late + length])).events
+        if one.time > late
+    ]
+    _, begin, pause = pauses(events, length)[0]
+    middle = (begin + pause / 2) % length
+    moved = strobe.trajectory(start, np.array([late + middle]))
+    point = np.array([float(moved[name][0]) for name in problem.states])
+    return replace(problem, phase=middle / length * strobe.every), point
+
+
 def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
     """z of the cycle that a run from a point ends in, in the middle of its longest pause between events, free of held
     contacts if there is one."""
@@ -110,7 +164,7 @@ def problem_of(system: Any, over: str) -> Problem:
     """The family that a section describes.
 
     Raises:
-        StickslipError: another section than a strobe or a map, an FMU of others.
+        StickslipError: another section than a strobe or a map.
     """
     if isinstance(system, Iteration):
         return MapProblem(system, over)
@@ -119,9 +173,4 @@ def problem_of(system: Any, over: str) -> Problem:
             f"A branch of '{system.name}' is followed at a strobe: name what forces it, or say that nothing does and "
             "give about how long its period is (autonomous=True, period=)."
         )
-    if not system.fmu.ours:
-        raise StickslipError(
-            f"'{system.name}' is not of this suite, and its runs carry no derivatives through events: its branches "
-            "cannot be followed. 'find_bifurcations' takes it, by differences."
-        )
-    return FlowProblem(system, over)
+    return FlowProblem(system, over) if system.fmu.ours else ImportedProblem(system, over)

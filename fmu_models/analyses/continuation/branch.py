@@ -12,8 +12,9 @@ Semantics.
                  "start"       where it branched off another one
                  "jump"        the motion touches something, and what then happens does not go on from it; or it depends
                                on which of two events that come at once is the first
-                 "chatter"     impacts are added without end
+                 "chatter"     impacts are added without end, or infinitely many no longer come to rest
                  "equilibrium" a cycle has shrunk to nothing
+                 "bounds"      the parameter comes to where there is no such model
                  "points"      as many as were asked for
                  "infinity"    the states grow beyond all bounds
                  "interrupted" by the keyboard
@@ -30,6 +31,7 @@ Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -41,13 +43,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
-from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.follow import Follower, Found, Way
+from fmu_models.analyses.continuation.curve import Curve, Curves
+from fmu_models.analyses.continuation.follow import Follower
+from fmu_models.analyses.continuation.kept import Keeper
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
+from fmu_models.analyses.continuation.way import Found, Way
+from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
@@ -76,6 +81,7 @@ class Branch(Pictured):
         ends: kind and a sentence, of both ends.
         every: periods of the forcing in one of the motion.
         seconds: CPU time.
+        how: where motions come from, and how near they are, where that is not a matter of course.
         units: of states and of the parameter.
     """
 
@@ -93,6 +99,7 @@ class Branch(Pictured):
     ends: tuple[tuple[str, str], tuple[str, str]]
     every: int = 1
     seconds: float = 0.0
+    how: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
@@ -149,6 +156,9 @@ def branch(
     start: Mapping[str, float] | Sequence[float] | None = None,
     settle: bool = False,
     points: int = 2000,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Branch:
     """Follow the periodic motion near a start over a parameter, both ways.
@@ -161,28 +171,70 @@ def branch(
         start: states at phase 0 near the motion; as the declaration says what is left out.
         settle: run for a while from the start first.
         points: motions in each direction, at most.
+        store, resume, overwrite: where they are kept as they are found; see ``Execution``.
         progress: called with the share of the range that is behind, or less.
 
     Raises:
         StickslipError: no such parameter, a range that is none or does not hold its value at the start, a section that
-            is no strobe, or no motion near the start.
+            is no strobe, or no motion near the start; as ``Execution``.
+    """
+    how: dict[str, Any] = {"start": start, "settle": settle, "points": points, "progress": progress}
+    how |= {"store": store, "resume": resume, "overwrite": overwrite}
+    return all_branches(system, over, between, switch=False, **how).branches[0]
+
+
+def all_branches(
+    system: SectionSystem,
+    over: str,
+    between: tuple[float, float],
+    *,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    settle: bool = False,
+    points: int = 2000,
+    switch: bool = True,
+    longest: int = 8,
+    of: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Branches:
+    """The branch of the motion near a start, and all that leave it and one another.
+
+    Args:
+        others: of ``branch`` and ``branches``.
+
+    Raises:
+        StickslipError: as these.
     """
     low, high = sorted(float(one) for one in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     system.check(over, np.array([low, high]))
     problem = problem_of(system, over)
-    begin = begin_of(system, problem, (low, high), start, settle)
-    clock = time.process_time()
+    _check_shown(of, problem.states, problem.name)
+    plan: dict[str, Any] = {"analysis": "branch", "over": over, "between": [low, high], "start": system.start(start)}
+    plan |= {"settle": settle, "points": points, "switch": switch} | ({"longest": longest} if switch else {})
+    with Execution(system, plan, store=store, resume=resume, overwrite=overwrite) as execution:
+        keeper = Keeper(execution.store, problem)
+        first_piece = keeper.pieces()
+        if not first_piece.known:
+            first_piece.put(begin_of(system, problem, (low, high), start, settle))
+        clock = time.process_time()
 
-    def tell(node: Node) -> None:
-        progress((node.value - low) / (high - low))
+        def tell(node: Node) -> None:
+            progress((node.value - low) / (high - low))
 
-    forward = Follower(begin, (low, high), points, tell).follow()
-    backward = None
-    if forward.end[0] not in ("closed", "interrupted"):
-        backward = Follower(begin.turned(), (low, high), points, tell).follow()
-    return made(problem, forward, backward, (low, high), time.process_time() - clock)
+        begin = first_piece.known[0]
+        forward = Follower(begin, (low, high), points, tell, keeper.pieces()).follow()
+        backward = None
+        if forward.end[0] not in ("closed", "interrupted"):
+            backward = Follower(begin.turned(), (low, high), points, tell, keeper.pieces()).follow()
+        first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
+        found = _with_others(first, longest, points, of, switch, keeper)
+        if not found.interrupted:
+            execution.finish(found)
+    return found
 
 
 def joined(
@@ -222,6 +274,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         ends,
         problem.turns,
         seconds,
+        problem.how(nodes[0].z, nodes[0].seen),
         problem.units,
         tuple(nodes),
         between,
@@ -236,10 +289,10 @@ def _switched(special: Special, points: int) -> tuple[Branch, ...]:
     return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
 
 
-def followed_from(begin: Node, between: tuple[float, float], points: int) -> Branch:
+def followed_from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
-    way = Follower(begin, between, points).follow()
+    way = Follower(begin, between, points, pieces=keeper.pieces() if keeper else None).follow()
     return made(begin.problem, way, None, between, time.process_time() - clock)
 
 
@@ -268,6 +321,11 @@ class Branches(Pictured):
         return self.branches[0].over
 
     @property
+    def how(self) -> str:
+        """Where motions come from; see ``Branch``."""
+        return self.branches[0].how
+
+    @property
     def frame(self) -> Any:
         """One row per point; ``branch`` is the number of its branch."""
         import pandas
@@ -279,25 +337,56 @@ class Branches(Pictured):
         """Of all branches."""
         return tuple(special for one in self.branches for special in one.special)
 
-    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
+    def to_xarray(self) -> Any:
+        """The points, and what is special beside them."""
+        of = [i for i, one in enumerate(self.branches) for _ in one.special]
+        places = [place for one in self.branches for place in one.places]
+        columns = {
+            "kind": np.array([one.kind for one in self.special], dtype=object),
+            "value": np.array([one.value for one in self.special]),
+            "contact": np.array([one.contact for one in self.special], dtype=object),
+            "branch": np.array(of, dtype=int),
+            "place": np.array(places, dtype=int),
+        }
+        return super().to_xarray().assign({f"special_{name}": ("special", one) for name, one in columns.items()})
+
+    def curves(
+        self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
+    ) -> Curves:
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once; where one
+        could not be followed, the others say why.
+
+        Args:
+            only: the kind of those that are followed.
 
         Raises:
-            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
-                the parameter takes apart.
+            StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
+                present value.
         """
         found: list[Curve] = []
+        failures: list[str] = []
         known: list[Special] = []
         for one in self.special:
+            if only is not None and one.kind != only:
+                continue
             if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
             known.append(one)
-            found.append(one.curve(second, between, points))
+            try:
+                found.append(one.curve(second, between, points))
+            except StickslipError as error:
+                failures.append(f"{one.kind} at {self.over} = {one.value:.9g}: {error}")
+                continue
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
+        if failures and not found:
+            raise StickslipError(failures[0])
         if not found:
-            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
-        return tuple(found)
+            kinds = ", ".join(sorted({one.kind for one in self.special})) or "none"
+            raise StickslipError(
+                f"There is no {only or 'special point'} of {self.model} to follow over '{second}'; it has: {kinds}."
+            )
+        return Curves(tuple(found), failures=tuple(failures))
 
     def _heading(self) -> str:
         return f"{len(self.branches)} branches of {self.model} over {self.over}"
@@ -321,22 +410,31 @@ def branches(
     Raises:
         StickslipError: no such state.
     """
-    if of not in (None, MULTIPLIER, PERIOD, *first.states):
+    _check_shown(of, first.states, first.model)
+    return _with_others(first, longest, points, of, switch)
+
+
+def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
+    if of not in (None, MULTIPLIER, PERIOD, *states):
         raise StickslipError(
-            f"'{first.model}' has no state '{of}'.{nearest(str(of), first.states)} '{MULTIPLIER}' and '{PERIOD}' are "
-            "drawn, too."
+            f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' and '{PERIOD}' are drawn, too."
         )
+
+
+def _with_others(
+    first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper | None = None
+) -> Branches:
     known = [first]
-    interrupted = spread(known, longest, points) if switch else _interrupted(first)
+    interrupted = spread(known, longest, points, keeper) if switch else _interrupted(first)
     return Branches(of or first.of, tuple(known), interrupted)
 
 
-def spread(known: list[Branch], longest: int, points: int = 2000) -> bool:
+def spread(known: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:
     """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
     if _interrupted(known[-1]):
         return True
     try:
-        for one in _switched_at(known, longest, points):
+        for one in _switched_at(known, longest, points, keeper):
             known.append(one)
             if _interrupted(one):
                 return True
@@ -349,13 +447,14 @@ def _interrupted(one: Branch) -> bool:
     return any(kind == "interrupted" for kind, _ in one.ends)
 
 
-def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Branch]:
+def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:
     """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
     for one in islice(known, len(known) - 1, None):
         for special in one.special:
-            doubles = special.kind == "flip" or special.touch is not None
-            if one.every * (2 if doubles else 1) > longest:
+            if one.every * (2 if special.kind == "flip" else 1) > longest:
                 continue
             for begin in leaving(special):
-                if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
-                    yield followed_from(begin, one.between, points)
+                if begin.problem.turns <= longest and not any(
+                    other.every == begin.problem.turns and passes(other.nodes, begin) for other in known
+                ):
+                    yield followed_from(begin, one.between, points, keeper)

@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.condition import Condition, Miss
 from fmu_models.analyses.continuation.discontinuous import is_rigid, new_event
-from fmu_models.analyses.continuation.lost_event import extrapolated
-from fmu_models.analyses.continuation.node import Node, look
+from fmu_models.analyses.continuation.node import Node, extrapolated, look
 from fmu_models.analyses.continuation.normal_form import coefficient
 from fmu_models.analyses.continuation.problem import Passing, Seen, Vector
 

@@ -273,8 +273,20 @@ class Miss(Condition):
                 raise Lost("the near miss becomes another event")
 
     def _at(self, node: Node, guess: Vector, target: float, pin: Border, time: float) -> Node:
-        border = both(miss_border(self.like, target, [time]), pin)
-        found = solved(node.problem, node.scales, guess, border, word=self.word)
-        if nearest(found.seen.misses, self.like, time, found.seen.length) is None:
+        turned = self.like.turned
+        border = self._least(target) if turned else miss_border(self.like, target, [time])
+        found = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
+        if not turned and nearest(found.seen.misses, self.like, time, found.seen.length) is None:
             raise Lost("the near miss is gone")
         return found
+
+    def _least(self, target: float) -> Border:
+        """The miss at a value, wherever in the period it is: one that an event turns is seen at whichever of them."""
+
+        def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
+            found = min(
+                (one for one in seen.misses if one.key == self.like.key), key=lambda one: one.value, default=None
+            )
+            return None if found is None else (found.value - target, found.gradient)
+
+        return border

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from fmu_models.analyses.continuation.condition import pinned
 from fmu_models.analyses.continuation.node import Lost, Node
 from fmu_models.analyses.continuation.problem import Vector
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
 
 
@@ -107,10 +109,39 @@ class Curve(Pictured):
 
 
 @dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """The second parameter as a formula of the first, for one of the curves.
+
+    Attributes:
+        formula: of the first and of other parameters.
+        parameters: their values.
+    """
+
+    formula: Formula
+    parameters: Mapping[str, float]
+
+    def at(self, over: str, values: Vector) -> Vector:
+        """(m,) of the second parameter at values (m,) of the first."""
+        return np.broadcast_to(self.formula({**self.parameters, over: values}), np.shape(values))
+
+    def error(self, curve: Curve) -> float:
+        """The largest difference to it along a curve; nan where it has no value."""
+        return float(np.abs(self.at(curve.over, curve.values) - curve.seconds).max())
+
+
+@dataclass(frozen=True, eq=False)
 class Curves(Pictured):
-    """Those of several special points, in the same two parameters."""
+    """Those of several special points, in the same two parameters.
+
+    Attributes:
+        curves: of one at least.
+        closed_form: of one kind of them, drawn beside them; None if none is known.
+        failures: what could not be followed, and why.
+    """
 
     curves: tuple[Curve, ...]
+    closed_form: ClosedForm | None = None
+    failures: tuple[str, ...] = ()
 
     @property
     def frame(self) -> Any:
@@ -133,3 +164,22 @@ def told(kind: str, node: Node, z: Vector) -> CurvePoint:
     x = z if problem.autonomous else problem.shifted(z, node.seen, 0.0)
     state = dict(zip(problem.states, x[: len(problem.states)].tolist(), strict=True))
     return CurvePoint(kind, problem.values(z), node.seen.length, state, node.multipliers)
+
+
+def closed_form_of(curve: Curve, formula: Formula, parameters: Mapping[str, float]) -> ClosedForm:
+    """A formula for a curve, with values of the parameters in it that are not given as the curve has them.
+
+    Raises:
+        StickslipError: a name that is no parameter, or the parameter that it is to be of.
+    """
+    problem, known = curve.nodes[0].problem, dict(parameters)
+    for name in formula.names:
+        if name == curve.second:
+            raise StickslipError(f"'{formula.text}' is to say '{name}' by '{curve.over}', and not by itself.")
+        if name == curve.over or name in known:
+            continue
+        known_ones = problem.system.parameters
+        if name not in known_ones:
+            raise StickslipError(f"'{problem.name}' has no parameter '{name}'.{nearest(name, known_ones)}")
+        known[name] = problem.present(name)
+    return ClosedForm(formula, known)

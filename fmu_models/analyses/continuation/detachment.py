@@ -17,8 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.analyses.continuation.discontinuous import Touch, miss_border, nearest
-from fmu_models.analyses.continuation.lost_event import extrapolated
-from fmu_models.analyses.continuation.node import Lost, Node, solved
+from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, solved
 from fmu_models.analyses.continuation.problem import Passing, Vector
 
 # steps towards the point, at most; how well limits of polynomials through neighbouring ones agree there, in u, and have

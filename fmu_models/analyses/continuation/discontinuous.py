@@ -20,14 +20,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
-from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved, tangent_of
+from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved
 from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
+from fmu_models.analyses.continuation.same_motion import begun_at
 from fmu_models.codegen.contact_states import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
@@ -36,10 +37,13 @@ LEAST_MISS = 1e-9
 SAME_TIME = 0.1
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+# by which the speed of an event shrinks, from motion to motion, to see whether they come to a point; curvature may
+# take the event away half-way
+SHRINKS = (0.5, 0.8, 0.93)
 # how far beyond a point, in u, the motion is looked for that goes on by other events
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
-# so near to its half, in u, a motion of twice the period is one of the period
-HALF = 1e-4
+# so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
+HALF, SAME = 1e-4, 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +152,20 @@ def from_miss(start: Node, miss: Passing) -> Touch:
     return Touch(node, u * node.scales, found)
 
 
+def begun_after(node: Node, time: float) -> Node:
+    """The same motion, begun in the longest pause of the fourth of its period after a time.
+
+    Raises:
+        Lost: Newton's method does not find it there.
+    """
+    length = node.seen.length
+    passings = (one.time for one in (*node.seen.events, *node.seen.misses))
+    marks = sorted({0.0, length / 4, *(turn for one in passings if (turn := (one - time) % length) < length / 4)})
+    begin, end = max(pairwise(marks), key=lambda one: one[1] - one[0])
+    problem, z = node.problem.later(node.z, node.seen, (time + (begin + end) / 2) % length)
+    return begun_at(node, problem, z)
+
+
 def _towards(node: Node, passing: Passing) -> Vector:
     """Change of u along the branch by the value of a passing."""
     rate = node.along(passing.gradient)
@@ -163,10 +181,10 @@ def other_word(touch: Touch) -> Node:
         Lost: none is near.
     """
     for depth, event, jump in _jumps(touch):
-        step = _stepped(touch.node, touch.miss, jump, depth)
+        step = stepped(touch.node, touch.miss, jump, depth)
         guesses = (touch.u + step - share * depth * _down(touch) for share in (0.0, 2.0, 10.0))
         for guess in (_deep(touch, touch.u + step, depth), *guesses):
-            found = _with_speed(touch.node.problem, touch.node.scales, guess, event, touch)
+            found = with_speed(touch.node.problem, touch.node.scales, guess, event, touch)
             if found is not None:
                 return found
     raise Lost("no motion with that event goes on from it")
@@ -187,37 +205,12 @@ def _deep(touch: Touch, u: Vector, depth: float) -> Vector:
     return u
 
 
-def other_word_once(touch: Touch) -> Node:
-    """The motion of twice the period that has the event in one half alone.
-
-    Raises:
-        Lost: there is none: its other half would have the event too, or the motion is that of half its period.
-    """
-    node, problem = touch.node, touch.node.problem.folded(2)
-    scales, z = node.problem.unfolded(node.scales, 2), node.problem.unfolded(node.z, 2)
-    seen = look(problem, z)
-    miss = None if seen is None else nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
-    if seen is None or miss is None:
-        raise Lost("the motion cannot be followed for so long")
-    twice = Node(problem, scales, z, seen, tangent_of(seen, scales))
-    doubled = Touch(twice, node.problem.unfolded(touch.z, 2), miss)
-    n = len(node.seen.monodromy)
-    monodromy = node.seen.monodromy / scales[:n, None] * scales[:n]
-    for depth, event, jump in _jumps(touch):
-        whole = np.concatenate([monodromy @ jump[:n], jump[n:]])
-        step = _stepped(twice, miss, whole, depth)
-        found = _with_speed(problem, scales, doubled.u + step, event, doubled)
-        if found is not None and not repeats(found):
-            return found
-    raise Lost("no motion of twice the period has that event in one half alone")
-
-
-def repeats(node: Node) -> bool:
+def repeats(node: Node, within: float = HALF) -> bool:
     """Whether a motion of an even number of periods repeats itself after half of them."""
     if node.problem.turns % 2 and not node.problem.autonomous:
         return False
     half = node.problem.part(node.z, node.seen)
-    return bool(np.abs((half - node.z) / node.scales).max() < HALF)
+    return bool(np.abs((half - node.z) / node.scales).max() < within)
 
 
 def _down(touch: Touch) -> Vector:
@@ -233,18 +226,22 @@ def _down(touch: Touch) -> Vector:
 def _jumps(touch: Touch) -> Iterator[tuple[float, Passing, Vector]]:
     """Displacements of the start against the miss, the event there, and what it does to the end to first order."""
     node, scales, down = touch.node, touch.node.scales, _down(touch)
-    jacobian = _scaled(node.seen, scales)
     for depth in DEPTHS:
         moved = touch.u - down * depth
         seen = look(node.problem, moved * scales)
         event = None if seen is None else new_event(seen, node.seen, touch.miss)
         if seen is None or event is None or not np.isfinite(event.gradient).all():
             continue
-        at_point = node.seen.residual / _row_sizes(node, node.seen)
-        yield depth, event, seen.residual / _row_sizes(node, seen) - at_point - jacobian @ (moved - touch.u)
+        yield depth, event, relative(node, seen, moved - touch.u)
 
 
-def _stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
+def relative(node: Node, seen: Seen, displacement: Vector) -> Vector:
+    """What a run beside a motion, its start displaced, misses in scaled rows beyond the linear part."""
+    at_point = node.seen.residual / _row_sizes(node, node.seen)
+    return seen.residual / _row_sizes(node, seen) - at_point - _scaled(node.seen, node.scales) @ displacement
+
+
+def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
     """Change of u to the motion with an event that makes such a jump, to first order."""
     down = miss.gradient * node.scales
     size = float(np.linalg.norm(down[: len(node.problem.states)]))
@@ -255,7 +252,7 @@ def _stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
         raise Lost("the miss does not change along the branch") from None
 
 
-def _with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
+def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
     """The motion near a guess that has the event at its speed, and goes on from the point."""
     try:
         found = solved(problem, scales, guess, speed_border(event, event.value, [event.time]), reach=1e-2)
@@ -293,12 +290,19 @@ def exchanged(touch: Touch) -> Node:
 
 def _meets(touch: Touch, node: Node, event: Passing) -> bool:
     """Whether the motions with the event come to the point as its speed vanishes."""
-    target = event.value / 2
-    border = speed_border(event, target, [event.time])
-    guess = (touch.u + node.u) / 2
-    half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
-    far, near = np.abs(node.u - touch.u).max(), np.abs(half.u - touch.u).max()
-    return bool(near <= 0.75 * far + 1e-9)
+    far = np.abs(node.u - touch.u).max()
+    for shrink in SHRINKS:
+        half, value = node, event.value
+        try:
+            while value > 0.55 * event.value:
+                value *= shrink
+                border = speed_border(event, value, [event.time])
+                guess = touch.u + shrink * (half.u - touch.u)
+                half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+        except Lost:
+            continue
+        return bool(np.abs(half.u - touch.u).max() <= 0.75 * far + 1e-9)
+    raise Lost("the event goes before it is weaker")
 
 
 def _row_sizes(node: Node, seen: Seen) -> Vector:

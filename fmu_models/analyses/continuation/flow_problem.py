@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.problem import TIE, Passing, Problem, Seen, Vector
+from fmu_models.analyses.continuation.problem import TIE, Passing, Problem, Seen, Vector, Word
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK, TOUCHING
+from fmu_models.codegen.contact_states import CHATTERING, OPEN, STICK, TOUCHING
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.trajectory import Event
@@ -37,7 +37,7 @@ def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool,
     return [(held, begin, -negative) for held, negative, begin in sorted(gaps)]
 
 
-def _ties(events: Sequence[Passing], gradients: Sequence[Vector]) -> tuple[Passing, ...]:
+def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
     """Times between an event and the next one, of another contact, with their derivatives."""
     instants = [i for i, one in enumerate(events) if i == 0 or one.time > events[i - 1].time]
     return tuple(
@@ -48,6 +48,17 @@ def _ties(events: Sequence[Passing], gradients: Sequence[Vector]) -> tuple[Passi
         for i, j in pairwise(instants)
         if events[i].contact != events[j].contact and np.isfinite(gradients[j] - gradients[i]).all()
     )  # fmt: skip
+
+
+def _counted(word: Word) -> Word:
+    """Without the impacts right before a chatter that is completed: they have no number."""
+    kept: list[tuple[str, int, int]] = []
+    for one in word:
+        if one[2] == CHATTERING:
+            while kept and kept[-1] == (one[0], OPEN, OPEN):
+                kept.pop()
+        kept.append(one)
+    return tuple(kept)
 
 
 def held_at_start(events: Sequence[Passing | Event]) -> bool:
@@ -144,45 +155,60 @@ class FlowProblem(Problem):
         monodromy = by[:, :n]
         # by how much start and length change with a parameter, where that is the frequency
         rates = np.array([-1.0 / one if name == self.strobe.forcing else 0.0 for name, one in self.values(z).items()])
-        by_values = by[:, n:] + np.outer(f1, rates * (start + whole)) - np.outer(monodromy @ f0, rates * start)
-        residual, jacobian = result.values[1] - z[:n], monodromy - np.eye(n)
-        residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic] = 0.0, 0.0, np.eye(n)[self.cyclic]
+        by_values = by[:, n:] + f1[:, None] * (rates * (start + whole)) - (monodromy @ f0)[:, None] * (rates * start)
+        residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
+        jacobian[:n, :n] = monodromy
+        jacobian.flat[: n * self.size : self.size + 1] -= 1.0
+        if self.cyclic:
+            residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic, :n] = 0.0, 0.0, np.eye(n)[self.cyclic]
+        jacobian[:n, n : n + len(rates) - 1], jacobian[:n, -1] = by_values[:, :-1], by_values[:, -1]
         if self.autonomous:
             f0[self.cyclic] = f1[self.cyclic] = 0.0
-            jacobian = np.column_stack([jacobian, by_values[:, :-1], f1, by_values[:, -1]])
-            jacobian = np.vstack([jacobian, np.append(f0, np.zeros(self.size - n))])
+            jacobian[:n, -2], jacobian[n, :n] = f1, f0
             residual = np.append(residual, 0.0)
-        else:
-            jacobian = np.column_stack([jacobian, by_values])
 
-        def gradient(row: Vector) -> Vector:
-            whole_row = np.zeros(self.size)
-            whole_row[:n] = row[:n]
-            by_parameters = row[n:] - row[:n] @ f0 * rates * start
-            whole_row[-1] = by_parameters[-1]
+        names, columns = self.strobe.contacts, (result.events[name].tolist() for name in ("contact", "before", "after"))
+        word = _counted(tuple((names[contact], before, after) for contact, before, after in zip(*columns, strict=True)))
+
+        def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+            return self._passings(result.events, by_times, passage, start, (f0, rates))
+
+        return Seen(residual, jacobian, monodromy, whole, word, passings, one_sided)
+
+    def _passings(
+        self, rows: Any, by_times: Vector, passage: Any, start: float, moving: tuple[Vector, Vector]
+    ) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        """Events and misses of a run that starts at a time, the start moved by parameters so: rates there, and by how
+        much."""
+        n, names = len(self.states), self.strobe.contacts
+        f0, rates = moving
+
+        def gradients(found: Vector) -> Vector:
+            whole = np.zeros((len(found), self.size))
+            whole[:, :n] = found[:, :n]
+            by_parameters = found[:, n:] - (found[:, :n] @ f0)[:, None] * rates * start
+            whole[:, -1] = by_parameters[:, -1]
             if self.second:
-                whole_row[n] = by_parameters[0]
-            return whole_row
+                whole[:, n] = by_parameters[:, 0]
+            return whole
 
-        names, rows = self.strobe.contacts, result.events
+        begun = zip(rows, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
         events = tuple(
             Passing(
                 names[row["contact"]], -1, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
-                float(passage.speeds[i]), gradient(passage.speed_derivatives[i]),
+                speed, gradient,
             )
-            for i, row in enumerate(rows)
+            for row, speed, gradient in begun
         )  # fmt: skip
         misses = tuple(
             Passing(
                 names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
-                float(row["time"]) - start, float(row["value"]), gradient(passage.miss_derivatives[i]),
+                float(row["time"]) - start, float(row["value"]), gradient,
                 bool(row["slope"] != 0.0), bool(row["begins"]),
             )
-            for i, row in enumerate(passage.misses)
+            for row, gradient in zip(passage.misses, gradients(passage.miss_derivatives), strict=True)
         )  # fmt: skip
-        ties = _ties(events, [gradient(row) for row in by_times])
-        word = tuple((one.contact, one.before, one.after) for one in events)
-        return Seen(residual, jacobian, monodromy, whole, word, events, misses + ties, one_sided)
+        return events, misses + _ties(events, gradients(by_times))
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """What the states do over a period."""
@@ -195,6 +221,22 @@ class FlowProblem(Problem):
     def folded(self, times: int) -> Problem:
         """So many periods of this one."""
         return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
+
+    def told(self) -> dict[str, Any]:
+        known = self.strobe
+        return {
+            "phase": self.phase,
+            "every": known.every,
+            "period": known.period,
+            "forcing": known.forcing,
+            "autonomous": known.autonomous,
+        }
+
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        known = self.strobe
+        named = {name: told[name] for name in ("every", "period", "forcing", "autonomous")}
+        strobe = Strobe(known.fmu, parameters=known.values, tolerance=known.tolerance, **named)
+        return replace(self, phase=told["phase"], strobe=strobe, kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         return self._after(z, seen.length / 2)
@@ -214,10 +256,12 @@ class FlowProblem(Problem):
         later = (begin + pause / 2) % seen.length
         if pause < 2 * near or min(later, seen.length - later) < near / 4:
             return None
+        return self.later(z, seen, later)
+
+    def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
         forcing = seen.length / self.strobe.every
-        phase = later if self.autonomous else (self.phase + later / forcing) % self.strobe.every
-        moved = replace(self, phase=0.0 if self.autonomous else phase)
-        return moved, self._after(z, later)
+        phase = seconds if self.autonomous else (self.phase + seconds / forcing) % self.strobe.every
+        return replace(self, phase=0.0 if self.autonomous else phase), self._after(z, seconds)
 
     @property
     def turns(self) -> int:

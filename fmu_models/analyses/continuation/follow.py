@@ -12,7 +12,7 @@ until   the parameter leaves its range, the branch is back at its begin, or ther
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,19 +20,24 @@ import numpy as np
 from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
 from fmu_models.analyses.continuation.discontinuous import (
-    LEAST_MISS,
+    SAME,
     Touch,
     exchanged,
     from_miss,
+    is_rigid,
     other_word,
     repeats,
 )
 from fmu_models.analyses.continuation.equilibrium import amplitude, hopf_of
+from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
-from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
-from fmu_models.analyses.continuation.same_motion import CLOSED, between, images, turned
-from fmu_models.codegen.contact_states import AWAY, STICK
+from fmu_models.analyses.continuation.problem import TIE, Passing
+from fmu_models.analyses.continuation.same_motion import CLOSED, begun_at, between, images
+from fmu_models.analyses.continuation.several import at_once, is_part, with_all
+from fmu_models.analyses.continuation.way import Found, Way
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import AWAY, CHATTERING, STICK
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most
@@ -47,21 +52,14 @@ LARGE = 50.0
 AHEAD = 6.0
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
+# from this step on, in u, a test that may have been zero twice on the way is looked at nearer
+WARY = 1e-3
+# motions that are kept at once on the disk, at least
+PIECE = 16
+# how far beyond its last motion, in parts of the range, a parameter is tried that may be out of its bounds
+BESIDE = 1e-4
 # so many short steps in a row that were cut by a change of the word that could not be found
 HIDDEN, SHORT = 4, 3e-5
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Something special on the way: its kind, the motion there, and, where the word changes, the point, the motions on
-    both sides, and the point as it was found from the other one, if it was."""
-
-    kind: str
-    node: Node
-    touch: Touch | None = None
-    before: Node | None = None
-    after: Node | None = None
-    other: Touch | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,31 +69,6 @@ class Ahead:
 
     kind: str
     touch: Any
-
-
-@dataclass(eq=False)
-class Way:
-    """What has been passed so far.
-
-    Attributes:
-        nodes: motions, in order; found: specials, each with the number of motions before it.
-        end: kind of the end and a sentence on it.
-    """
-
-    nodes: list[Node] = field(default_factory=list)
-    found: list[tuple[int, Found]] = field(default_factory=list)
-    end: tuple[str, str] = ("unfinished", "it was stopped")
-
-    def add(self, node: Node) -> None:
-        """A motion, and what lies between it and the one before."""
-        if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
-            for kind, special in smooth.between(self.nodes[-1], node):
-                self.found.append((len(self.nodes), Found(kind, special)))
-                if kind == "branch point" and repeats(special):
-                    self.end = ("flip", "the motion is that of half its period: it has come to the flip of its parent")
-                    self.nodes.append(special)
-                    return
-        self.nodes.append(node)
 
 
 # how the point is located where one vanishes
@@ -110,30 +83,67 @@ class Follower:
         begin: the motion that it begins at; its tangent says in which direction.
         points: at most.
         tell: called with every motion.
+        pieces: where it is kept, if it is, and what is there already.
     """
 
     def __init__(
-        self, begin: Node, between: tuple[float, float], points: int, tell: Callable[[Node], None] = lambda node: None
+        self,
+        begin: Node,
+        between: tuple[float, float],
+        points: int,
+        tell: Callable[[Node], None] = lambda node: None,
+        pieces: Pieces | None = None,
     ) -> None:
-        self.begin, self.between, self.points, self.tell = begin, sorted(between), points, tell
+        self.begin, self.between, self.points, self.pieces, self.tell = (
+            begin,
+            sorted(between),
+            points,
+            pieces or Pieces(),
+            tell,
+        )
         self.way = Way()
         self.hidden = 0
+        self.whole = not repeats(begin, SAME)
+        self._kept = (0, 0)
 
     def follow(self) -> Way:
         """To the end, or to where the keyboard interrupts it."""
         try:
-            self._go_on(self.begin, FIRST)
+            how = self._resumed() or self._begun(self.begin)
+            if self.way.end[0] == "unfinished":
+                self._go_on(*how)
+                self._keep(0.0, False, at_least=0)
         except KeyboardInterrupt:
-            self.way.end = ("interrupted", "what was found until then is kept")
+            self.way.end = ("interrupted", f"what was found until then is kept{self.pieces.where}")
         return self.way
 
-    def _go_on(self, node: Node, step: float) -> None:
-        if self._leaves(node):
-            self._add(node)
-            return
-        node, grows = self._placed(node), step < FIRST
-        self._add(node)
+    def _resumed(self) -> tuple[float, bool] | None:
+        """The next step after what is kept, and whether steps grow from nothing; None if nothing is."""
+        for nodes, found, *_ in self.pieces.known:
+            self.way.nodes += nodes
+            self.way.found += found
+        if not self.pieces.known:
+            return None
+        self._kept = len(self.way.nodes), len(self.way.found)
+        *_, how, self.hidden, self.way.end = self.pieces.known[-1]
+        return how
+
+    def _keep(self, step: float, grows: bool, at_least: int = PIECE) -> None:
+        """What has been passed since the last piece, if it is so much."""
+        nodes, found = self.way.nodes[self._kept[0] :], self.way.found[self._kept[1] :]
+        if len(nodes) >= at_least:
+            self.pieces.put((nodes, found, (step, grows), self.hidden, self.way.end))
+            self._kept = len(self.way.nodes), len(self.way.found)
+
+    def _begun(self, node: Node) -> tuple[float, bool]:
+        """The begin as the first motion; the first step."""
+        self._add(node if self._leaves(node) else self._placed(node))
+        return FIRST, False
+
+    def _go_on(self, step: float, grows: bool) -> None:
+        node = self.way.nodes[-1]
         while self.way.end[0] == "unfinished":
+            self._keep(step, grows)
             if len(self.way.nodes) >= self.points:
                 self.way.end = ("points", f"{self.points} motions were followed; ask for more")
                 return
@@ -169,19 +179,10 @@ class Follower:
         moved = node.problem.rephased(node.z, node.seen)
         if moved is None:
             return node
-        problem, z = moved
         try:
-            placed = solved(problem, node.scales, z / node.scales, parameter(node.value), reach=0.05)
-            ahead = solved(
-                node.problem, node.scales, node.u + 1e-4 * node.tangent,
-                arclength(node.u, node.tangent, node.scales, 1e-4), word=node.word,
-            )  # fmt: skip
-            goal = turned(problem, ahead)
-            if placed.word != node.word:
-                return node
+            return begun_at(node, *moved)
         except Lost:
             return node
-        return replace_tangent(placed, goal / node.scales - placed.u)
 
     def _stepped(self, node: Node, step: float, looks: bool = True) -> tuple[Node, float] | Ahead | None:
         """The next motion of the same word and how far it is, or the change of the word that comes before; None where
@@ -191,7 +192,7 @@ class Follower:
         for _ in range(HALVINGS):
             try:
                 after, made = self._corrected(node, step)
-                if after.word == node.word and self._near(node, after, made):
+                if after.word == node.word and self._near(node, after, made) and not self._doubtful(node, after, made):
                     self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
                     if self.hidden >= HIDDEN and looks:
                         break
@@ -210,12 +211,36 @@ class Follower:
         return None
 
     def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
-        said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
-        self.way.end = (
-            "unresolved",
-            f"no motion of the same events follows at {node.problem.over} = {node.value:.9g}, and no change of them "
-            f"explains it{f' ({said})' if said else ''}",
-        )
+        at = f"{node.problem.over} = {node.value:.9g}"
+        chattering = [contact for contact, _, after in node.word if after == CHATTERING]
+        refused = self._refused(node)
+        if refused:
+            self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
+        elif chattering:
+            self.way.end = (
+                "chatter",
+                f"no motion in which '{chattering[0]}' comes to rest after infinitely many impacts follows at {at}",
+            )
+        else:
+            said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
+            self.way.end = (
+                "unresolved",
+                f"no motion of the same events follows at {at}, and no change of them explains it"
+                f"{f' ({said})' if said else ''}",
+            )
+
+    def _refused(self, node: Node) -> str:
+        """Why the parameter cannot go on, whatever the motion is; "" if it can."""
+        said = []
+        for one in (node, self.begin):
+            z = one.z.copy()
+            z[-1] = node.value + BESIDE * np.sign(node.tangent[-1]) * node.scales[-1]
+            try:
+                one.problem.see(z)
+                return ""
+            except StickslipError as error:
+                said.append(str(error))
+        return said[0] if said[0] == said[1] else ""
 
     def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
         """The motion a step ahead, or at the end of the range, and how long the step became."""
@@ -236,6 +261,21 @@ class Follower:
         if step > FIRST and after.tests["branch point"] * node.tests["branch point"] < 0.0:
             return False  # a short step does not change over to the branch that crosses there
         return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < ASIDE * step)
+
+    def _repeats(self, node: Node) -> bool:
+        """Whether a motion is one of half the period, on a branch that began with another one."""
+        half = len(node.seen.word) // 2
+        return self.whole and node.seen.word[:half] == node.seen.word[half:] and repeats(node, SAME)
+
+    def _doubtful(self, node: Node, after: Node, step: float) -> bool:
+        """Whether a step has led over to another branch, or past two zeros of a test."""
+        if self._repeats(after):
+            return True
+        nodes = self.way.nodes
+        if step <= WARY or len(nodes) < 2 or node is not nodes[-1]:
+            return False
+        past = nodes[-2]
+        return past.word == node.word and past.problem is node.problem and smooth.hides(past, node, after)
 
     def _leaves(self, node: Node) -> bool:
         """Whether it begins at the end of the range, outward."""
@@ -311,8 +351,10 @@ class Follower:
         kind, touch = ahead.kind, ahead.touch
         if kind == "event":
             self._rescan(node, touch)
+            if self.way.end[0] != "unfinished":  # the parent of a doubled branch comes before
+                return None
             after = touch.node.turned() if touch.node.along(touch.miss.gradient) < 0.0 else touch.node
-            before: Node | None = touch.event_side[0]
+            before = touch.event_side[0]
         else:
             for one in touch.trail or (touch.node,):
                 self._add(one)
@@ -331,7 +373,13 @@ class Follower:
         distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
         if self._closed_at(touch):
             return None
-        if not repeats(node) and repeats(after):
+        if kind == "event" and is_part(touch, before):
+            self.way.end = (
+                "parent",
+                "several events come at once there: it has come to the motion without any of them",
+            )
+            return None
+        if self._repeats(after):
             self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
             return None
         for one in reversed(other.trail if other else ()):
@@ -383,7 +431,8 @@ class Follower:
             at, step = made[0], min(2.0 * made[1], LONGEST)
             nodes.append(at)
         for one in reversed(nodes):
-            self._add(one.turned())
+            if self.way.end[0] == "unfinished":
+                self._add(one.turned())
 
 
 def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
@@ -405,26 +454,21 @@ def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
 
 
 def _beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
-    """A motion of other events beyond a point, and the point: that of an exchange, if that is what it is."""
+    """A motion of other events beyond a point, and the point: that of an exchange, if that is what it is. Of several
+    events that come at once it has all."""
     if touch.miss.turned or kind in ("begin", "tie"):
         return exchanged(touch), touch
-    # a motion that is its own mirror twin touches on both sides at once
-    least = max(abs(touch.miss.value), LEAST_MISS)
-    near = [one for one in touch.node.seen.misses if one.slot == touch.miss.slot and 0.0 <= one.value <= 10.0 * least]
-    reasons: list[Lost] = []
-    for miss in (touch.miss, *(one for one in near if one is not touch.miss and not one.begins)):
-        try:
-            again = replace(touch, miss=miss)
-            return other_word(again), again
-        except Lost as error:
-            reasons.append(error)
+    if len(at_once(touch)) > 1:
+        found = with_all(touch)
+        if found is not None:
+            return found, touch
+        if is_rigid(touch.node.problem, touch.miss.contact):
+            raise Lost("several events come at once, and no motion with all of them goes on from it")
+    try:
+        return other_word(touch), touch
+    except Lost:
+        if touch.miss.slot != 1:
+            raise
     # at rest against one contact the slip at another one is least at all times, and at none
-    if touch.miss.slot != 1:
-        raise reasons[0]
     after = exchanged(touch)
     return after, replace(touch, miss=replace(touch.miss, turned=True))
-
-
-def replace_tangent(node: Node, towards: Vector) -> Node:
-    """With the tangent that points there."""
-    return replace(node, tangent=tangent_of(node.seen, node.scales, towards))

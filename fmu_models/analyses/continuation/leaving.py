@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmu_models.analyses.continuation.discontinuous import other_word_once
+from fmu_models.analyses.continuation.discontinuous import repeats
 from fmu_models.analyses.continuation.node import Lost, Node, look, tangent_of
 from fmu_models.analyses.continuation.problem import Vector
+from fmu_models.analyses.continuation.several import other_words
 from fmu_models.analyses.continuation.special import Special, beside, other_direction
 
-# how far from a special a branch begins that is switched to, in u
+# how far from a special a branch begins that is switched to, in u; nearer where its word ends before
 BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7)
 
 
@@ -20,12 +21,20 @@ def leaving(special: Special) -> list[Node]:
         return _doubled(node)[:1]
     if special.kind in ("pitchfork", "branch point"):
         return beside_branch_point(node)
-    if special.touch is not None and "-1" in special.crossings:
-        try:
-            return [other_word_once(special.touch)]
-        except Lost:
-            return []
-    return []
+    return _at_touch(special) if special.touch is not None else []
+
+
+def _at_touch(special: Special) -> list[Node]:
+    """Motions with some of the events that come at a touch: of the same period where several come at once, of twice and
+    three times it where a multiplier passes -1 or the circle between both sides, or is infinite on one."""
+    if repeats(special.touch.node):  # they leave its parent, and are found there
+        return []
+    rigid = not np.isnan(special.slope)
+    found = [one for one in other_words(special.touch) if one.word not in special.words]
+    for times, crossing in ((2, "-1"), (3, "circle")):
+        if rigid or crossing in special.crossings:
+            found += other_words(special.touch, times)
+    return found
 
 
 def beside_branch_point(node: Node) -> list[Node]:

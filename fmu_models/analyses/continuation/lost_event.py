@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from fmu_models.analyses.continuation.discontinuous import (
+    LEAST_MISS,
     Touch,
     far_speed,
     from_miss,
     growing,
     miss_border,
     nearest,
+    size_of,
     speed_border,
 )
-from fmu_models.analyses.continuation.node import Lost, Node, look, solved
+from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, look, solved
 from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
@@ -41,11 +43,9 @@ def from_event(start: Node, event: Passing) -> Touch:
     )
     if np.abs(limit - before).max() > SETTLED:
         raise Lost("the event is not lost along the branch")
-    gradient = own.gradient * last.scales
-    gradient[len(last.problem.states) :] = 0.0
     without = None
     for share in (1.0, 2.0, 4.0, 16.0):
-        u = limit - share * own.value * gradient / float(gradient @ gradient)
+        u = limit + _out_of_reach(own, last, limit, share)
         seen = look(last.problem, u * last.scales)
         if seen is not None and len(seen.word) < len(last.seen.word):
             without = u, seen
@@ -70,6 +70,24 @@ def from_event(start: Node, event: Passing) -> Touch:
     if np.abs(touch.u - limit).max() > 1e-4:
         raise Lost("the two sides do not meet")
     return Touch(touch.node, touch.z, touch.miss, side, float(limit[-1] * last.scales[-1]))
+
+
+def _out_of_reach(event: Passing, node: Node, limit: Vector, share: float) -> Vector:
+    """Change of u, of the states alone, by which the limit of a motion loses an event, so many times its speed.
+
+    What the motion misses by less and less, as the event grows weaker, stays a miss: a motion that is its own mirror
+    twin touches on both sides at once, and out of reach of one side may be within that of the other.
+    """
+    states, scales = len(node.problem.states), node.scales
+    rows, goals = [event.gradient * scales], [-share * event.value]
+    for miss in node.seen.misses:
+        row, least = miss.gradient * scales, size_of(miss, scales)
+        if not miss.begins and miss.slot != TIE and abs(miss.value + row @ (limit - node.u)) <= SETTLED * least:
+            rows.append(row)
+            goals.append(share * LEAST_MISS * least)
+    change = np.zeros_like(limit)
+    change[:states] = np.linalg.lstsq(np.array(rows)[:, :states], np.array(goals))[0]
+    return change
 
 
 def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
@@ -100,16 +118,6 @@ def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
         us.append(node.u)
         shrink = max(0.25, shrink * 0.8)
         yield own, node
-
-
-def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
-    """The polynomial through values (k, ...) at places (k,), at 0."""
-    places = np.asarray(at, dtype=float)
-    total = np.zeros_like(values[0])
-    for i, place in enumerate(places):
-        others = np.delete(places, i)
-        total = total + values[i] * np.prod(others / (others - place))
-    return total
 
 
 def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -75,6 +76,12 @@ class MapProblem(Problem):
         for _ in range(round(phase) % self.period):
             x = self.map.at(**self.values(z)).step(x, derivative=False).points
         return np.append(x[0], z[n:])
+
+    def told(self) -> dict[str, Any]:
+        return {"period": self.period}
+
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        return replace(self, period=told["period"])
 
     def folded(self, times: int) -> Problem:
         """Cycles of so many times as many points."""

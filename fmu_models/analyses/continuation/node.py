@@ -7,7 +7,7 @@ speed of an impact, the least gap of a miss. Unknowns are measured by their scal
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,7 +26,11 @@ Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
 
 
 class Lost(Exception):
-    """Newton's method found no motion."""
+    """Newton's method found no motion; at the unknowns ``nearest`` it was missed by least, if by any."""
+
+    def __init__(self, why: str, nearest: Vector | None = None) -> None:
+        super().__init__(why)
+        self.nearest = nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +153,7 @@ def solved(
         Lost: no convergence, or another word.
     """
     u, step, last = guess.copy(), np.zeros_like(guess), np.inf
+    least, nearest = np.inf, None
     previous: Vector | None = None
     for iteration in range(STEPS):
         found = _evaluated(problem, scales, u, border, word)
@@ -160,9 +165,11 @@ def solved(
             u = previous - step
             found = _evaluated(problem, scales, u, border, word)
         if found is None:
-            raise Lost("there is no such run")
+            raise Lost("there is no such run", nearest)
         seen, residual, matrix = found
         size = float(np.abs(residual).max())
+        if size < least:
+            least, nearest = size, u * scales
         done = size <= ROOT or (size <= ROUNDED and size > 0.3 * last)
         if done:
             return Node(problem, scales, u * scales, seen, tangent_of(seen, scales, towards), iteration)
@@ -177,7 +184,7 @@ def solved(
         previous, u = u, u - step
         if not np.abs(u - guess).max() <= reach:
             break
-    raise Lost("Newton's method does not converge")
+    raise Lost("Newton's method does not converge", nearest)
 
 
 def _evaluated(
@@ -217,3 +224,13 @@ def parameter(value: float) -> Border:
         return float(z[-1]) - value, gradient
 
     return border
+
+
+def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
+    """The polynomial through values (k, ...) at places (k,), at 0."""
+    places = np.asarray(at, dtype=float)
+    total = np.zeros_like(values[0])
+    for i, place in enumerate(places):
+        others = np.delete(places, i)
+        total = total + values[i] * np.prod(others / (others - place))
+    return total

@@ -12,6 +12,8 @@ from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError
 
+# of a branch, in each direction: more do not show
+POINTS = 500
 # value of the parameter, period in steps of the section, and a point (n,)
 Motion = tuple[float, int, Vector]
 # of what the states span on a branch: a motion no further from it, between its points, is on it
@@ -43,11 +45,11 @@ def branches_through(
         elif period > 1:  # cycles of a map are met where they leave those of one point
             continue
         try:
-            known.append(branch(section, over, between, start=point.tolist()))
+            known.append(branch(section, over, between, start=point.tolist(), points=POINTS))
         except StickslipError as error:
             why = str(error)
             continue
-        interrupted = spread(known, longest * every)
+        interrupted = spread(known, longest * every, POINTS)
     if not known:
         said = f": {why}" if why else f": none of period {longest} or less was found"
         raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{said}.")

@@ -20,7 +20,10 @@ the indicator of each event falls, and the least value of every pending indicato
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +86,7 @@ class Seen:
         monodromy: (n, n) derivative of the end by the start.
         length: s, of the run.
         word: events on the way, one after the other.
-        events, misses: with their derivatives.
+        passings: gives events and misses, with their derivatives.
         one_sided: events at one instant: the derivatives hold on one side.
     """
 
@@ -92,9 +95,22 @@ class Seen:
     monodromy: Vector
     length: float
     word: Word = ()
-    events: tuple[Passing, ...] = ()
-    misses: tuple[Passing, ...] = ()
+    passings: Callable[[], tuple[tuple[Passing, ...], tuple[Passing, ...]]] = lambda: ((), ())
     one_sided: bool = False
+
+    @cached_property
+    def _told(self) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        return self.passings()  # most runs of Newton's method are not asked for them
+
+    @property
+    def events(self) -> tuple[Passing, ...]:
+        """In order of time."""
+        return self._told[0]
+
+    @property
+    def misses(self) -> tuple[Passing, ...]:
+        """Least values of pending indicators, and what else may become an event."""
+        return self._told[1]
 
 
 class Problem(ABC):
@@ -130,7 +146,8 @@ class Problem(ABC):
 
     def values(self, z: Vector) -> dict[str, float]:
         """Of the parameters."""
-        return dict(zip(self.parameters, z[[len(self.states), -1][-len(self.parameters) :]].tolist(), strict=True))
+        last = {self.over: float(z[-1])}
+        return {self.second: float(z[len(self.states)]), **last} if self.second else last
 
     @property
     @abstractmethod
@@ -167,6 +184,10 @@ class Problem(ABC):
             StickslipError: there is none, or it has no derivative.
         """
 
+    def how(self, z: Vector, seen: Seen) -> str:
+        """Where motions and derivatives come from, where that is not a matter of course, and how near they are."""
+        return ""
+
     @abstractmethod
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """(len(z),) by which unknowns are measured."""
@@ -175,9 +196,21 @@ class Problem(ABC):
     def folded(self, times: int) -> Problem:
         """The same, of a period that is so many times as long."""
 
+    def told(self) -> dict[str, Any]:
+        """What tells this one from others of the same family, if there are others."""
+        return {}
+
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        """The one of the family that was told."""
+        return self
+
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
         """The problem at another phase, and z there, where an event is too near to the strobe; None if none is."""
         return None
+
+    def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
+        """The problem that begins so much later, and z there."""
+        return self, z
 
     @property
     @abstractmethod

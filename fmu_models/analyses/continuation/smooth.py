@@ -11,19 +11,22 @@ method has found. At a branch point that method fails; its function is interpola
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
-from fmu_models.analyses.continuation.node import Lost, Node, arclength, solved
+from fmu_models.analyses.continuation.node import Lost, Node, arclength, extrapolated, solved
 from fmu_models.analyses.continuation.problem import Vector
 
 KINDS = ("fold", "branch point", "flip", "Neimark-Sacker")
-# share of the distance between two motions to which a branch point is narrowed by halving; how far apart, in u, the
-# motions lie that its function is interpolated from
-NARROW, WIDTHS = 0.1, (4e-3, 1e-3)
+# share of the distance between two motions to which a branch point is narrowed by halving; how far apart, in u and at
+# most in that distance, the motions lie that its function is interpolated from
+NARROW, WIDTHS, SHARES = 0.1, (4e-3, 1e-3), ((0.1, 0.025), (0.1, 0.1), (1.0, 1.0))
+# motions through which a polynomial goes to the next one
+NEAREST = 4
 # how near a multiplier is to where it should be
 HOLDS = 1e-4
 
@@ -34,6 +37,23 @@ def changes(before: Node, after: Node) -> list[str]:
     if "branch point" in found and "fold" in found:
         found.remove("fold")  # the branch that bends at a pitchfork turns there
     return found
+
+
+def hides(past: Node, before: Node, after: Node) -> bool:
+    """Whether a test that has the same sign at two neighbours may have another one between them: by how it changed
+    before, or by the parabola through all three."""
+    a, b = -float(np.linalg.norm(before.u - past.u)), float(np.linalg.norm(after.u - before.u))
+    for kind in KINDS:
+        x, y, z = past.tests[kind], before.tests[kind], after.tests[kind]
+        if y * z <= 0.0:
+            continue
+        slope = (x - y) / a
+        bend = ((z - y) / b - slope) / (b - a)
+        turn = (a - slope / bend) / 2.0 if bend else np.inf
+        least = y + slope * turn + bend * turn * (turn - a) if 0.0 < turn < b else y
+        if (y + slope * b) * y < 0.0 or least * y < 0.0:
+            return True
+    return False
 
 
 def between(before: Node, after: Node) -> Iterator[tuple[str, Node]]:
@@ -65,11 +85,13 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
     known: dict[float, Node] = {0.0: before, whole: after}
 
     def at(place: float) -> Node:
-        nearest = min(known, key=lambda one: abs(one - place))
-        if nearest == place:
-            return known[place]
-        from_node = known[nearest]
-        guess = from_node.u + (place - nearest) * from_node.tangent / float(before.tangent @ from_node.tangent)
+        nearest = sorted(known, key=lambda one: abs(one - place))[:NEAREST]
+        from_node = known[nearest[0]]
+        if nearest[0] == place:
+            return from_node
+        guess = from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)
+        if len(nearest) == NEAREST:
+            guess = extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest]))
         border = arclength(before.u, before.tangent, before.scales, place)
         found = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
         known[place] = found
@@ -90,16 +112,24 @@ def _interpolated(test: Callable[[float], float], at: Callable[[float], Node], w
     while high - low > NARROW * whole:
         middle = (low + high) / 2 + 0.01 * (high - low)
         low, high = (middle, high) if test(middle) * first > 0.0 else (low, middle)
-    root = (low + high) / 2
-    for width in WIDTHS[:-1]:
+    for shares in SHARES:
+        widths = [min(width, share * whole) for width, share in zip(WIDTHS, shares, strict=True)]
+        with suppress(Lost):
+            return _from_around(at, (low + high) / 2, widths)
+    raise Lost("the branch point is not seen from around")
+
+
+def _from_around(at: Callable[[float], Node], root: float, widths: Sequence[float]) -> tuple[float, Node]:
+    """The root near a place, and the motion there."""
+    for width in widths[:-1]:
         root += width * _root(*_around(at, root, width))
-    shifts, nodes = _around(at, root, WIDTHS[-1])
+    shifts, nodes = _around(at, root, widths[-1])
     shift = _root(shifts, nodes)
     columns = np.array([node.z for node in nodes]).T
     z = np.array([np.polynomial.Polynomial.fit(shifts, column, 7)(shift) for column in columns])
     node = nodes[3]
     seen = node.problem.see(z)
-    return root + WIDTHS[-1] * shift, Node(node.problem, node.scales, z, seen, node.tangent)
+    return root + widths[-1] * shift, Node(node.problem, node.scales, z, seen, node.tangent)
 
 
 def _around(at: Callable[[float], Node], root: float, width: float) -> tuple[Vector, list[Node]]:
@@ -110,6 +140,8 @@ def _around(at: Callable[[float], Node], root: float, width: float) -> tuple[Vec
 
 def _root(shifts: Vector, nodes: list[Node]) -> float:
     values = [node.tests["branch point"] for node in nodes]
+    if not abs(np.sign(np.diff(values)).sum()) == len(values) - 1:
+        raise Lost("some of them lie on the branch that crosses there")
     roots = np.polynomial.Polynomial.fit(shifts, values, 7).roots()
     real = roots[np.abs(roots.imag) < 1e-9].real
     if not len(real):

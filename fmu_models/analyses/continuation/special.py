@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,18 +13,18 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.curve import Curve
 from fmu_models.analyses.continuation.discontinuous import Touch, event_kind, is_rigid, repeats
-from fmu_models.analyses.continuation.follow import Found
 from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.lost_event import with_event
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
 from fmu_models.analyses.continuation.problem import TIE, Vector, Word
 from fmu_models.analyses.continuation.trace import curve_of
+from fmu_models.analyses.continuation.way import Found
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
-ASIDE = 1e-3
+ASIDE = (1e-3, 1e-4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,11 +241,11 @@ def beside(node: Node, direction: Vector, distance: float) -> Node:
 
 def branch_kind(node: Node) -> str:
     """A pitchfork, where one of the two branches has its extreme value of the parameter; else a branch point."""
-    for direction in (other_direction(node), node.tangent):
+    for direction, apart in product((other_direction(node), node.tangent), ASIDE):
         try:
-            sides = [beside(node, direction, one).u[-1] - node.u[-1] for one in (ASIDE, -ASIDE)]
+            sides = [beside(node, direction, one).u[-1] - node.u[-1] for one in (apart, -apart)]
         except Lost:
             continue
-        if max(abs(one) for one in sides) < 0.1 * ASIDE and sides[0] * sides[1] > 0.0:
+        if max(abs(one) for one in sides) < 0.1 * apart and sides[0] * sides[1] > 0.0:
             return "pitchfork"
     return "branch point"

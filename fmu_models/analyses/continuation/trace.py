@@ -20,6 +20,7 @@ from scipy.optimize import brentq
 from fmu_models.analyses.continuation.codimension import REAL, Function, functions, holds
 from fmu_models.analyses.continuation.condition import Condition, Determinant, Miss, Rank, pinned
 from fmu_models.analyses.continuation.curve import Curve, told
+from fmu_models.analyses.continuation.discontinuous import repeats
 from fmu_models.analyses.continuation.meeting import met
 from fmu_models.analyses.continuation.node import Border, Lost, Node, arclength, look
 from fmu_models.analyses.continuation.problem import Vector
@@ -132,6 +133,8 @@ class _Way:
                     self.end = ("unresolved", f"the curve goes no further at {at}: {error}")
                     return
                 continue
+            if self._is_parent(after):
+                return
             for kind, one in self._meetings(node, after):
                 self.met.append((len(self.nodes), kind, one))
                 if kind in REAL and self.condition.kind == "Neimark-Sacker":
@@ -159,12 +162,21 @@ class _Way:
             raise Lost("it turns too fast")
         return after
 
+    def _is_parent(self, node: Node) -> bool:
+        """Whether the motion has become that of half its period; the curve ends there."""
+        if not repeats(node) or repeats(self.begin):
+            return False
+        self.end = ("parent", "the motion is that of half its period: it has come to a curve of its parent")
+        return True
+
     def _touches(self, node: Node, step: float) -> bool:
         """Whether another event comes or goes within a step; the curve ends there."""
         found = met(self.kind, self.condition, node, step)
         if found is None:
             return False
         name, contact, last = found
+        if self._is_parent(last):
+            return True
         self.met.append((len(self.nodes), name, last))
         self.nodes.append(last)
         self.end = (name, f"an event of '{contact}' comes or goes")

@@ -1,9 +1,8 @@
 /*
- * Growth of the differences that tangents carry: Gram and Schmidt's method, twice where little is left of a vector beside
- * those before it, so that this is at right angles to them to rounding.
+ * Growth of the differences that tangents carry: Gram and Schmidt's method, twice, so that what is left of a vector
+ * beside those before it is at right angles to them to rounding.
  *
- * Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Daniel, Gragg, Kaufman, Stewart, Mathematics of
- * Computation 30 (1976) (when twice).
+ * Source: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980).
  */
 #include "growth.h"
 
@@ -15,7 +14,6 @@ static const double NOTHING_LEFT = 1e-13;
 static const double TAKEN = 1e-11;
 /* once is enough for what keeps this share */
 static const double MUCH_LEFT = 0.7;
-
 static double growth_product(const double *a, const double *b, int length)
 {
     double sum = 0.0;
@@ -25,8 +23,8 @@ static double growth_product(const double *a, const double *b, int length)
     return sum;
 }
 
-/* take out of v what lies along the k vectors before it, a distance apart; what is left */
-static double growth_beside(double *v, const double *before, int k, int apart, int length)
+/* take out of v what lies along the k vectors before it, a distance apart */
+static void growth_beside(double *v, const double *before, int k, int apart, int length)
 {
     for (int j = 0; j < k; j++) {
         const double *u = before + (long)j * apart;
@@ -35,10 +33,9 @@ static double growth_beside(double *v, const double *before, int k, int apart, i
             v[i] -= along * u[i];
         }
     }
-    return sqrt(growth_product(v, v, length));
 }
 
-void growth_orthonormalize(double *vectors, int n, int apart, int length, int losing, double *growth)
+void growth_orthonormalize(double *vectors, int n, int apart, int length, int always_twice, int losing, double *growth)
 {
     const double least = losing ? TAKEN : NOTHING_LEFT;
     double largest = 1.0; /* they came in as unit vectors */
@@ -46,15 +43,19 @@ void growth_orthonormalize(double *vectors, int n, int apart, int length, int lo
         double *v = vectors + (long)k * apart;
         const double whole = sqrt(growth_product(v, v, length));
         largest = fmax(largest, whole);
-        double size = growth_beside(v, vectors, k, apart, length);
-        if (size < MUCH_LEFT * whole) {
-            size = growth_beside(v, vectors, k, apart, length);
+        double size = whole;
+        if (k > 0) {
+            growth_beside(v, vectors, k, apart, length);
+            size = sqrt(growth_product(v, v, length));
+        }
+        if (k > 0 && (always_twice || size < MUCH_LEFT * whole)) {
+            growth_beside(v, vectors, k, apart, length);
+            size = sqrt(growth_product(v, v, length));
         }
         const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
         growth[k] *= lost ? 0.0 : size;
-        const double scale = lost ? 0.0 : 1.0 / size;
         for (int i = 0; i < length; i++) {
-            v[i] = lost ? 0.0 : v[i] * scale;
+            v[i] = lost ? 0.0 : v[i] / size;
         }
     }
 }

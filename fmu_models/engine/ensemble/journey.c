@@ -13,6 +13,7 @@
 #include "../events/run.h"
 #include "../fmi/variables.h"
 #include "../whole_run/restart.h"
+#include "forcing.h"
 #include "growth.h"
 
 /* growth beyond which its logarithm is taken */
@@ -61,7 +62,7 @@ static RunStatus journey_flow(Job *job)
     }
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
-    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 0, growth);
+    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 1, 0, growth);
     job->speed = journey_norm(rates, MODEL_NX);
     return RUN_OK;
 }
@@ -95,7 +96,9 @@ void journey_differences(Job *job, double speed)
         journey_unit(job, 0, job->directions);
         return;
     }
-    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->walk.losing, job->grown);
+    /* steps by series, and so motions to their last digits, depend on tangents; steps in lanes do not */
+    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->length == EXTENDED, job->walk.losing,
+                          job->grown);
     if (e->flow) {
         job->grown[0] /= speed / job->speed;
         job->speed = speed;
@@ -172,6 +175,9 @@ static Outcome journey_place(Job *job, int64_t i)
     }
     journey_make_tangents(job);
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
+    /* one step says nothing of the next, unless by its derivative */
+    const int repeats = e->kind == SECTION_STROBE && (e->jacobians || e->transient + e->n_rows * e->batch > 1);
+    if (repeats && forcing_check(r, e->periods[i]) == RUN_ERROR) return OUTCOME_UNFIT;
     m->core.phase = PHASE_STEP;
     m->core.settled = 1;
     job->walk = (Walk){.e = e, .run = i};
@@ -275,7 +281,8 @@ int journey_note(Job *job, const Place *at, double time, Outcome *outcome)
 void journey_end(const Job *job, Outcome outcome)
 {
     Ensemble *e = job->e;
-    const char *message = outcome == OUTCOME_BROKEN ? job->m->core.run.message : "";
+    const int told = outcome == OUTCOME_BROKEN || outcome == OUTCOME_UNFIT;
+    const char *message = told ? job->m->core.run.message : "";
     e->outcomes[job->run] = outcome;
     snprintf(e->messages + job->run * ENSEMBLE_MESSAGE, ENSEMBLE_MESSAGE, "%s", message);
 }

@@ -36,7 +36,7 @@ typedef struct {
     /* the same of the events that lanes have left to the engine in the present period */
     Kept met[LANE_RUNS_TOGETHER];
     int asked[LANE_RUNS_TOGETHER];
-    int64_t loaded;                 /* the run whose numbers the instance has; -1: none */
+    int64_t loaded; /* the run whose numbers the instance has; -1: none */
 } Together;
 
 static int64_t in_lines(int64_t bytes) { return (bytes + 63) / 64 * 64; }
@@ -317,6 +317,10 @@ Status lane_runs(Instance *m, Ensemble *e)
         }
         memset(t->asked, 0, sizeof t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
+            if (!t->motion[slot].wanted) {
+                continue;
+            }
+            t->motion[slot].speed = (double)e->flow;
             give_tangents(&t->job[slot], tangents + slot * each);
         }
         s->step(room, t->motion, e->n_directions, tangents, resolve, t);

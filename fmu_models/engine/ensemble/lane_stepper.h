@@ -21,7 +21,7 @@ typedef struct {
     int32_t began[NC];
     int32_t wanted;  /* to be stepped */
     int32_t decided; /* it was: the motion is at the next strobe, where its time is the same */
-    double speed;    /* of the states there, where tangents are followed */
+    double speed;    /* of the states there, where it was not 0 before */
 } LaneMotion;
 
 /* an event on the way of a motion */

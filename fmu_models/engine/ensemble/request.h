@@ -9,7 +9,8 @@
 typedef enum { SECTION_STROBE = 0, SECTION_LEVEL = 1, SECTION_BEGIN = 2, SECTION_END = 3 } SectionKind;
 
 /* how a run ended: after all its steps; on a motion that repeats itself; on a known orbit; beyond the bound; without
-   meeting the section in time; by an error of the engine, which has a message; because the caller said so */
+   meeting the section in time; by an error of the engine, which has a message; because the caller said so; not at all: a
+   strobe of its period sees another forcing each time, with a message */
 typedef enum {
     OUTCOME_FINISHED = 0,
     OUTCOME_SETTLED = 1,
@@ -17,7 +18,8 @@ typedef enum {
     OUTCOME_ESCAPED = 3,
     OUTCOME_LOST = 4,
     OUTCOME_BROKEN = 5,
-    OUTCOME_STOPPED = 6
+    OUTCOME_STOPPED = 6,
+    OUTCOME_UNFIT = 7
 } Outcome;
 
 /* characters of the message of a run */

@@ -203,11 +203,15 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     if (mode < 0 || !table_at(t, mode)->usable) {
         return 0;
     }
+    /* of a difference only what leaves a contact held goes on: the engine takes the rest out */
+    if (pool->directions > 0 && t->mode[mode].held_count > 0) {
+        return 0;
+    }
     lane->motion = *motion;
     lane->mode = mode;
     lane->failed = 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->z[i] = motion->x[i] - t->mode[mode].shift[i];
+        lane->z[i] = pool_flushed(motion->x[i] - t->mode[mode].shift[i]);
     }
     return 1;
 }

@@ -233,9 +233,24 @@ static double flow_rate(const Full *f)
     return exp((log_scale + log(MODEL_NX * norm)) / 16.0);
 }
 
+/* whether a row is a constant */
+static int is_constant(const double *row)
+{
+    for (int j = 0; j < LANES_Z; j++) {
+        if (row[j] != 0.0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound)
 {
     enum { TERMS = 14 };
+    if (is_constant(row)) {
+        memset(bound, 0, MODEL_NX * sizeof *bound);
+        return 0.0;
+    }
     double now[LANES_Z + 1], next[LANES_Z + 1], sum[LANES_Z + 1];
     for (int j = 0; j <= LANES_Z; j++) {
         now[j] = fabs(row[j]);
@@ -248,9 +263,12 @@ double row_bound(const LaneTable *t, const Full *f, const double *row, int n, do
             sum[j] += k < n ? 0.0 : now[j];
         }
         for (int i = 0; i < MODEL_NX; i++) {
-            for (int j = 0; j <= LANES_Z; j++) {
-                next[j] += now[i] * fabs(f->flow[i][j]);
-            }
+            next[i < MODEL_NQ ? MODEL_NQ + i : LANES_Z] += now[i] * (i < MODEL_NQ ? 1.0 : fabs(f->flow[i][LANES_Z]));
+        }
+        for (int e = 0; e < LANES_FLOW; e++) {
+            const int i = lanes_flow_row[e];
+            const int j = lanes_flow_column[e];
+            next[j] += now[i] * fabs(f->flow[i][j]);
         }
         for (int m = 0; m < LANES_HARMONICS; m++) {
             next[MODEL_NX + 2 * m] += now[MODEL_NX + 2 * m + 1] * fabs(t->wave[m]);
@@ -283,9 +301,12 @@ void flow_over(const LaneTable *t, const Full *f, double h, double (*whole)[LANE
             const double factor = h / n;
             double next[LANES_Z + 1] = {0.0};
             for (int i = 0; i < MODEL_NX; i++) {
-                for (int j = 0; j <= LANES_Z; j++) {
-                    next[j] += now[i] * f->flow[i][j];
-                }
+                next[i < MODEL_NQ ? MODEL_NQ + i : LANES_Z] += now[i] * (i < MODEL_NQ ? 1.0 : f->flow[i][LANES_Z]);
+            }
+            for (int e = 0; e < LANES_FLOW; e++) {
+                const int i = lanes_flow_row[e];
+                const int j = lanes_flow_column[e];
+                next[j] += now[i] * f->flow[i][j];
             }
             for (int k = 0; k < LANES_HARMONICS; k++) {
                 next[MODEL_NX + 2 * k] += now[MODEL_NX + 2 * k + 1] * t->wave[k];

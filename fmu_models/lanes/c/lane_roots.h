@@ -190,11 +190,11 @@ static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M
     }
     for (int round = 0; round < LANES_GUARDS; round++) {
         V one[LANES_ORDER + 1];
-        V bend = rest[LANES_GUARDS - 1];
-        V guard = NAME(fill)((double)(LANES_GUARDS - 1));
-        M any = open[LANES_GUARDS - 1];
-        memcpy(one, q[LANES_GUARDS - 1], sizeof one);
-        for (int g = LANES_GUARDS - 2; g >= 0; g--) {
+        V bend = rest[LANES_NG - 1];
+        V guard = NAME(fill)((double)(LANES_NG - 1));
+        M any = open[LANES_NG - 1];
+        memcpy(one, q[LANES_NG - 1], sizeof one);
+        for (int g = LANES_NG - 2; g >= 0; g--) {
             guard = NAME(pick)(open[g], NAME(fill)((double)g), guard);
             bend = NAME(pick)(open[g], rest[g], bend);
             for (int k = 0; k <= LANES_ORDER; k++) {

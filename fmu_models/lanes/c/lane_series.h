@@ -46,6 +46,7 @@ static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
 /* coefficients of all guards from order 0 to another */
 static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, V (*q)[LANES_ORDER + 1])
 {
+    (void)y; /* of a model without contacts */
     V g[LANES_NG];
     LANES_UNROLL
     for (int k = 0; k <= to; k++) {

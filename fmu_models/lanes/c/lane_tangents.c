@@ -56,7 +56,9 @@ void tangents_begin(const Pool *pool, int64_t slot)
     const double *given = pool->tangents + slot * pool->directions * MODEL_NX;
     Lane *lane = &pool->lanes[slot];
     for (int n = 0; n < pool->directions; n++) {
-        memcpy(lane->tangent[n], given + n * MODEL_NX, sizeof lane->tangent[n]);
+        for (int i = 0; i < MODEL_NX; i++) {
+            lane->tangent[n][i] = pool_flushed(given[n * MODEL_NX + i]);
+        }
     }
     lane->brought = 0;
 }
@@ -74,6 +76,9 @@ void tangents_end(const Pool *pool, int64_t slot)
     tangents_bring(pool, slot, t->steps);
     for (int n = 0; n < pool->directions; n++) {
         memcpy(wanted + n * MODEL_NX, lane->tangent[n], sizeof lane->tangent[n]);
+    }
+    if (lane->motion.speed == 0.0) {
+        return;
     }
     memcpy(z, lane->z, MODEL_NX * sizeof *z);
     memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);

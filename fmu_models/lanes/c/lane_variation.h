@@ -25,12 +25,13 @@ static __attribute__((noinline)) void NAME(vary)(NAME(Batch) * b, V h, int64_t d
 {
     static const double part[] = {1.0,     1.0 / 2,  1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6,  1.0 / 7,  1.0 / 8,
                                   1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13, 1.0 / 14, 1.0 / 15, 1.0 / 16};
+    enum { TERMS = LANES_VARIED ? LANES_VARIED : LANES_ORDER };
     for (int n = 0; n < directions; n += 2) {
         V now[2][MODEL_NX], sum[2][MODEL_NX], next[2][MODEL_NX];
         memcpy(now, b->tangent[n], sizeof now);
         memcpy(sum, b->tangent[n], sizeof sum);
         LANES_UNROLL
-        for (int k = 0; k < LANES_ORDER; k++) {
+        for (int k = 0; k < TERMS; k++) {
             const V f = h * NAME(fill)(part[k]);
             LANES_VARIATION(b->flow, now[0], next[0]);
             LANES_VARIATION(b->flow, now[1], next[1]);

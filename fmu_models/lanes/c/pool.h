@@ -40,6 +40,13 @@ typedef struct {
     double *tangents;
 } Pool;
 
+/* what decays comes to zero at a strobe: numbers near the least ones slow down some processors, and would stay there */
+static inline double pool_flushed(double a)
+{
+    const double LEAST = 1e-280;
+    return fabs(a) < LEAST ? 0.0 : a;
+}
+
 static inline void pool_queue(Pool *pool, int64_t slot, int which)
 {
     Queue *q = &pool->queue[which];

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branch import branch, branches
+from fmu_models.analyses.continuation.branch import all_branches
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, section_of
 from fmu_models.scene.scene import Scene
@@ -19,10 +19,15 @@ def _branch(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> tuple[Row, ...]:
     low, high = min(how.values), max(how.values)
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
     settled = "settle" not in how.settings or bool(how.settings["settle"])
-    first = branch(
-        system.at(**_inside(system, how.over, low, high)), how.over, (low, high), start=run["start"], settle=settled
+    found = all_branches(
+        system.at(**_inside(system, how.over, low, high)),
+        how.over,
+        (low, high),
+        start=run["start"],
+        settle=settled,
+        of=how.settings.get("of"),
+        switch=bool(how.settings.get("switch", 0)),
     )
-    found = branches(first, of=how.settings.get("of"), switch=bool(how.settings.get("switch", 0)))
     special = special_values(found.special)
     rows = []
     for i, value in enumerate(how.values):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.validation.methods.event_runge_kutta import EventRungeKutta
 from fmu_models.validation.methods.event_taylor import EventTaylor
+from fmu_models.validation.methods.exact_flow import ExactFlow
 from fmu_models.validation.methods.moreau import Moreau
 from fmu_models.validation.methods.peers.fmpy_cvode import FmpyCvode
 from fmu_models.validation.methods.peers.heyoka_taylor import HeyokaTaylor
@@ -20,6 +21,7 @@ def methods() -> tuple[Method, ...]:
     """All of them, ours first."""
     return (
         OURS,
+        ExactFlow(),
         HeyokaTaylor(),
         ScipyEvents("DOP853"),
         ScipyEvents("RK45"),

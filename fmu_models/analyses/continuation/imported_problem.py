@@ -1,0 +1,90 @@
+"""What a branch of somebody else's FMU is followed of: the periodic motions of a strobe, stepped by the importer.
+
+Derivatives by the states are those of the strobe, by the FMU's directional derivatives where it offers them; those by
+the parameter are differences of motions. No events are told: the branch goes over what comes and goes, and its smooth
+points alone are located. How near they are is measured, by a motion of ten times the tolerance.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.base.errors import StickslipError
+
+# of a parameter, for a central difference, which loses two thirds of the digits
+CHANGE = 1e-4
+# times the tolerance, for the motion that shows how near another one is
+COARSER = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedProblem(FlowProblem):
+    """Of an FMU of others: see the module."""
+
+    @property
+    def cyclic(self) -> list[int]:  # type: ignore[override] # it tells none
+        return []
+
+    def _at(self, z: Vector) -> Strobe:
+        """The strobe of the motion at z."""
+        strobe = self.strobe.at(**self.values(z))
+        if self.autonomous:
+            strobe = copy.copy(strobe)
+            strobe.period = self.length(z)
+        return strobe
+
+    def see(self, z: Vector) -> Seen:
+        n = len(self.states)
+        strobe, x = self._at(z), z[:n]
+        made = strobe.step(x[None])
+        if made.why:
+            raise StickslipError(next(iter(made.why.values())))
+        by_values = []
+        for name, value in self.values(z).items():
+            change = CHANGE * (abs(value) or 1.0)
+            sides = strobe.step(np.array([x, x]), {name: np.array([value + change, value - change])}, derivative=False)
+            by_values.append((sides.points[0] - sides.points[1]) / (2.0 * change))
+        monodromy, residual = made.derivatives[0], made.points[0] - x
+        columns = [monodromy - np.eye(n), *by_values]
+        if self.autonomous:
+            start, end = strobe.along(np.array([x, made.points[0]]))
+            columns.insert(len(columns) - 1, end)
+            jacobian = np.vstack([np.column_stack(columns), np.append(start, np.zeros(self.size - n))])
+            return Seen(np.append(residual, 0.0), jacobian, monodromy, float(made.times[0]))
+        return Seen(residual, np.column_stack(columns), monodromy, float(made.times[0]))
+
+    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
+        return None
+
+    def _after(self, z: Vector, later: float) -> Vector:
+        if later == 0.0:
+            return z
+        n = len(self.states)
+        moved = self._at(z).trajectory(z[:n], np.array([later]))
+        return np.append([float(moved[name][0]) for name in self.states], z[n:])
+
+    def how(self, z: Vector, seen: Seen) -> str:
+        """Where motions and derivatives come from, and how near they are at z."""
+        n = len(self.states)
+        strobe = copy.copy(self._at(z))
+        strobe.tolerance = COARSER * strobe.tolerance
+        coarse = Strobe(
+            strobe.fmu, every=strobe.every, forcing=strobe.forcing, period=strobe.period,
+            autonomous=strobe.autonomous, parameters=strobe.values, tolerance=strobe.tolerance,
+        ).step(z[None, :n])  # fmt: skip
+        matrix = seen.jacobian[:, : n + self.autonomous]
+        missed = np.append(coarse.points[0] - z[:n] - seen.residual[:n], np.zeros(int(self.autonomous)))
+        state = np.abs(np.linalg.solve(matrix, missed)).max()
+        both = self.multipliers(coarse.derivatives[0]), self.multipliers(seen.monodromy)
+        multiplier = max(abs(one - both[1]).min() for one in both[0])
+        return (
+            f"{self.strobe.how}; by the parameter by differences of motions; at the start motions are within "
+            f"{max(state, 1e-15):.1g}, multipliers within {max(multiplier, 1e-15):.1g}; events are not told, and where "
+            "they come or go is not located"
+        )

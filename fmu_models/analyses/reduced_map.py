@@ -1,0 +1,189 @@
+"""A section of the map of a strobe: one state before and after a step, all others the same after as before.
+
+    x -> P(x, y)_x    where    P(x, y)_y = y
+
+Its fixed points are all periodic motions of the step, stable or not, and its slope there, with M the derivative of P,
+
+    slope = M_xx + M_xy (1 - M_yy)^-1 M_yx
+
+is above, at or below 1 as the motion's largest multipliers are: a peak or a jump shows what the whole map folds or
+tears. The curve is followed from a start by steps in x, both ways, until y goes on no further.
+
+Source: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), figure 10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Pictured
+
+Vector = NDArray[np.float64]
+# Newton's method: steps, the residual of a root in sizes of the states, and halvings of a step in x where it fails
+STEPS, ROOT, HALVINGS = 12, 1e-12, 12
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedMap(Pictured):
+    """Of m places.
+
+    Attributes:
+        model, of: names of the model and of the state x.
+        values, images, slopes: (m,) of x before and after the step, and of the map.
+        points: (m, n) all states before.
+        states: names.
+        fixed: (k, n) the periodic motions; fixed_slopes: (k,).
+        units: of the states.
+    """
+
+    model: str
+    of: str
+    states: tuple[str, ...]
+    values: Vector
+    images: Vector
+    slopes: Vector
+    points: Vector
+    fixed: Vector
+    fixed_slopes: Vector
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def frame(self) -> Any:
+        """One row per place."""
+        import pandas
+
+        columns = {name: self.points[:, i] for i, name in enumerate(self.states)}
+        return pandas.DataFrame({**columns, f"{self.of}_after": self.images, "slope": self.slopes})
+
+    def _heading(self) -> str:
+        return f"Reduced map of {self.model} over {self.of}: {len(self.values)} places, {len(self.fixed)} fixed points"
+
+    def _contents(self) -> Mapping[str, Any]:
+        place = self.states.index(self.of)
+        return {self.of: self.values, "after": self.images, "fixed": self.fixed[:, place], "slopes": self.fixed_slopes}
+
+
+def reduced_map(
+    system: SectionSystem,
+    of: str,
+    values: Sequence[float] | Vector,
+    *,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+) -> ReducedMap:
+    """The section of the map of a system over a state.
+
+    Args:
+        system: at its section; ``every`` of a strobe says how many periods are a step.
+        of: name of the state x.
+        values: (m,) of it, ascending; those that the curve does not reach are left out.
+        start: near a point of the curve.
+
+    Raises:
+        StickslipError: no such state, values that do not ascend, no point of the curve near the start.
+    """
+    if of not in system.states:
+        raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
+    places = np.asarray(values, dtype=float)
+    if places.ndim != 1 or places.size < 2 or not np.isfinite(places).all() or (np.diff(places) <= 0.0).any():
+        raise StickslipError(f"The values of '{of}' must be finite and ascending, two at least, found {places.shape}.")
+    curve = _Curve(system, system.states.index(of))
+    begin = curve.at(system.start(start))
+    if begin is None:
+        raise StickslipError(
+            f"No motion of {system.name} was found near that start whose other states are after a step as before. "
+            "Start nearer, on a periodic motion for one."
+        )
+    middle = float(begin[0][curve.place])
+    found = [*reversed([*curve.followed(begin, places[places <= middle][::-1])])]
+    found += curve.followed(begin, places[places > middle])
+    if len(found) < 2:
+        raise StickslipError(f"The curve at {of} = {middle:g} reaches none of the values from {places[0]:g} on.")
+    fixed = [*curve.fixed(found)]
+    points, after, slopes = (np.array(one) for one in zip(*found, strict=True))
+    return ReducedMap(
+        system.name, of, tuple(system.states), points[:, curve.place], after, slopes, points,
+        np.array([one[0] for one in fixed]).reshape(-1, points.shape[1]), np.array([one[2] for one in fixed]),
+        {name: system.unit_of(name) for name in system.states},
+    )  # fmt: skip
+
+
+# a point (n,), x after the step, the slope there
+_Place = tuple[Vector, float, float]
+
+
+class _Curve:
+    """Where all states but one are after a step as before."""
+
+    def __init__(self, system: SectionSystem, place: int) -> None:
+        self.system, self.place = system, place
+        self.others = np.delete(np.arange(len(system.states)), place)
+
+    def at(self, point: Vector, whole: bool = False) -> _Place | None:
+        """The point of the curve near a point, at its x, by Newton's method; of the motion that repeats itself if it is
+        to be the whole point that does."""
+        moved = np.arange(len(point)) if whole else self.others
+        sizes, x = self.system.sizes(), point.copy()
+        for _ in range(STEPS):
+            made = self.system.step(x[None])
+            if made.why or not np.isfinite(made.derivatives).all():
+                return None
+            matrix = made.derivatives[0]
+            residual = self.system.difference(made.points[0] - x)[moved]
+            left = np.eye(len(moved)) - matrix[np.ix_(moved, moved)]
+            if np.abs(residual / sizes[moved]).max(initial=0.0) < ROOT:
+                return x, float(made.points[0, self.place]), self._slope(matrix)
+            try:
+                x[moved] += np.linalg.solve(left, residual)
+            except np.linalg.LinAlgError:
+                return None
+        return None
+
+    def _slope(self, matrix: Vector) -> float:
+        y, x = self.others, self.place
+        left = np.eye(len(y)) - matrix[np.ix_(y, y)]
+        return float(matrix[x, x] + matrix[x, y] @ np.linalg.lstsq(left, matrix[y, x])[0])
+
+    def followed(self, begin: _Place, values: Vector) -> Iterator[_Place]:
+        """Places of the curve at values, from the nearest on, as far as it goes."""
+        last, before = begin, None
+        for value in values:
+            for _ in range(HALVINGS):
+                found = self._towards(last, before, value)
+                if found is None:
+                    return
+                last, before = found, last
+                if found[0][self.place] == value:
+                    yield found
+                    break
+
+    def _towards(self, last: _Place, before: _Place | None, value: float) -> _Place | None:
+        """The place at a value, or as far towards it as Newton's method goes."""
+        x = last[0][self.place]
+        for halving in range(HALVINGS):
+            goal = value if halving == 0 else x + (value - x) / 2.0**halving
+            guess = last[0].copy()
+            if before is not None and before[0][self.place] != x:
+                guess += (goal - x) / (x - before[0][self.place]) * (last[0] - before[0])
+            guess[self.place] = goal
+            found = self.at(guess)
+            if found is not None and np.abs(found[0] - guess).max() <= max(10.0 * abs(goal - x), 1e-9):
+                return found
+        return None
+
+    def fixed(self, places: Sequence[_Place]) -> Iterator[_Place]:
+        """Periodic motions between places."""
+        for (one, image, _), (other, other_image, _) in pairwise(places):
+            rise, other_rise = image - one[self.place], other_image - other[self.place]
+            if rise * other_rise > 0.0 or rise == other_rise:
+                continue
+            found = self.at(one + rise / (rise - other_rise) * (other - one), whole=True)
+            if found is not None:
+                yield found

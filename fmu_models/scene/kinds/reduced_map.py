@@ -1,0 +1,29 @@
+"""The section of the strobe's map over the state of ``axes``, all others the same after a period as before, and its
+fixed points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fmu_models.analyses.reduced_map import reduced_map
+from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.kinds.kind import STATES, Kind, Row, section_of
+from fmu_models.scene.scene import Scene
+
+
+def _reduced_map(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
+    axes = scene.compute.axes
+    if len(axes) != 1:
+        raise StickslipError(f"A reduced map is over one state, found axes over {', '.join(axes)}.")
+    ((of, values),) = axes.items()
+    found = reduced_map(section_of(scene, fmu, run["parameters"], run["inputs"]), of, values, start=run["start"])
+    top = found.images.argmax()
+    told = {"fixed_points": float(len(found.fixed)), "peak": float(found.images[top]), "peak_at": found.values[top]}
+    for i, (point, slope) in enumerate(zip(found.fixed, found.fixed_slopes, strict=True), 1):
+        told |= {f"{name}_{i}": float(one) for name, one in zip(found.states, point, strict=True)}
+        told[f"slope_{i}"] = float(slope)
+    return Row(None, told, family=found)
+
+
+KIND = Kind(_reduced_map, periodic=True, axes=STATES)

@@ -1,0 +1,78 @@
+"""Branches laid over orbit diagrams, and reduced maps: closed forms of the logistic and the Henon map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fmu_models import Crossing, Iteration, StickslipError, Strobe, branch, branches, load, orbit_diagram, reduced_map
+from fmu_models.maps.henon import MAP as HENON
+from fmu_models.maps.logistic import MAP as LOGISTIC
+
+
+@pytest.fixture(scope="module")
+def doubling():
+    system = Iteration.of(LOGISTIC)
+    return orbit_diagram(system, "r", np.linspace(2.85, 3.5, 8), transient=300, start={"x": 0.3}, branches=4)
+
+
+def test_unstable_motions_are_laid_over_a_diagram(doubling):
+    """The fixed point 1 - 1/r goes on beyond its flip at 3, the motion of period 2 beyond that at 1 + sqrt 6."""
+    one, two, four = doubling.branches.branches
+    assert [found.every for found in (one, two, four)] == [1, 2, 4]
+    assert one.points[:, 0] == pytest.approx(1.0 - 1.0 / one.values, abs=1e-12)
+    assert (one.values.min(), one.values.max()) == pytest.approx((2.85, 3.5))
+    assert (one.stable == (one.values < 3.0)).all()
+    flips = [special.value for found in (one, two) for special in found.special if special.kind == "flip"]
+    assert flips == pytest.approx([3.0, 1.0 + math.sqrt(6.0)], abs=1e-11)
+    x = two.images[:, :, 0]
+    assert x[1] == pytest.approx(two.values * x[0] * (1.0 - x[0]), abs=1e-12)
+    assert x.sum(axis=0) == pytest.approx((two.values + 1.0) / two.values, abs=1e-12)
+
+
+def test_the_picture_has_what_is_stable_and_what_is_not(doubling, tmp_path):
+    axes = doubling.plot()
+    lines = [one for one in axes.collections if hasattr(one, "get_segments")]
+    assert len(lines) == 1 + 2 + 4
+    assert {round(width, 1) for width in lines[0].get_linewidths()} == {2.0, 0.7}
+    drawn = np.concatenate(lines[0].get_segments())
+    assert drawn[:, 1] == pytest.approx(1.0 - 1.0 / drawn[:, 0], abs=1e-9)
+    assert np.abs(drawn[:, 0] - 3.0).min() < 1e-11  # a flip lies on the line, and what is stable ends there
+    said = {text.get_text() for text in axes.get_legend().get_texts()}
+    assert said == {"stable", "unstable", "flip"}
+    picture = branches(doubling.branches.branches[0], of="multiplier").figure(tmp_path / "m.svg").read_text("utf-8")
+    assert "real part of the largest multiplier" in picture
+
+
+def test_branches_are_laid_over_strobes_and_maps_alone():
+    support = load("discontinuous_support")
+    with pytest.raises(StickslipError, match="this is one of Crossing"):
+        orbit_diagram(Crossing(support, "v", forcing="omega"), "omega", [0.9, 1.0], branches=1)
+    with pytest.raises(StickslipError, match="which nothing forces"):
+        orbit_diagram(Strobe(support, period=1.0, autonomous=True), "omega", [0.9, 1.0], branches=1)
+    with pytest.raises(StickslipError, match="none of period 1 or less was found"):
+        orbit_diagram(Iteration.of(LOGISTIC), "r", [3.7, 3.71], transient=10, longest=0, branches=1)
+    first = branch(Iteration.of(LOGISTIC, {"r": 2.9}), "r", (2.8, 3.0), start={"x": 0.65})
+    with pytest.raises(StickslipError, match="'multiplier' and 'period' are drawn, too"):
+        branches(first, of="multipliers")
+
+
+def test_the_reduced_map_of_the_henon_map():
+    """y = b x: x -> 1 - a x^2 + b x, whose fixed points are those of the whole map."""
+    a, b = 0.9, 0.3
+    found = reduced_map(
+        Iteration.of(HENON, {"a": a, "b": b}), "x", np.linspace(-2, 1.5, 36), start={"x": 0.7, "y": 0.2}
+    )
+    assert len(found.values) == 36
+    assert found.points[:, 1] == pytest.approx(b * found.values, abs=1e-12)
+    assert found.images == pytest.approx(1 - a * found.values**2 + b * found.values, abs=1e-12)
+    assert found.slopes == pytest.approx(b - 2 * a * found.values, abs=1e-12)
+    root = math.sqrt((1 - b) ** 2 + 4 * a)
+    assert found.fixed[:, 0] == pytest.approx([-(1 - b + root) / (2 * a), (root - 1 + b) / (2 * a)], abs=1e-12)
+    assert found.fixed_slopes == pytest.approx(b - 2 * a * found.fixed[:, 0], abs=1e-11)
+    with pytest.raises(StickslipError, match="has no state 'z'"):
+        reduced_map(Iteration.of(HENON), "z", [0.0, 1.0])
+    with pytest.raises(StickslipError, match="finite and ascending"):
+        reduced_map(Iteration.of(HENON), "x", [1.0, 0.0])

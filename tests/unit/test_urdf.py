@@ -1,0 +1,133 @@
+"""Robots from URDF: efforts against equations typed by hand, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from emulated_arm import ARM, log, torques
+from typer.testing import CliRunner
+
+from fmu_models import StickslipError
+from identification.commands.application import app
+from identification.machines.read import declared_machine
+from identification.machines.regressor import Regressor, regressor_of
+from identification.machines.urdf import mechanism_from_urdf
+
+RNG = np.random.default_rng(5)
+QUARTER = "1.57079632679"  # as files have it
+
+
+def link(name: str, mass: float = 0.0, centre: str = "0 0 0", inertia: str = "", rpy: str = "0 0 0") -> str:
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="{rpy}"/><mass value="{mass}"/>'
+        f"<inertia {inertia}/></inertial></link>"
+    )
+
+
+def joint(name: str, kind: str, parent: str, child: str, xyz: str = "0 0 0", axis: str = "0 1 0", rpy: str = "") -> str:
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{xyz}" rpy="{rpy or "0 0 0"}"/><axis xyz="{axis}"/></joint>'
+    )
+
+
+def arm() -> str:
+    """The two-link arm of data/machines, hanging; the lower link's inertia in a frame that is turned."""
+    p = ARM
+    upper, lower = p["J1"] - p["m1"] * p["r1"] ** 2, p["J2"] - p["m2"] * p["r2"] ** 2
+    parts = [
+        '<link name="base"/>',
+        link("upper", p["m1"], f"0 0 -{p['r1']}", f'iyy="{upper!r}"'),
+        link("lower", p["m2"], f"0 0 -{p['r2']}", f'ixx="{lower!r}"', rpy=f"0 0 {QUARTER}"),
+        joint("shoulder", "revolute", "base", "upper"),
+        joint("elbow", "continuous", "upper", "lower", xyz=f"0 0 -{p['l1']}", axis="0 2 0"),
+    ]
+    return f'<robot name="two-link arm">{"".join(parts)}</robot>'
+
+
+def regressor_from(folder: Path, text: str) -> Regressor:
+    path = folder / "robot.urdf"
+    path.write_text(text)
+    return regressor_of(mechanism_from_urdf(path))
+
+
+def efforts(regressor: Regressor, changed: Mapping[str, float], *motion: np.ndarray) -> np.ndarray:
+    values = {**dict(zip(regressor.names, regressor.declared, strict=True)), **changed}
+    return regressor(*motion) @ np.array([values[name] for name in regressor.names])
+
+
+def test_a_planar_arm_takes_the_torques_of_lagranges_equations(tmp_path: Path):
+    regressor = regressor_from(tmp_path, arm())
+    friction = {"fv1": ARM["b1"], "fv2": ARM["b2"], "fs1": ARM["f1"], "fs2": ARM["f2"]}
+    motion = RNG.normal(size=(3, 40, 2))
+    assert efforts(regressor, friction, *motion) == pytest.approx(torques(*motion), abs=1e-12)
+    assert regressor.efforts == ("tau1", "tau2")
+
+
+def test_a_cart_with_a_pole_and_a_tool_that_is_fixed(tmp_path: Path):
+    """(M + m) a + m l (cos q b - sin q w^2); m l^2 b + m l (cos q a - g sin q): the pole stands, in a turned frame; the
+    tool is its mass, one link on."""
+    M, m, length = 2.0, 0.3, 0.4
+    text = [
+        link("rail"),
+        link("cart", M),
+        link("pole"),
+        link("tool-0", m),
+        joint("slide", "prismatic", "rail", "cart", xyz="0 0 1", axis="0 0 1", rpy=f"0 {QUARTER} 0"),
+        joint("swing", "revolute", "cart", "pole", rpy=f"0 -{QUARTER} 0"),
+        joint("flange", "fixed", "pole", "tool-0", xyz=f"0 0 {length}"),
+    ]
+    regressor = regressor_from(tmp_path, f'<robot name="1 cart">{"".join(text)}</robot>')
+    q, v, a = RNG.normal(size=(3, 20, 2))
+    pole, rate, bend = q[:, 1], v[:, 1], a[:, 1]
+    cart = (M + m) * a[:, 0] + m * length * (np.cos(pole) * bend - np.sin(pole) * rate**2)
+    swing = m * length**2 * bend + m * length * (np.cos(pole) * a[:, 0] - 9.81 * np.sin(pole))
+    assert efforts(regressor, {}, q, v, a) == pytest.approx(np.stack([cart, swing], axis=1), abs=1e-12)
+    assert dict(zip(regressor.names, regressor.units, strict=True))["fv1"] == "N s/m"
+
+
+TWO = link("a") + link("b") + link("c", 1.0)
+BAD = {
+    "broken": ("<robot><link", "is no URDF (unclosed token"),
+    "other": ("<sdf/>", "begins with <sdf>, a URDF with <robot>"),
+    "empty": ("<robot/>", "has 0 bases"),
+    "branch": (TWO + joint("j", "revolute", "a", "b") + joint("k", "revolute", "a", "c"), "branches at 'a' (b, c)"),
+    "bases": (TWO + joint("j", "revolute", "a", "c") + joint("k", "revolute", "b", "d"), "has 2 bases (a, b)"),
+    "floating": (TWO + joint("j", "floating", "a", "b"), "Joint 'j' of '{}' is 'floating'"),
+    "fixed": (TWO + joint("j", "fixed", "a", "b"), "No joint of '{}' moves"),
+    "nowhere": (TWO + joint("j", "revolute", "a", "z"), "leads to 'z', and no link is called so"),
+    "axis": (TWO + joint("j", "revolute", "a", "b", axis="0 0 0"), "The axis of joint 'j' is zero"),
+    "two numbers": (TWO + joint("j", "revolute", "a", "b", axis="0 1"), "'0 1' is not three numbers"),
+    "words": (TWO + joint("j", "revolute", "a", "b", xyz="0 ${l} 1"), "'0 ${l} 1' is not three numbers"),
+    "mass": (link("a").replace('"0.0"', '"${m}"'), "The value in the inertial part of link 'a' is '${m}'"),
+    "no parent": ('<joint name="j" type="fixed"/>', "Joint 'j' has no parent or no child"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_no_serial_robot_is_refused_with_words(tmp_path: Path, case: str):
+    text, said = BAD[case]
+    path = tmp_path / "robot.urdf"
+    path.write_text(text if text.startswith(("<robot", "<sdf")) else f"<robot>{text}</robot>")
+    with pytest.raises(StickslipError) as error:
+        mechanism_from_urdf(path)
+    assert said.replace("{}", str(path)) in str(error.value)
+
+
+def test_what_is_declared_without_energies_is_no_machine():
+    with pytest.raises(StickslipError, match="is of class Automaton: efforts follow from energies"):
+        declared_machine("fmu_models.oscillators.planar_hopf:MODEL")
+
+
+def test_the_command_takes_a_urdf(tmp_path: Path):
+    (tmp_path / "arm.urdf").write_text(arm())
+    one = log(1)
+    rows = np.column_stack([one.time, one.position, one.effort])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="time,q1,q2,tau1,tau2", comments="")
+    asked = [str(tmp_path / "arm.urdf"), str(tmp_path / "log.csv"), "--method", "least squares", "--json"]
+    done = CliRunner().invoke(app, ["inverse", *asked, "-o", str(tmp_path / "found.json")])
+    assert done.exit_code == 0, done.output
+    assert '"fs1"' in done.stdout and '"machine": "two_link_arm"' in done.stdout

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from identification.inference.comparison import LawComparison as LawComparison
     from identification.machines.machine_fit import MachineFit as MachineFit
     from identification.machines.machine_fit import identify_machine as identify_machine
+    from identification.machines.machine_fit import read_machine_fit as read_machine_fit
     from identification.machines.read import read_machine_log as read_machine_log
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay
@@ -45,5 +46,6 @@ if TYPE_CHECKING:
     from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report
     from identification.slips.statistics import slip_statistics as slip_statistics
+    from identification.transfer.machine import machine_with as machine_with
 else:
     __getattr__, __dir__ = exports(__name__)

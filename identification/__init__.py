@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from identification.fit.result import read_fit as read_fit
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
+    from identification.machines.excite import excite as excite
     from identification.machines.machine_fit import MachineFit as MachineFit
     from identification.machines.machine_fit import identify_machine as identify_machine
     from identification.machines.machine_fit import read_machine_fit as read_machine_fit

@@ -16,8 +16,16 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
 from fmu_models.analyses import jobs as families
-from fmu_models.analyses.periodic import PeriodicMotion, corrected_cycles, least_period, motions_at, solved_cycles
+from fmu_models.analyses.periodic import (
+    PeriodicMotion,
+    corrected_cycles,
+    least_parts,
+    least_periods,
+    motions_at,
+    solved_cycles,
+)
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.stability import are_stable
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import Rows
 
@@ -56,15 +64,17 @@ def claimed(
     """
     varied = varied or {}
     periods = np.where(rows.outcomes <= families.ABSORBED, rows.periods, 0)
-    for i in np.flatnonzero((rows.outcomes == families.FINISHED) & (rows.filled > 1)):
-        periods[i] = _alike(system, rows.points[i, : rows.filled[i]], longest)
+    finished = (rows.outcomes == families.FINISHED) & (rows.filled > 1)
+    for filled in np.unique(rows.filled[finished]):
+        which = np.flatnonzero(finished & (rows.filled == filled))
+        periods[which] = _alike(system, rows.points[which, :filled], longest)
     motions: list[PeriodicMotion | None] = [None] * len(periods)
     # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
-    shorter = np.array([_shorter(system, rows, i, period) for i, period in enumerate(periods)])
+    shorter = _shorter(system, rows, periods)
     for tried in (shorter, np.where(shorter < periods, periods, 0)):
         for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1])]):
             which = np.flatnonzero((tried == period) & np.array([one is None for one in motions]))
-            for i, motion in zip(which, _solved(system, rows, varied, which, int(period)), strict=True):
+            for i, motion in zip(which.tolist(), _solved(system, rows, varied, which, int(period)), strict=True):
                 motions[i] = motion
     return Claims(motions)
 
@@ -75,53 +85,68 @@ def _solved(
     """The motions of a period near the last points of some runs; None where there is no stable one."""
     if not which.size:
         return []
-    guesses = np.stack([rows.points[i, max(0, rows.filled[i] - period) : rows.filled[i]] for i in which])
+    guesses = _last(rows, which, period)
     values = {name: v[which] for name, v in varied.items()}
-    found = [
-        motion if motion is not None and _is_it(system, motion, guess) else None
-        for motion, guess in zip(corrected_cycles(system, guesses, values), guesses, strict=True)
-    ]
+    found = _theirs(system, corrected_cycles(system, guesses, values), guesses)
     # what only looks alike needs all of Newton's method
     left = np.array([i for i in range(which.size) if found[i] is None and rows.periods[which[i]] == 0], np.int64)
     if left.size:
         values = {name: v[left] for name, v in values.items()}
         cycles, numbers = solved_cycles(system, guesses[left], values)
         solved = motions_at(system, cycles, {name: v[numbers] for name, v in values.items()})
-        for k, motion in zip(left[numbers], solved, strict=True):
-            found[k] = motion if motion is not None and _is_it(system, motion, guesses[k]) else None
+        again = left[numbers]
+        for k, motion in zip(again.tolist(), _theirs(system, solved, guesses[again]), strict=True):
+            found[k] = motion
     return found
 
 
-def _shorter(system: SectionSystem, rows: Rows, i: int, period: int) -> int:
-    """The least part of a period after which the last points of a run look alike."""
-    if not period or period > rows.filled[i]:
-        return int(period)
-    points = rows.points[i, rows.filled[i] - period : rows.filled[i]]
-    for part in range(1, period):
-        apart = system.difference(points - np.roll(points, part, axis=0))
-        if period % part == 0 and (np.abs(apart) <= ALIKE * system.sizes()).all():
-            return part
-    return int(period)
+def _last(rows: Rows, which: NDArray[np.int64], period: int) -> Vector:
+    """(k, period, n) the last points of some runs."""
+    first = np.maximum(rows.filled[which] - period, 0)
+    return rows.points[which[:, None], first[:, None] + np.arange(period)]
 
 
-def _is_it(system: SectionSystem, motion: PeriodicMotion, guess: Vector) -> bool:
-    """Whether a motion is stable, solved, of that least period, and the one of the run."""
-    apart = np.abs(system.difference(motion.points - guess)) / system.sizes()
-    size = 1.0 + float(np.abs(motion.points).max())
-    return bool(
-        apart.max() <= NEAR
-        and motion.residual <= 100.0 * CLAIMED * size
-        and motion.stability.stable
-        and least_period(system, motion.points, system.sizes()) == motion.period
+def _shorter(system: SectionSystem, rows: Rows, periods: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(m,) the least parts of their periods after which the last points of runs look alike."""
+    found = periods.copy()
+    for period in np.unique(periods[periods > 0]):
+        which = np.flatnonzero((periods == period) & (rows.filled >= period))
+        found[which] = least_parts(system, _last(rows, which, int(period)), ALIKE * system.sizes())
+    return found
+
+
+def _theirs(
+    system: SectionSystem, motions: Sequence[PeriodicMotion | None], guesses: Vector
+) -> list[PeriodicMotion | None]:
+    """Those motions that are stable, solved, of that least period, and the ones of their runs; None for the others."""
+    found: list[PeriodicMotion | None] = [None] * len(motions)
+    which = np.array([i for i, one in enumerate(motions) if one is not None], np.int64)
+    solved = [one for one in motions if one is not None]
+    if not solved:
+        return found
+    points, sizes = np.stack([one.points for one in solved]), system.sizes()
+    apart = np.abs(system.difference(points - guesses[which])) / sizes
+    size = 1.0 + np.abs(points).max(axis=(1, 2))
+    theirs = (
+        (apart.max(axis=(1, 2)) <= NEAR)
+        & (np.array([one.residual for one in solved]) <= 100.0 * CLAIMED * size)
+        & are_stable(np.stack([one.stability.eigenvalues for one in solved]))
+        & (least_periods(system, points, sizes) == points.shape[1])
     )
+    for k in np.flatnonzero(theirs).tolist():
+        found[which[k]] = solved[k]
+    return found
 
 
-def _alike(system: SectionSystem, points: Vector, longest: int) -> int:
-    """The least number of points after which the last ones look alike; 0 if there is none."""
-    for n in range(1, min(longest, len(points) // 2) + 1):
-        if (np.abs(system.difference(points[-n:] - points[-2 * n : -n])) <= ALIKE * system.sizes()).all():
-            return n
-    return 0
+def _alike(system: SectionSystem, points: Vector, longest: int) -> NDArray[np.int64]:
+    """(m,) the least numbers of points after which the last ones of runs (m, k, n) look alike; 0 if there is none."""
+    found = np.zeros(len(points), np.int64)
+    within = ALIKE * system.sizes()
+    for n in range(1, min(longest, points.shape[1] // 2) + 1):
+        left = np.flatnonzero(found == 0)
+        apart = system.difference(points[left, -n:] - points[left, -2 * n : points.shape[1] - n])
+        found[left[(np.abs(apart) <= within).all(axis=(1, 2))]] = n
+    return found
 
 
 def same_motion(system: SectionSystem, one: PeriodicMotion, other: PeriodicMotion) -> bool:

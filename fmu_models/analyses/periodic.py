@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fmu_models.analyses.iteration import Iteration, find_iterate_crossings, iterate
 from fmu_models.analyses.newton import newton
 from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.stability import Stability
+from fmu_models.analyses.stability import Stability, eigenvalues_of
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
@@ -91,7 +91,7 @@ def find_periodic(
     _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
     for points in found[np.sort(distinct)]:
         inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
-        if inside.all() and least_period(iteration, points, size) == period:
+        if inside.all() and least_periods(iteration, points[None], size)[0] == period:
             points = _from_least(points, size)
             if not any(_same(iteration, points, other, size) for other in motions):
                 motions.append(points)
@@ -109,18 +109,33 @@ def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
     made = system.step(points)
     if made.why:
         raise StickslipError(f"{system.name} has no step from a point of that motion: {next(iter(made.why.values()))}")
-    return _motion(system, points, made)
+    (motion,) = _motions(system, points[None], made, np.ones(1, bool))
+    assert motion is not None
+    return motion
 
 
-def _motion(system: SectionSystem, points: Vector, made: Step) -> PeriodicMotion:
-    monodromy = np.eye(points.shape[1])
-    for derivative in made.derivatives:
-        monodromy = derivative @ monodromy
+def _motions(
+    system: SectionSystem, cycles: Vector, made: Step, sound: NDArray[np.bool_]
+) -> list[PeriodicMotion | None]:
+    """The motions through cycles (m, period, n), from all of whose points a step was made; None where not ``sound``."""
+    m, period, n = cycles.shape
+    points = cycles[sound]
+    derivatives = made.derivatives.reshape(m, period, n, n)[sound]
+    monodromy = np.tile(np.eye(n), (len(points), 1, 1))
+    for i in range(period):
+        monodromy = derivatives[:, i] @ monodromy
     # a number of a point that the others determine has an eigenvalue 0 of its own
-    stability = Stability(Stability.of(monodromy).eigenvalues[: system.dimension])
-    miss = np.abs(system.difference(made.points - np.roll(points, -1, axis=0))).max()
-    began = tuple(made.began.sum(axis=0).tolist())
-    return PeriodicMotion(points, stability, float(made.times.sum()), began, float(miss))
+    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension]
+    miss = system.difference(made.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
+    parts = zip(
+        points,
+        map(Stability, eigenvalues),
+        made.times.reshape(m, period)[sound].sum(axis=1).tolist(),
+        map(tuple, made.began.reshape(m, period, -1)[sound].sum(axis=1).tolist()),
+        np.abs(miss).max(axis=(1, 2)).tolist(),
+        strict=True,
+    )
+    return [PeriodicMotion(*next(parts)) if one else None for one in sound.tolist()]
 
 
 def motions_at(
@@ -129,13 +144,14 @@ def motions_at(
     """The motions through cycles (m, period, n) at values (m,) of parameters; None where a step has no derivative."""
     m, period, n = cycles.shape
     made = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
-    parts = [slice(i * period, (i + 1) * period) for i in range(m)]
-    lost = {i // period for i in made.why}
-    return [None if i in lost else _motion(system, cycles[i], _part(made, part)) for i, part in enumerate(parts)]
+    return _motions(system, cycles, made, _sound(m, period, made))
 
 
-def _part(made: Step, part: slice) -> Step:
-    return Step(made.points[part], made.derivatives[part], made.times[part], made.began[part], made.held[part], {})
+def _sound(m: int, period: int, made: Step) -> NDArray[np.bool_]:
+    """(m,) cycles from all of whose points a step arrives."""
+    sound = np.ones(m, bool)
+    sound[[i // period for i in made.why]] = False
+    return sound
 
 
 def corrected_cycles(
@@ -146,23 +162,18 @@ def corrected_cycles(
     m, period, n = guesses.shape
     values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
     made = system.step(guesses.reshape(-1, n), values)
-    lost = {i // period for i in made.why}
+    sound = _sound(m, period, made)
     miss = system.difference(made.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
     matrix = _cycle_matrix(made.derivatives.reshape(m, period, n, n))
-    matrix[list(lost)], miss[list(lost)] = np.eye(period * n), 0.0
+    matrix[~sound], miss[~sound] = np.eye(period * n), 0.0
     try:
         moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
     except np.linalg.LinAlgError:  # one of them lies on a continuum of motions: the least move
         moved = (np.linalg.pinv(matrix) @ miss.reshape(m, -1, 1)).reshape(guesses.shape)
     cycles = system.wrapped(guesses - moved)
     after = system.step(cycles.reshape(-1, n), values, derivative=False)
-    found: list[PeriodicMotion | None] = []
-    for i in range(m):
-        part = slice(i * period, (i + 1) * period)
-        failed = i in lost or any(k in after.why for k in range(part.start, part.stop))
-        ended = replace(_part(after, part), derivatives=made.derivatives[part])
-        found.append(None if failed else _motion(system, cycles[i], ended))
-    return found
+    ended = replace(after, derivatives=made.derivatives)
+    return _motions(system, cycles, ended, sound & _sound(m, period, after))
 
 
 def _cycle_matrix(derivatives: Vector) -> Vector:
@@ -230,17 +241,23 @@ def _guesses(iteration: Iteration, period: int, bounds: Vector, starts: int) -> 
     return np.concatenate([np.stack(run, axis=1), scattered])
 
 
-def least_period(system: SectionSystem, points: Vector, size: Vector) -> int:
-    """The number of points after which the cycle repeats."""
-    period = len(points)
-    for part in range(1, period):
-        if period % part == 0 and _same(system, points, np.roll(points, part, axis=0), size, 100 * SAME):
-            return part
-    return period
+def least_periods(system: SectionSystem, cycles: Vector, size: Vector) -> NDArray[np.int64]:
+    """(m,) numbers of points after which cycles (m, period, n) repeat themselves."""
+    return least_parts(system, cycles, 100 * SAME * size)
 
 
-def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector, within: float = SAME) -> bool:
-    return bool((np.abs(system.difference(points - others)) <= within * size).all())
+def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> NDArray[np.int64]:
+    """(m,) the least parts of their period after which cycles (m, period, n) repeat themselves, to (n,)."""
+    m, period, _ = cycles.shape
+    found = np.full(m, period, np.int64)
+    for part in (part for part in range(period - 1, 0, -1) if period % part == 0):
+        apart = system.difference(cycles - np.roll(cycles, part, axis=1))
+        found[(np.abs(apart) <= within).all(axis=(1, 2))] = part
+    return found
+
+
+def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector) -> bool:
+    return bool((np.abs(system.difference(points - others)) <= SAME * size).all())
 
 
 def _rounded(points: Vector, size: Vector) -> Vector:

@@ -46,6 +46,18 @@ def eigenvalue_class(eigenvalue: complex) -> str:
     return f"{kind}, {'stable' if size < 1.0 else 'unstable'}"
 
 
+def eigenvalues_of(derivatives: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """(..., n) of derivatives (..., n, n), largest modulus first."""
+    found = np.linalg.eigvals(derivatives).astype(complex)
+    order = np.lexsort((-np.real(found), -np.abs(found)), axis=-1)
+    return np.take_along_axis(found, order, axis=-1)
+
+
+def are_stable(eigenvalues: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """(...) whether all eigenvalues (..., n) lie inside the unit circle."""
+    return (np.abs(eigenvalues) < 1.0 - ON_CIRCLE).all(axis=-1)
+
+
 @dataclass(frozen=True, eq=False)
 class Stability(Shown):
     """Eigenvalues at a fixed point.
@@ -59,8 +71,7 @@ class Stability(Shown):
     @classmethod
     def of(cls, derivative: Any) -> Stability:
         """From the derivative (n, n) of the map."""
-        found: NDArray[np.complex128] = np.linalg.eigvals(np.asarray(derivative, dtype=float)).astype(complex)
-        return cls(found[np.lexsort((-np.real(found), -np.abs(found)))])
+        return cls(eigenvalues_of(np.asarray(derivative, dtype=float)))
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -75,7 +86,7 @@ class Stability(Shown):
     @property
     def stable(self) -> bool:
         """All eigenvalues lie inside the unit circle."""
-        return bool((np.abs(self.eigenvalues) < 1.0 - ON_CIRCLE).all())
+        return bool(are_stable(self.eigenvalues))
 
     @property
     def saddle(self) -> bool:

@@ -38,7 +38,7 @@ NOISE = 0.01  # of the usual effort, per sample, for the deviations that are for
 class Excitation(Tabular):
     """Coefficients of a motion (joints, harmonics), its middle (joints,) and period (s). deviations: foretold, by base
     parameter, for efforts sampled at ``rate`` with noise of ``noise`` of the usual effort; condition: of the columns,
-    each scaled to one; random: the same of the best of random motions."""
+    each scaled to one; gain: of ln det over the best of random motions."""
 
     machine: str
     joints: tuple[str, ...]
@@ -49,7 +49,7 @@ class Excitation(Tabular):
     rate: float
     noise: float
     condition: float
-    random: float
+    gain: float
     deviations: Mapping[str, float]
     units: Mapping[str, str] = field(default_factory=dict)
 
@@ -118,7 +118,7 @@ def excite(
         rate,
         NOISE,
         _condition(columns),
-        _condition(design.columns(first)[0]),
+        design.cost(first) - design.cost(found),
         dict(zip(base.names, spread.tolist(), strict=True)),
         {one.name: one.unit for one in base.parameters},
     )

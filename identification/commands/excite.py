@@ -34,15 +34,15 @@ def excite(
 
     Example: stickslip excite my_robot.py --limit q1=-1:1 --limit q2=-2:2 --limit w1=-3:3 -o motion.csv
     """
-    from fmu_models.oscillators import load
     from identification.machines.excite import excite as designed
+    from identification.machines.read import declared_machine
 
     refuse_existing(output, overwrite=overwrite)
     asked = dict(_limit(text) for text in limits or ())
     known = console.assignments(settings, "constant")
     with console.progress("searching") as advance:
         found = designed(
-            load(machine),
+            declared_machine(machine),
             asked,
             known=known,
             period=period,

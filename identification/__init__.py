@@ -21,13 +21,16 @@ if TYPE_CHECKING:
     from identification.estimators.base import Options as Options
     from identification.fit.fit import fit_friction as fit_friction
     from identification.fit.inverse import inverse_dynamics as inverse_dynamics
+    from identification.fit.machine_laws import compare_joint_laws as compare_joint_laws
     from identification.fit.posterior import posterior as posterior
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
+    from identification.machines.excite import excite as excite
     from identification.machines.machine_fit import MachineFit as MachineFit
     from identification.machines.machine_fit import identify_machine as identify_machine
+    from identification.machines.machine_fit import read_machine_fit as read_machine_fit
     from identification.machines.read import read_machine_log as read_machine_log
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay
@@ -42,7 +45,9 @@ if TYPE_CHECKING:
     from identification.next_step.laws import compare_contacts as compare_contacts
     from identification.next_step.laws import compare_laws as compare_laws
     from identification.report.findings import findings as findings
+    from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report
     from identification.slips.statistics import slip_statistics as slip_statistics
+    from identification.transfer.machine import machine_with as machine_with
 else:
     __getattr__, __dir__ = exports(__name__)

@@ -33,7 +33,8 @@ def items() -> dict[str, Path]:
     found = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}
     for part in ("recipes", "scenes", "systems"):
         found |= {f"{part}/{path.stem}": path for path in files(part)}
-    found |= {f"machines/{path.name}": path for path in files("machines", ".csv")}
+    for suffix in (".csv", ".py"):
+        found |= {f"machines/{path.name}": path for path in files("machines", suffix)}
     return found | {"README.md": folder() / "README.md"}
 
 

@@ -55,4 +55,4 @@ def basins(
         "entropy": console.finite(found.entropy()),
         "failures": [f"{place}: {why}" for place, why in found.failures.items()],
     }
-    files.tell(found, content)
+    files.tell(found, content, section)

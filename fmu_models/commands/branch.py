@@ -11,7 +11,6 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.formula import Formula
 from fmu_models.commands import families as f
 from fmu_models.commands.bundles import bundled
 
@@ -50,6 +49,7 @@ def branch(
     """
     from fmu_models.analyses.continuation.branch import all_branches
     from fmu_models.analyses.continuation.curve import closed_form_of
+    from fmu_models.base.formula import Formula
 
     files.check()
     checked_switch(switch)

@@ -60,4 +60,4 @@ def chart(
         "runs": found.runs,
         "failures": [f"{place}: {why}" for place, why in found.failures.items()],
     }
-    files.tell(found, content)
+    files.tell(found, content, section)

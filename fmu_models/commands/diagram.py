@@ -68,4 +68,4 @@ def diagram(
     }
     if found.branches is not None:
         content["branches"] = branch_content(found.branches)["branches"]
-    files.tell(found, content)
+    files.tell(found, content, section)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.report.interactive import Motion
     from fmu_models.scene.scene import Compute, Scene
 
 Ranges = Annotated[
@@ -163,6 +164,21 @@ class Section:
         given = console.assignments(self.start, "start value")
         return {**self._scene.start, **given} if self._scene is not None else given
 
+    def motion(self) -> Motion | None:
+        """What a click in a page shows; None of a map, and, with a warning, of what no page can compute."""
+        from fmu_models.explorer.page import explore
+        from fmu_models.report.interactive import Motion
+
+        if self.model in MAPS.members():
+            return None
+        try:
+            page = explore(self.model, contacts=console.chosen(self.contacts))
+        except StickslipError as error:
+            console.warn(f"A click in the page shows no motion: {error}")
+            return None
+        values = {**console.assignments(self.settings, "parameter"), **self.starts()}
+        return Motion(page._repr_html_(), page.name, page.version, values)
+
     def axes(self, kind: str, over: Sequence[str] | None, count: int | None = None) -> dict[str, Any]:
         """Values along each axis; those of a scene of the same kind where none are given.
 
@@ -201,7 +217,9 @@ class Files:
     figure: Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")] = None
     interactive: Annotated[
         Path | None,
-        typer.Option("--interactive", help="Write a page (html) with zoom and values under the cursor."),
+        typer.Option(
+            "--interactive", help="Write a page (html): zoom, values under the cursor, and on a click the motion there."
+        ),
     ] = None
     overwrite: Overwrite = False
     json: Json = False
@@ -225,8 +243,8 @@ class Files:
 
             check_page(self.interactive)
 
-    def tell(self, found: Pictured, content: dict[str, Any]) -> None:
-        """Write what was found, and say it."""
+    def tell(self, found: Pictured, content: dict[str, Any], section: Section | None = None) -> None:
+        """Write what was found, and say it. section: whose motions a click in the page shows."""
         if self.output is not None and self.output.suffix.lower() != STORE:
             with write_whole(self.output, overwrite=self.overwrite) as temporary:
                 if self.output.suffix.lower() == ".csv":
@@ -238,7 +256,8 @@ class Files:
         if self.interactive is not None:
             from fmu_models.report.interactive import write_page
 
-            write_page(found, self.interactive, overwrite=self.overwrite)
+            motion = None if section is None else section.motion()
+            write_page(found, self.interactive, overwrite=self.overwrite, motion=motion)
         content["how"] = getattr(found, "how", "")
         content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 

@@ -1,11 +1,14 @@
-"""Families of motions as one page that needs nothing but itself: zoom, and the parameters under the cursor."""
+"""Families of motions as one page that needs nothing but itself: zoom, the parameters under the cursor, and, on a
+click, the motion of that place in a frame."""
 
 from __future__ import annotations
 
 import html
 import importlib.util
+import json
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import singledispatch
 from pathlib import Path
 from typing import Any
@@ -25,6 +28,28 @@ PALE = "#FFFFFF"  # of what has no class
 DIGITS = ".10g"
 
 
+# tells the frame the values of the place that was clicked; {plot_id} is plotly's
+CLICK = """document.getElementById("{plot_id}").on("plotly_click", ({ points }) => {
+  const { curveNumber, pointNumber, x, y } = points[0];
+  const { state, axes, states, starts } = %s, place = { [axes[0]]: x };
+  if (starts) starts[curveNumber][pointNumber].forEach((value, i) => (place[states[i]] = value));
+  else place[axes[1]] = y;
+  const text = JSON.stringify({ ...state, set: { ...state.set, ...place } });
+  document.querySelector("iframe").contentWindow.postMessage(text, "*");
+});"""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a click shows. frame: of a page of `fmu_models.explorer`; model, version: as that page has them; values: by
+    name, that hold in every cell."""
+
+    frame: str
+    model: str
+    version: str
+    values: Mapping[str, float]
+
+
 def check_page(path: str | os.PathLike[str]) -> Path:
     """The path, if a page can be written there.
 
@@ -39,8 +64,10 @@ def check_page(path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_page(found: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-    """Write a family as a page.
+def write_page(
+    found: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False, motion: Motion | None = None
+) -> Path:
+    """Write a family as a page. motion: the one that a click shows below; none if None.
 
     Raises:
         StickslipError: as ``check_page``; there is none of such a value; or the file exists or cannot be written.
@@ -49,11 +76,33 @@ def write_page(found: Pictured, path: str | os.PathLike[str], *, overwrite: bool
     import plotly.graph_objects as graph
 
     figure = graph.Figure(traces(found), _layout(found))
-    text = figure.to_html(full_html=True, include_plotlyjs=True, config={"displaylogo": False, "scrollZoom": True})
+    text = figure.to_html(
+        full_html=True,
+        include_plotlyjs=True,
+        config={"displaylogo": False, "scrollZoom": True},
+        default_height="100%" if motion is None else "75vh",
+        post_script=None if motion is None else CLICK % _clicked(found, motion),
+    )
     text = text.replace("<head>", f"<head><title>{_layout(found)['title']['text']}</title>", 1)
+    if motion is not None:
+        head, _, tail = text.rpartition("</body>")
+        text = f"{head}<p>A click above shows the motion of that place here.</p>{motion.frame}</body>{tail}"
     with write_whole(target, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
     return target
+
+
+def _clicked(found: Any, motion: Motion) -> str:
+    """What a click has to know, as JSON: a point of a diagram is a motion's own state, a cell names two values."""
+    known: dict[str, Any] = {
+        "state": {"model": motion.model, "version": motion.version, "set": dict(motion.values)},
+        "axes": [found.over] if isinstance(found, Diagram) else list(found.axes),
+    }
+    if isinstance(found, Diagram):
+        known["states"] = found.states
+        places = (np.nonzero(np.isfinite(shown)) for shown in found.shown)
+        known["starts"] = [points[place].tolist() for points, place in zip(found.points, places, strict=True)]
+    return json.dumps(known).replace("</", "<\\/")
 
 
 def _layout(found: Any) -> dict[str, Any]:

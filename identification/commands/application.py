@@ -35,6 +35,7 @@ from identification.commands.apply import apply
 from identification.commands.compare import compare
 from identification.commands.demo import demo
 from identification.commands.design import design
+from identification.commands.excite import excite
 from identification.commands.fit import fit
 from identification.commands.inverse import inverse
 from identification.commands.laws import laws
@@ -48,7 +49,7 @@ HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emul
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench, stress, maps)
 FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch, equilibria, manifolds)
-FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips, watch)
+FRICTION = (describe, emulate, fit, demo, laws, design, excite, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
     app.command()(command)
 app.command("map")(show_map)

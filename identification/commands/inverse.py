@@ -3,6 +3,7 @@ declaration."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -44,6 +45,7 @@ def inverse(
         float | None, typer.Option(help="Hz, of that over its efforts and columns (default: the same).", min=0)
     ] = None,
     method: Annotated[str | None, typer.Option(help="instruments (default) or 'least squares', of a machine.")] = None,
+    laws: Annotated[bool, typer.Option("--laws", help="Compare friction laws, joint by joint of a machine.")] = False,
     repair: Repairs = None,
     reader: ReaderOption = None,
     result: ResultPath = None,
@@ -60,24 +62,28 @@ def inverse(
     """
     check_targets(result, figure, overwrite)
     if is_machine(recipe):
-        if figure or repair:
-            raise StickslipError("--figure and --repair are for recipes; a declared machine has neither yet.")
+        if repair:
+            raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
         chosen = {"cutoff": cutoff or CUTOFF, "parallel_cutoff": parallel_cutoff, "method": method or "instruments"}
-        found = _machine(recipe, logs, held_out or (), settings, columns, reader, **chosen)
-        content = finish(found.to_dict(), result, None, overwrite)
+        paths = (logs, held_out or ())
+        found, compared = _machine(recipe, paths, settings, columns, reader, figure, overwrite, laws, **chosen)
+        said = {"laws": {joint: one.to_dict() for joint, one in compared.items()}} if laws else {}
+        content = finish({**found.to_dict(), **said}, result, figure, overwrite)
 
         def show(out: Any) -> None:
-            from identification.report.machine_fit_tables import machine_report
+            from identification.report.machine_fit_tables import joint_laws, machine_report
 
             out.print(machine_report(found))
+            if compared:
+                out.print(joint_laws(compared))
             print_files(content["files"], out)
 
         console.say(json, content, show)
         return
-    if settings or columns or cutoff or parallel_cutoff or method:
+    if settings or columns or cutoff or parallel_cutoff or method or laws:
         raise StickslipError(
             f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, --cutoff, "
-            "--parallel-cutoff and --method are for declared machines, my_robot.py."
+            "--parallel-cutoff, --method and --laws are for declared machines, my_robot.py."
         )
     if len(logs) != 1:
         raise StickslipError(f"A recipe is fitted to one log, found {len(logs)}. Score the others: --held-out LOG.")
@@ -91,13 +97,17 @@ def is_machine(reference: str) -> bool:
 
 def _machine(
     reference: str,
-    logs: list[Path],
-    held_out: Any,
+    paths: tuple[Sequence[Path], Sequence[Path]],
     settings: list[str] | None,
     columns: list[str] | None,
     reader: ReaderOption,
+    figure: Path | None,
+    overwrite: bool,
+    laws: bool,
     **how: Any,
-) -> Any:
+) -> tuple[Any, dict[str, Any]]:
+    """The fit, and laws compared by joint."""
+    from identification.fit.machine_laws import compare_joint_laws
     from identification.machines.machine_fit import identify_machine
     from identification.machines.read import declared_machine, read_machine_log
 
@@ -105,12 +115,19 @@ def _machine(
         mechanism = declared_machine(reference)
         named = _named(columns)
         known = console.assignments(settings, "constant")
-        seen = [read_machine_log(one, mechanism, named, reader=reader) for one in logs]
-        others = [read_machine_log(one, mechanism, named, reader=reader) for one in held_out]
+        seen, others = ([read_machine_log(one, mechanism, named, reader=reader) for one in part] for part in paths)
         advance(0.2)
-        return identify_machine(
-            mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.8 * done), **how
+        fit = identify_machine(
+            mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.7 * done), **how
         )
+        if figure:
+            from fmu_models.report.figures import save_figure
+            from identification.machines.predicted import predict_efforts
+            from identification.report.machine_fit_figure import machine_fit_figure
+
+            predicted = (predict_efforts(mechanism, fit, part) if part else [] for part in (seen, others))
+            save_figure(machine_fit_figure(fit, *predicted), figure, overwrite=overwrite)
+        return fit, compare_joint_laws(mechanism, fit, seen) if laws else {}
 
 
 def _named(columns: list[str] | None) -> dict[str, str]:

@@ -31,14 +31,20 @@ def report(
     uncertainty: Annotated[
         bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
     ] = True,
+    interactive: Annotated[
+        bool, typer.Option(help="The fitted model live beside the measured portraits: sliders for law, N and k.")
+    ] = False,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write one HTML page that holds all of a fit: verdicts, figures, tables, assumptions, and its data as JSON.
 
-    It needs nothing but itself: no network, no scripts. Logs that were not fitted are compared as well.
+    It needs nothing but itself: no network and, unless it is interactive, no scripts. Logs that were not fitted are
+    compared as well.
 
     Example: stickslip report fit.json data/rigs/paper_rubber -o report.html
+
+    Example: stickslip report fit.json data/rigs/paper_rubber --interactive -o live.html
     """
     from identification.fit.result import read_fit
     from identification.report.findings import findings
@@ -50,7 +56,9 @@ def report(
     found = read_fit(fitted)
     with console.progress("reporting") as advance:
         read = read_logs(logs, stated(settings), repair, reader)
-        made = findings(found, read, residuals=residuals, uncertainty=uncertainty, progress=advance)
+        made = findings(
+            found, read, residuals=residuals, uncertainty=uncertainty, interactive=interactive, progress=advance
+        )
         write_report(made, output, overwrite=overwrite)
     content = {"file": str(output), "bytes": output.stat().st_size, "summary": summary(made), **made.to_dict()}
 

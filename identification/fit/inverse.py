@@ -164,7 +164,7 @@ def inverse_dynamics(
     )
     neighbours = autocorrelation(found.evaluation.residual, np.zeros(len(residual)))
     effective = len(residual) / inflation(white, covariance)
-    laws = _laws(law_problems(prepared, model), os.fspath(log)) if model.laws else None
+    laws = compared_laws(law_problems(prepared, model), os.fspath(log)) if model.laws else None
     verdicts = (
         *_on_fit(here, unseen, others),
         *_on_values(estimates, found.at_bound),
@@ -228,7 +228,9 @@ def _unseen(problem: InverseProblem, found: Solution) -> Score:
     return score(problem.prepared.effort, residual)
 
 
-def _laws(problems: dict[str, InverseProblem], log: str) -> LawComparison:
+def compared_laws(problems: dict[str, InverseProblem], log: str) -> LawComparison:
+    """Laws by their problems of one log, judged by HAC deviations and parts held out; friction that drives is put
+    aside."""
     solutions = {name: solve(problem) for name, problem in problems.items()}
     warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
     asked = Comparing("hac", PARTS, warnings)

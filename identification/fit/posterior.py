@@ -20,7 +20,7 @@ from identification.estimators.disturbances import terms_of
 from identification.fit.causes import WIDER
 from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance
-from identification.inference.posterior import STEPS, Posterior, load_emcee, sample
+from identification.inference.posterior import STEPS, Posterior, Target, load_emcee, sample
 from identification.inference.problem import Problem, Solution, identifier, searched
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
@@ -47,6 +47,11 @@ def posterior(
             converged.
     """
     check_samplable(fit.estimator)
+    return sample(target_of(ready, fit, workers), seed=seed, steps=steps, progress=progress)
+
+
+def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Target:
+    """The posterior of a fit, with its constants among the unknowns."""
     loose = tuple(one.name for one in ready.priors if one.standard_uncertainty > 0)
     first = {identifier(one.name): one.value for one in (*fit.parameters, *fit.nuisance)}
     options = Options(
@@ -61,7 +66,7 @@ def posterior(
     covariance = _coloured(problem, found, WIDER if fit.causes else 1.0)
     names = [unknown.name for unknown in problem.unknowns]
     readings = [one for one in ready.readings if set(one.powers) <= set(names)]
-    return sample(problem, found, covariance, readings=readings, seed=seed, steps=steps, progress=progress)
+    return Target(problem, found, covariance, readings)
 
 
 def check_samplable(estimator: str) -> None:

@@ -101,48 +101,36 @@ class Posterior(Tabular):
 
 
 def sample(
-    problem: Problem,
-    found: Solution,
-    covariance: np.ndarray | None = None,
-    *,
-    readings: Sequence[Reading] = (),
-    seed: int = 0,
-    steps: int = STEPS,
-    progress: Callable[[float], None] | None = None,
+    target: Target, *, seed: int = 0, steps: int = STEPS, progress: Callable[[float], None] | None = None
 ) -> Posterior:
-    """Sample the posterior about a solution; all unknowns are searched.
-
-    covariance: (q, q) of the unknowns without a prior, the others being held; None for that of the residuals as they
-    are. readings: what else is known of products of unknowns.
+    """Sample a posterior, from draws of its proposal on.
 
     Raises:
-        StickslipError: emcee is not installed, unknowns were held, or the chains had not converged after ``steps``.
+        StickslipError: emcee is not installed, or the chains had not converged after ``steps``.
     """
     emcee = load_emcee()
-    if found.fixed:
-        raise StickslipError(
-            f"A posterior of unknowns that are held ({', '.join(found.fixed)}) is none. Free them, or take --profile."
-        )
-    target = _Target(problem, found, covariance, readings)
-    walkers = max(WALKERS, 2 * len(found.values) + 2)
+    count = len(target.at)
+    walkers = max(WALKERS, 2 * count + 2)
     random = np.random.RandomState(seed)
     moves = [
         (emcee.moves.MHMove(target.proposal), INDEPENDENT),
         (emcee.moves.DEMove(), 0.8 * (1 - INDEPENDENT)),
         (emcee.moves.DESnookerMove(), 0.2 * (1 - INDEPENDENT)),
     ]
-    sampler = emcee.EnsembleSampler(walkers, len(found.values), target.log_probability, moves=moves)
+    sampler = emcee.EnsembleSampler(walkers, count, target.log_probability, moves=moves)
     sampler.random_state = random.get_state()
     state: Any = target.first(walkers, random)
-    lengths = np.full(len(found.values), np.inf)
+    lengths = np.full(count, np.inf)
     while sampler.iteration < steps:
         state = sampler.run_mcmc(state, min(PACE, steps - sampler.iteration))
-        lengths = emcee.autocorr.integrated_time(sampler.get_chain(), tol=0, quiet=True)
+        with np.errstate(invalid="ignore"):
+            lengths = emcee.autocorr.integrated_time(sampler.get_chain(), tol=0, quiet=True)
+        lengths[~np.isfinite(lengths)] = np.inf  # of an unknown that no walker has moved yet
         if progress is not None:
             progress(min(sampler.iteration / min(LENGTHS * float(np.max(lengths)), steps), 1.0))
         if sampler.iteration > LENGTHS * np.max(lengths):
-            return _posterior(problem, sampler, lengths, seed)
-    worst = problem.unknowns[int(np.argmax(lengths))].name
+            return _posterior(target.problem, sampler, lengths, seed)
+    worst = target.problem.unknowns[int(np.argmax(lengths))].name
     raise StickslipError(
         f"The chains have not converged: {sampler.iteration} steps are {sampler.iteration / np.max(lengths):.0f} "
         f"autocorrelation times of '{worst}', {LENGTHS} are needed. Allow more steps (about "
@@ -191,16 +179,29 @@ def _open_side(values: np.ndarray, low: float, high: float) -> str:
     return " and ".join(name for name, reached in sides if reached)
 
 
-class _Target:
-    """ln p, and proposals about the solution."""
+class Target:
+    """ln p about a solved problem, all of whose unknowns were searched, and proposals for it.
+
+    covariance: (q, q) of the unknowns without a prior, the others being held; None for that of the residuals as they
+    are. readings: what else is known of products of unknowns. spread: (m, m), covariance of the normal distribution
+    that touches ln p at the solution.
+
+    Raises:
+        StickslipError: unknowns were held.
+    """
 
     def __init__(
         self,
         problem: Problem,
         found: Solution,
-        covariance: np.ndarray | None,
-        readings: Sequence[Reading],
+        covariance: np.ndarray | None = None,
+        readings: Sequence[Reading] = (),
     ) -> None:
+        if found.fixed:
+            raise StickslipError(
+                f"A posterior of unknowns that are held ({', '.join(found.fixed)}) is none. Free them, or take "
+                "--profile."
+            )
         self.problem, self.at = problem, found.values
         self.readings = _Readings(readings, [unknown.name for unknown in problem.unknowns])
         self.squares = problem.squares()

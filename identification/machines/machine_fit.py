@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import existing
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
 from identification.machines.base_parameters import Base, base_parameters
@@ -108,6 +111,27 @@ class MachineFit(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """As plain values."""
         return dataclasses.asdict(self)
+
+
+def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:
+    """A result of 'stickslip inverse MACHINE LOGS -o FILE.json'.
+
+    Raises:
+        StickslipError: there is none, or it is something else.
+    """
+    file = existing(path, "fit", " Make one: stickslip inverse MACHINE LOGS -o FILE.json")
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        taken = {one.name: content[one.name] for one in dataclasses.fields(MachineFit)}
+        taken["joints"] = tuple(JointScore(**one) for one in content["joints"])
+        taken["parameters"] = tuple(MachineParameter(**one) for one in content["parameters"])
+        for name in ("silent", "logs", "verdicts"):
+            taken[name] = tuple(content[name])
+        return MachineFit(**taken)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise StickslipError(
+            f"'{path}' is no fit of a machine ({error}). Give a result of 'stickslip inverse MACHINE LOGS -o FILE'."
+        ) from error
 
 
 def identify_machine(

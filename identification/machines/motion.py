@@ -21,6 +21,7 @@ from fmu_models.base.errors import StickslipError
 
 ORDER = 4
 GAP = 10.0  # usual steps: a longer one parts a log
+PADDED = 2.0  # periods of a cutoff by which a log is prolonged: a filter that starts nearer shows in its ends
 SETTLED = 1.5  # periods of the lower cutoff that are cut off both ends of a piece, where filters have no past
 LEAST = 20  # thinned samples that a piece must hold
 PER_PERIOD = 5.0  # thinned samples per period of the second cutoff
@@ -62,9 +63,7 @@ class Motion:
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
         """Values (n, ...) after the second low-pass."""
-        from scipy.signal import butter, sosfiltfilt
-
-        return sosfiltfilt(butter(ORDER, 2 * self.parallel * self.step, output="sos"), values, axis=0)
+        return _low_pass(values, self.parallel, self.step)
 
     def thinned(self, values: np.ndarray) -> np.ndarray:
         """The same, thinned, their ends cut off."""
@@ -73,9 +72,7 @@ class Motion:
     @property
     def kept(self) -> slice:
         """Samples that are used."""
-        every = max(int(1 / (PER_PERIOD * self.parallel * self.step)), 1)
-        edge = int(SETTLED / (self.parallel * self.step))
-        return slice(edge, len(self.time) - edge, every)
+        return _kept(len(self.time), self.parallel, self.step)
 
 
 def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs) -> list[Motion]:
@@ -114,9 +111,8 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
     found = []
     for rows in np.split(np.arange(len(log.time)), ends):
         time = np.arange(float(log.time[rows[0]]), float(log.time[rows[-1]]) + 0.5 * step, step)
-        piece = _piece(number, log, rows, time, step, cutoffs)
-        if len(time[piece.kept]) >= LEAST:
-            found.append(piece)
+        if len(time[_kept(len(time), cutoffs.parallel, step)]) >= LEAST:
+            found.append(_piece(number, log, rows, time, step, cutoffs))
     if not found:
         raise StickslipError(
             f"'{log.name}' lasts {log.time[-1] - log.time[0]:.3g} s{' with gaps' if len(ends) else ''}: too short for "
@@ -126,18 +122,27 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
 
 
 def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, step: float, cutoffs: Cutoffs) -> Motion:
-    from scipy.signal import butter, sosfiltfilt
-
     def even(values: np.ndarray) -> np.ndarray:
         return np.stack([np.interp(time, log.time[rows], column) for column in values[rows].T], axis=1)
 
-    low_pass = butter(ORDER, 2 * cutoffs.kinematic * step, output="sos")
-    # a stretch shorter than the filter's padding is left out later
-    short = len(time) <= 6 * ORDER
-    position = even(log.position) if short else sosfiltfilt(low_pass, even(log.position), axis=0)
+    position = _low_pass(even(log.position), cutoffs.kinematic, step)
     velocity = np.gradient(position, step, axis=0)
     acceleration = np.gradient(velocity, step, axis=0)
     return Motion(number, step, time, position, velocity, acceleration, even(log.effort), cutoffs.parallel)
+
+
+def _low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
+    """Values (n, ...) forward and backward through it."""
+    from scipy.signal import butter, sosfiltfilt
+
+    padding = min(int(PADDED / (cutoff * step)), len(values) - 1)
+    return sosfiltfilt(butter(ORDER, 2 * cutoff * step, output="sos"), values, axis=0, padlen=padding)
+
+
+def _kept(count: int, parallel: float, step: float) -> slice:
+    """Of samples after the second low-pass those that are used: thinned, without their ends."""
+    edge = int(SETTLED / (parallel * step))
+    return slice(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))
 
 
 def stacked(pieces: Sequence[Motion], of: Callable[[Motion], np.ndarray]) -> np.ndarray:

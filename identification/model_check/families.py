@@ -135,10 +135,7 @@ def _family(
     progress: Callable[[float], None],
 ) -> FamilyComparison:
     """One family."""
-    p = model.parameters
-    processing = Processing(
-        p["r"], p["R"], model.natural_period, arrangement=model.arrangement, changeover=model.changeover
-    )
+    processing = processing_of(model)
     varied = _varied(motions)
     motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
     members = []
@@ -161,6 +158,12 @@ def _family(
     return FamilyComparison(tuple(members), varied, hopf, _matched(found, predicted, hopf), notes)
 
 
+def processing_of(model: FittedModel) -> Processing:
+    """How motions of the model, and those measured beside them, become portraits."""
+    p = model.parameters
+    return Processing(p["r"], p["R"], model.natural_period, arrangement=model.arrangement, changeover=model.changeover)
+
+
 def drive_speeds(motion: DiscMotion) -> dict[str, float]:
     """Mean drive speeds by contact, rad/s."""
     return {contact: float(np.mean(row)) for contact, row in zip(motion.log.contacts, motion.drives, strict=True)}
@@ -174,14 +177,16 @@ def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> P
     if settled != motion.time[0]:
         return _unsettled(model, processing, motion, settled)
     measured = processing.motion(motion.time, motion.angle, drives, f"log '{motion.log.name}'")
-    run = model.run(speeds, float(motion.time[-1] - motion.time[0]), motion.step)
+    length = float(motion.time[-1] - motion.time[0])
+    run = model.run(speeds, length, motion.step)
     steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
     what = f"the model at the drive speed of '{motion.log.name}'"
     modelled = processing.motion(run.time, run.angle, steady, what, run.states)
     sliding = model.sliding(speeds)
     if not sequence_of(measured) and sequence_of(modelled) and sliding is not None and sliding.damping > 0:
         modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
-    return PortraitComparison(motion.log.name, speeds, measured, modelled, compare_motions(measured, modelled))
+    verdicts = compare_motions(measured, modelled)
+    return PortraitComparison(motion.log.name, speeds, measured, modelled, verdicts, length=length, step=motion.step)
 
 
 def _unsettled(

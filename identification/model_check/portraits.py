@@ -143,7 +143,8 @@ class Settling(Shown):
 @dataclass(frozen=True, eq=False)
 class PortraitComparison(Pictured):
     """A measured motion, the model's, and the verdicts. drive_speeds: rad/s by contact, at which the model ran;
-    settling: of a log that begins before its motion has settled."""
+    settling: of a log that begins before its motion has settled; length, step: s, of the record and between its
+    samples, with which the model ran (nan: not said)."""
 
     log: str
     drive_speeds: Mapping[str, float]
@@ -151,6 +152,8 @@ class PortraitComparison(Pictured):
     model: Portrait | Rest
     verdicts: tuple[Verdict, ...]
     settling: Settling | None = None
+    length: float = np.nan
+    step: float = np.nan
 
     @property
     def frame(self) -> pandas.DataFrame:

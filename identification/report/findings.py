@@ -11,6 +11,7 @@ from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
 from identification.next_step.design import design
+from identification.report.live import LiveFrame, live_frame
 from identification.report.page import Findings
 from identification.report.residuals import refitted
 from rig_io.logs.log import RigLog
@@ -22,12 +23,14 @@ def findings(
     *,
     residuals: bool = True,
     uncertainty: bool = True,
+    interactive: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Findings:
     """Everything that is in the report of a fit; what cannot be had is left out with a note.
 
     logs: those fitted, and others that are only compared. residuals: fit once more, for the correlation of residuals
-    and as a check; uncertainty: carried on to the predicted bifurcation speeds. ``progress`` is told the fraction done.
+    and as a check; uncertainty: carried on to the predicted bifurcation speeds; interactive: the model live beside the
+    measured portraits. ``progress`` is told the fraction done.
 
     Raises:
         StickslipError: as in `compare_families`.
@@ -55,4 +58,6 @@ def findings(
     except StickslipError as error:
         following = None
         notes.append(f"No next experiment is proposed: {error}")
-    return Findings(fit, logs, families, decay, samples, evaluation, following, notes)
+    live = live_frame(fit, families) if interactive else LiveFrame("", ())
+    notes += live.notes
+    return Findings(fit, logs, families, decay, samples, evaluation, following, live.html, notes)

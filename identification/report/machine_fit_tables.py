@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain, table
 from fmu_models.base.digits import deviation, like_sd
+from identification.report.law_table import LEGEND, law_table
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
 
+    from identification.inference.comparison import LawComparison
     from identification.machines.machine_fit import MachineFit
 
 
@@ -48,3 +51,15 @@ def machine_report(fit: MachineFit) -> Group:
         )
     )
     return Group(*parts, *(plain(f"- {verdict}") for verdict in fit.verdicts))
+
+
+def joint_laws(compared: Mapping[str, LawComparison]) -> Group:
+    """Friction laws of each joint."""
+    from rich.console import Group
+
+    parts: list[RenderableType] = []
+    for joint, found in compared.items():
+        shown = law_table(found)
+        shown.title = f"{joint}: {shown.title}"
+        parts += [shown, plain(f"- {found.verdict}")]
+    return Group(*parts, plain(LEGEND))

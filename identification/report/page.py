@@ -46,8 +46,8 @@ class Drawing:
 @dataclass(frozen=True, eq=False)
 class Findings(Shown):
     """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
-    residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and
-    why."""
+    residuals of the fit run again (None: not run); design: of the next experiment; live: the frame of `report.live`
+    (empty: none); notes: what could not be shown, and why."""
 
     fit: FrictionFit
     logs: Sequence[RigLog]
@@ -56,6 +56,7 @@ class Findings(Shown):
     samples: Mapping[str, FrictionSamples] | None = None
     evaluation: Evaluation | None = None
     design: Design | None = None
+    live: str = ""
     notes: Sequence[str] = ()
 
     def to_dict(self) -> dict[str, Any]:
@@ -112,6 +113,7 @@ def page(findings: Findings) -> str:
         friction=_friction_drawing(findings),
         residuals=_residual_drawing(findings),
         families=families,
+        live=findings.live,
         meaning=MEANING,
         tables=_tables(findings),
         design=None if findings.design is None else tables.design_table(findings.design),

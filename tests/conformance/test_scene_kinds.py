@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fmu_models.base.shipped import files
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import compute
 from fmu_models.scene.kinds import KINDS
@@ -23,11 +24,21 @@ AXES = {
 }
 
 
-@pytest.mark.parametrize("name", KINDS.members())
+# of special points, of bodies at rest, of a map over one state: shipped scenes of their own, which are judged as such
+OWN = ("curves", "equilibria", "reduced_map")
+
+
+def test_kinds_that_need_scenes_of_their_own_have_them() -> None:
+    assert set(OWN) <= {read_scene(path).compute.kind for path in files("scenes")}
+
+
+@pytest.mark.parametrize("name", [name for name in KINDS.members() if name not in OWN])
 def test_a_kind_gives_numbers(name: str) -> None:
     scene = read_scene("discontinuous_support_periods")
     kind = KINDS.load(name)
     how: dict[str, Any] = {"period": 2.0 * np.pi / 0.8}
+    if kind.axes == PARAMETERS:
+        how = {"forcing": "omega"}
     if kind.sweeps:
         how = {"over": "omega", "values": (0.8, 0.81), "forcing": "omega", "angular": True}
     asked = Compute(kind=name, samples=51, axes=AXES[kind.axes], **how)

@@ -81,11 +81,11 @@ def test_a_report_holds_everything_and_replaces_nothing(stickslip, fit, tmp_path
 
 
 def test_logs_that_were_not_fitted_are_compared_and_said_so(stickslip, fit, family, tmp_path):
-    answer = stickslip("report", fit, family, "--no-uncertainty")
+    answer = stickslip("report", fit, family, "--no-uncertainty", "--interactive")
     assert answer.code == 0, answer.err
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "Not among the logs given, though fitted: paper-rubber-0.41" in page
-    assert "compared only" in page and page.count("<svg") == 2
+    assert "compared only" in page and page.count("<svg") == 2 and page.count("<iframe sandbox=") == 1
 
 
 def test_fitted_values_go_into_an_fmu_a_scene_and_an_ssp(stickslip, fit, tmp_path):

@@ -99,12 +99,9 @@ def test_the_manual_s_commands_run_there(installed):
 
     missing = installed("stickslip", "fit", "data/rigs/paper_rubber")
     assert missing.returncode == 2 and "stickslip data copy rigs/paper_rubber" in missing.stderr
-    assert (
-        installed(
-            "stickslip", "data", "copy", "rigs/paper_rubber", "machines/axis.csv", "machines/slider.csv"
-        ).returncode
-        == 0
-    )
+    arm = ("two_link_arm.py", "two_link_arm_1.csv", "two_link_arm_2.csv")
+    machines = [f"machines/{name}" for name in ("axis.csv", "slider.csv", *arm)]
+    assert installed("stickslip", "data", "copy", "rigs/paper_rubber", *machines).returncode == 0
     listed = commands()
     assert {"fit", "report", "apply", "simulate", "export", "scene", "couple", "map"} <= {one[0] for one in listed}
     for line in listed:

@@ -9,6 +9,7 @@ from pathlib import Path
 import hinge_flows
 import numpy as np
 import pytest
+from scipy.optimize import root
 
 from fmu_models import Iteration, StickslipError, Strobe, branch, branches, load, simulate
 from fmu_models.maps.logistic import MAP as LOGISTIC
@@ -182,6 +183,23 @@ def test_the_ball_to_four_impacts(ball):
     assert "chatter" in [kind for kind, _ in ball.ends]
 
 
+def symmetric_pair(speed):
+    """D of the symmetric motion that hits each wall twice, the second time at a speed: its impact equations."""
+    e = 0.6
+
+    def equations(unknown):
+        first, second, u, d = unknown  # times at one wall, velocity between them
+        towards = np.cos(second) - e * speed
+        return [
+            u - np.cos(second) - speed,
+            d / 2 + np.sin(first) + u * (second - first) - d / 2 - np.sin(second),
+            d / 2 + np.sin(second) + towards * (first + np.pi - second) + d / 2 + np.sin(first),
+            np.cos(first) - u + e * (towards + np.cos(first)),
+        ]
+
+    return root(equations, [1.77, 3.81, -0.78, 0.5], tol=1e-13).x[3]
+
+
 def test_the_impact_pair():
     system = Strobe(load("impact_pair"), forcing="omega", parameters={"D": 6.0})
     found = branch(system, "D", (0.4, 13.0), start={"x": -3.0, "v": -2.0}, settle=True, points=60)
@@ -193,8 +211,15 @@ def test_the_impact_pair():
     assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
-    # where the symmetric motion touches both walls at once, it ends; two motions leave that touch one of them
-    (both,) = [one for one in found.special if one.kind == "grazing, rigid" and not one.words[1]]
+    # both come to where the symmetric motion touches both walls at once: it is found from motions that touch one
+    assert [twin.ends[1][0] for twin in twins] == ["parent", "parent"]
+    # it goes on with an impact more at each; two motions leave that touch one of them
+    (both,) = [one for one in found.special if abs(one.value - 0.5008950514411158) < 1e-9]
+    beyond = next(node for node in found.nodes if len(node.word) == 4)
+    speed = min(event.value for event in beyond.seen.events)
+    assert speed < 0.01 and beyond.value == pytest.approx(symmetric_pair(speed), abs=1e-9)
+    assert both.value == pytest.approx(symmetric_pair(0.0), abs=1e-10)
+    assert all(twin.special[-1].value == pytest.approx(both.value, abs=1e-10) for twin in twins)
     one, other = both.switch(points=2)
     touched = [[wall for wall, *_ in leaving.words[0]] for leaving in (one, other)]
     assert sorted(map(sorted, touched)) == [["left", "left", "right"], ["left", "right", "right"]]

@@ -21,7 +21,9 @@ from identification.commands.application import app
 from identification.machines.base_parameters import base_parameters
 from identification.machines.machine_fit import MachineFit, identify_machine
 from identification.machines.motion import MachineLog
+from identification.machines.predicted import predict_efforts
 from identification.machines.regressor import regressor_of
+from identification.report.machine_fit_figure import machine_fit_figure
 
 DATA = Path(__file__).parents[2] / "data" / "machines"
 KNOWN = {"g": ARM["g"], "l1": ARM["l1"]}
@@ -147,6 +149,37 @@ def test_the_arm_is_found_again(fit: MachineFit):
         assert joint.free_run is not None and joint.free_run < 0.05
 
 
+def test_the_ends_of_a_log_are_predicted_as_well_as_its_middle(arm: Mechanism, fit: MachineFit):
+    """Filters without a past would show there."""
+    for piece in predict_efforts(arm, fit, [log(1), log(2)]):
+        off = np.abs(piece.measured - piece.modelled)
+        assert np.all(off[-20:].max(axis=0) < 1.2 * off[20:-20].max(axis=0))
+        assert np.all(off[:20].max(axis=0) < 1.2 * off[20:-20].max(axis=0))
+
+
+def test_the_figure_shows_efforts_and_residuals_of_each_joint(arm: Mechanism, fit: MachineFit):
+    whole, gap = log(1), (log(1).time < 4) | (log(1).time > 6)
+    parts = replace(whole, time=whole.time[gap], position=whole.position[gap], effort=whole.effort[gap])
+    seen, held_out = predict_efforts(arm, fit, [parts, log(2)]), predict_efforts(arm, fit, [log(3)])
+    figure = machine_fit_figure(fit, seen, held_out)
+    above, below = figure.axes[:2]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["effort (N m)", "residual (N m)"] * 2
+    assert figure.axes[3].get_xlabel() == "time, logs one after another (s)"
+    measured, model = above.lines
+    assert measured.get_linestyle() != model.get_linestyle()
+    time, effort = (np.asarray(one, float) for one in measured.get_data())
+    middle = np.searchsorted(time[:400], 2.0)
+    # the low-pass of 10 Hz leaves what the arm's torque is by hand, but for friction that turns
+    assert effort[middle] == pytest.approx(np.interp(seen[0].time[middle], whole.time, whole.effort[:, 0]), abs=0.1)
+    residual = np.asarray(below.lines[0].get_ydata(), float)
+    assert np.array_equal(residual, effort - np.asarray(model.get_ydata(), float), equal_nan=True)
+    # no line crosses gaps; a log with one keeps its time
+    assert np.count_nonzero(np.isnan(effort)) == 4
+    assert np.nanmax(np.diff(time[~np.isnan(effort)])[:400]) == pytest.approx(seen[1].time[0] - seen[0].time[-1])
+    (shade,) = above.patches
+    assert shade.get_label() == "held out"
+
+
 def test_noise_of_the_positions_biases_least_squares_and_not_the_instruments(arm: Mechanism):
     rng = np.random.default_rng(8)
     logs = [
@@ -187,7 +220,7 @@ def test_a_log_that_shows_nothing_is_refused(arm: Mechanism, name: str, said: st
 
 def test_gaps_and_logs_of_two_rates_are_taken(arm: Mechanism):
     whole, other = log(1), log(2)
-    gap = (whole.time < 4) | (whole.time > 5)
+    gap = (whole.time < 4) | (whole.time > 5) | (np.arange(len(whole.time)) == 1125)  # one row alone
     parts = replace(whole, time=whole.time[gap], position=whole.position[gap], effort=whole.effort[gap])
     slow = replace(other, time=other.time[::2], position=other.position[::2], effort=other.effort[::2])
     found = identify_machine(arm, [parts, slow], known=KNOWN, method="least squares")
@@ -252,7 +285,8 @@ def test_the_command_reads_logs_by_columns(tmp_path: Path, fit: MachineFit):
         (["two_link_arm_1.csv", "--column", "tau1"], "--column takes NAME=COLUMN"),
         (["two_link_arm_1.csv", "--method", "squares"], "no method 'squares'"),
         (["two_link_arm_1.csv", "--cutoff", "200"], "does not lie between 0 and half the sampling rate"),
-        (["two_link_arm_1.csv", "--figure", "a.png"], "are for recipes"),
+        (["two_link_arm_1.csv", "--figure", "a.doc"], "'a.doc' has no known format"),
+        (["two_link_arm_1.csv", "--repair", "clock"], "--repair is for recipes"),
     ],
 )
 def test_what_the_command_cannot_do_is_said(arguments: list[str], said: str):

@@ -14,16 +14,20 @@ from typer.testing import CliRunner
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from identification.commands.application import app
+from identification.fit.fit import fit_friction
+from identification.fit.posterior import target_of
 from identification.fit.result import FrictionFit
 from identification.inference.adjustment import Reading
-from identification.inference.posterior import QUANTILES, Marginal, Posterior, sample
+from identification.inference.posterior import QUANTILES, Marginal, Posterior, Target, sample
 from identification.inference.problem import Prior, Problem, Unknown, solve
+from identification.measurement.pooling import pool
 from identification.report.posterior_figure import posterior_figure
+from rig_io.bench.emulator import emulate, standard_set
 
 
 def posterior(problem: Problem, **how: object) -> np.ndarray:
     """Samples (n, m)."""
-    found = sample(problem, solve(problem), seed=3, **how)  # type: ignore[reportArgumentType]
+    found = sample(Target(problem, solve(problem), **how), seed=3)  # type: ignore[reportArgumentType]
     assert found.samples is not None and found.independent > 1000
     return found.samples
 
@@ -67,7 +71,7 @@ def test_a_side_that_the_data_leave_open_is_told_and_has_its_shape():
         cluster=np.arange(30),
         log=np.zeros(30, dtype=int),
     )
-    found = sample(problem, solve(problem), seed=1)
+    found = sample(Target(problem, solve(problem)), seed=1)
     (one,) = found.marginals
     assert (one.open_side, found.samples is not None) == ("above", True)
     grid = np.linspace(0.0, 5.0, 20001)
@@ -80,13 +84,13 @@ def test_a_side_that_the_data_leave_open_is_told_and_has_its_shape():
 def test_chains_that_have_not_converged_are_refused():
     problem = linear(*line(1))
     with pytest.raises(StickslipError, match=r"have not converged: 25 steps .* Allow more steps"):
-        sample(problem, solve(problem), steps=25)
+        sample(Target(problem, solve(problem)), steps=25)
 
 
 def test_unknowns_that_are_held_have_no_posterior():
     problem = linear(*line(1))
     with pytest.raises(StickslipError, match=r"held \(a\)"):
-        sample(problem, solve(problem, fixed={"a": 1.0}))
+        Target(problem, solve(problem, fixed={"a": 1.0}))
 
 
 def test_an_estimator_without_a_likelihood_is_refused_before_the_work():
@@ -125,3 +129,20 @@ def test_a_corner_plot_shows_every_pair_and_where_the_fit_is(tmp_path: Path):
     with pytest.raises(StickslipError, match="holds no samples"):
         posterior_figure(made_fit())
     save_figure(figure, tmp_path / "corner.png")
+
+
+def test_the_posterior_of_a_fit_is_as_wide_as_its_interval():
+    """Noise, constants and what the sensors leave open, by unknowns in one and to first order in the other; and ln p
+    falls by a half at a deviation."""
+    ready = pool([emulate(one, 5, n) for n, one in enumerate(standard_set(speeds=(0.83, 1.4), duration=4.0))])
+    fit = fit_friction(ready)
+    target = target_of(ready, fit)
+    names = [unknown.name for unknown in target.problem.unknowns]
+    assert {"J", "R", "r", "N", "k/J", "c/J", "gain", "delay"} <= set(names)
+    peak = target.log_probability(target.at)
+    for one in fit.parameters:
+        place = names.index(one.name)
+        deviation = float(np.sqrt(target.spread[place, place]))
+        assert deviation == pytest.approx(one.total_deviation, rel=0.1)
+        along = target.spread[place] / deviation  # the most probable others at a deviation of this one
+        assert target.log_probability(target.at + along) - peak == pytest.approx(-0.5, rel=0.15)

@@ -27,14 +27,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
-from fmu_models.analyses.continuation.boundary import Boundary, ahead
+from fmu_models.analyses.continuation.boundary import Boundary
 from fmu_models.analyses.continuation.branch import Branch, joined
 from fmu_models.analyses.continuation.curve import Curve
+from fmu_models.analyses.continuation.equilibrium_begin import begin_of
 from fmu_models.analyses.continuation.equilibrium_curve import still
-from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of, problem_at
-from fmu_models.analyses.continuation.follow import AHEAD, Ahead, Follower
+from fmu_models.analyses.continuation.equilibrium_follower import AtSurface, EquilibriumFollower
+from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of
 from fmu_models.analyses.continuation.leaving import beside_branch_point
-from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
+from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.normal_form import coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.analyses.continuation.special import branch_kind
@@ -42,15 +43,10 @@ from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.field import Field
-from fmu_models.simulation.run import check_names, check_value
 
 Complex = NDArray[np.complex128]
 
-# condition number beyond which an equilibrium does not stand alone
-ALONE = 1e12
 # what a picture may show beside a state
 EIGENVALUES = "eigenvalues"
 
@@ -131,7 +127,9 @@ class SpecialEquilibrium(Shown):
             found = cycles_from_boundary(self.boundary, self.frequency, self.between, points)
         elif self.kind in ("pitchfork", "branch point"):
             begins = beside_branch_point(self.node)
-            found = tuple(_made(_Follower(one, self.between, points).follow(), None, self.between) for one in begins)
+            found = tuple(
+                _made(EquilibriumFollower(one, self.between, points).follow(), None, self.between) for one in begins
+            )
         if not found:
             raise StickslipError(
                 f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: cycles "
@@ -284,99 +282,18 @@ def equilibria(
     low, high = sorted(float(one) for one in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
-    begin = _begin(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
+    begin = begin_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
     _check_of(begin.problem.name, of or begin.problem.states[0], begin.problem.states)
 
     def tell(node: Node) -> None:
         progress((node.value - low) / (high - low))
 
-    forward = _Follower(begin, (low, high), points, tell).follow()
+    forward = EquilibriumFollower(begin, (low, high), points, tell).follow()
     backward = None
     if forward.end[0] not in ("closed", "interrupted"):
-        backward = _Follower(begin.turned(), (low, high), points, tell).follow()
+        backward = EquilibriumFollower(begin.turned(), (low, high), points, tell).follow()
     found = _made(forward, backward, (low, high), time.process_time() - clock)
     return replace(found, of=of or found.of)
-
-
-def _begin(
-    fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
-) -> Node:
-    """The equilibrium near the start."""
-    name = fmu.description.modelName
-    if not fmu.ours:
-        raise StickslipError(
-            f"'{name}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
-        )
-    check_names(fmu, "parameter or input", constants, [*fmu.parameters, *fmu.inputs])
-    check_names(fmu, "state", start, fmu.states)
-    for one, value in {**constants, **start}.items():
-        check_value(fmu, one, value)
-    point = np.array([float(start.get(one, fmu.variables[one].start or 0.0)) for one in fmu.states])
-    problem = problem_at(Field(fmu, constants), over, constants, point, between)
-    value = problem.present(over)
-    if not between[0] <= value <= between[1]:
-        raise StickslipError(
-            f"The start has {over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it to a "
-            "value in that range."
-        )
-    z = np.append(point, value)
-    scales = problem.scales(z, between)
-    try:
-        node = solved(problem, scales, z / scales, parameter(value), reach=np.inf, halvings=20)
-    except Lost:
-        raise StickslipError(_why(problem, z)) from None
-    if any(state == STICK for _, state, _ in node.word) and np.linalg.cond(scaled(node)[:, :-1]) > ALONE:
-        raise StickslipError(_why(problem, node.z))
-    return node
-
-
-def _why(problem: EquilibriumProblem, z: Vector) -> str:
-    """What there is instead of an equilibrium that stands alone."""
-    seen, n = look(problem, z), len(problem.states)
-    if seen is not None and np.abs(seen.residual / problem.scales(z, (0.0, 1.0))[:n]).max() < 1e-9:
-        held = [name for name, state, _ in seen.word if state == STICK]
-        stuck = f": {', '.join(held)} sticks, and the equilibria around are as good" if held else ""
-        return (
-            f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
-            "needs one that does: start where it slips, or free it."
-        )
-    missed = (
-        "" if seen is None else f" (rates there: {', '.join(f'{one:.3g}' for one in seen.residual / problem.share)})"
-    )
-    name = problem.name
-    return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."
-
-
-@dataclass(frozen=True, eq=False)
-class _AtSurface(Found):
-    """Where the branch meets a switching surface."""
-
-    boundary: Boundary | None = None
-
-
-class _Follower(Follower):
-    """Follows equilibria: where the word changes there is a switching surface."""
-
-    def _change(self, node: Node, step: float, reasons: dict[str, str]) -> Ahead | None:
-        found = ahead(node, step, AHEAD)
-        if found is None or not self.between[0] <= found.z[-1] <= self.between[1]:
-            return None
-        return Ahead("surface", found)
-
-    def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
-        boundary: Boundary = ahead.touch
-        if boundary.before is not node:
-            self._add(boundary.before)
-        self.way.found.append((len(self.way.nodes), _AtSurface("surface", boundary.before, boundary=boundary)))
-        if boundary.after is None:
-            self.way.end = (
-                "surface",
-                f"the equilibrium comes to the switching surface of '{boundary.contact}' at {node.problem.over} = "
-                f"{boundary.z[-1]:.9g}, and there is none beyond that stands alone",
-            )
-            return None
-        self._add(boundary.after)
-        return boundary.after, float(np.linalg.norm(boundary.after.u - boundary.u))
 
 
 def _made(forward: Way, backward: Way | None, between: tuple[float, float], seconds: float = 0.0) -> EquilibriumBranch:
@@ -405,7 +322,7 @@ def _special(found: Found, between: tuple[float, float], turned: bool) -> Specia
     """What was found, told; turned round, where it was met from the other end of the branch."""
     node, problem = found.node, found.node.problem
     assert isinstance(problem, EquilibriumProblem)
-    if not isinstance(found, _AtSurface) or found.boundary is None:
+    if not isinstance(found, AtSurface) or found.boundary is None:
         kind = {"Neimark-Sacker": "Hopf", "branch point": ""}.get(found.kind, found.kind) or branch_kind(node)
         state = dict(zip(problem.states, node.z.tolist(), strict=False))
         common: dict[str, Any] = {"node": node, "between": between}

@@ -35,9 +35,12 @@ from fmu_models.analyses.continuation.discontinuous import (
 )
 from fmu_models.analyses.continuation.node import Lost, Node, look, tangent_of
 from fmu_models.analyses.continuation.problem import TIE, Passing, Seen, Vector
+from fmu_models.analyses.continuation.same_motion import images
 
 # misses are at once that are all so small, in their change by a unit of u
 TOGETHER = 1e-6
+# speeds of the impacts that a motion with all of them begins with
+SPEEDS = (1e-3, 3e-3, 1e-2)
 # letters of a word: which of the misses of a period become events
 Letters = tuple[tuple[int, ...], ...]
 
@@ -106,7 +109,81 @@ def _words(misses: int, times: int) -> list[Letters]:
 def with_all(touch: Touch) -> Node | None:
     """The motion of the same period that has all of the events; None if none is found."""
     misses = at_once(touch)
-    return _with_events(touch, misses, (tuple(range(len(misses))),), _Jumps(touch, misses))
+    found = _with_events(touch, misses, (tuple(range(len(misses))),), _Jumps(touch, misses))
+    return found or _superposed(touch, misses)
+
+
+def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
+    """The motion with all of several impacts, from those with one each; None if none is found.
+
+    An impact of speed v moves what comes after by v, and a miss that comes after becomes an impact of a speed like the
+    root of v, unless the start makes up for it. To first order in the speeds v the motions add up, and along the branch
+    by t:
+
+        u = u0 + sum_i a_i v_i + t tangent        h_j = sum over i other than j of c_ji v_i + t dh_j = 0
+
+    with a_i and c_ji, what the miss j becomes, of the motion that has the impact i alone.
+    """
+    node, problem, scales = touch.node, touch.node.problem, touch.node.scales
+    many = len(misses)
+    ways, rates = np.empty((many, len(touch.u))), np.zeros((many, many + 1))
+    for i, miss in enumerate(misses):
+        placed = _placed(touch, miss)
+        alone = None if placed is None else _alone(placed)
+        if alone is None:
+            return None
+        z = min(images(alone, problem), key=lambda one: float(np.abs(one / scales - touch.u).max()))
+        seen = look(problem, z)
+        event = None if seen is None else new_event(seen, node.seen, miss)
+        if seen is None or event is None:
+            return None
+        ways[i] = (z / scales - touch.u) / event.value
+        rates[i, many] = node.along(miss.gradient)
+        for j in set(range(many)) - {i}:
+            left = nearest(seen.misses, misses[j], misses[j].time, seen.length)
+            if left is None:
+                return None
+            rates[j, i] = left.value / event.value
+    shares = np.linalg.svd(rates)[2][-1]
+    shares *= np.sign(shares[0]) / np.abs(shares[:many]).max()
+    if shares[:many].min() <= 0.0:
+        return None
+    for speed in SPEEDS:
+        v = shares * speed
+        made = _of_speeds(touch, misses, touch.u + v[:many] @ ways + v[many] * node.tangent, v[:many])
+        found = None if made is None else with_speed(problem, scales, *made, touch)
+        if found is not None and _begun(found, misses) - _begun(node, misses) == _begun_of(misses):
+            return found
+    return None
+
+
+def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vector) -> tuple[Vector, Passing] | None:
+    """A start near u whose run has all events at their speeds, and the first of them; by Newton's method for the
+    squares of the speeds, which are smooth where an event begins."""
+    problem, scales, n = touch.node.problem, touch.node.scales, len(touch.node.problem.states)
+    rows = np.array([one.gradient[:n] * scales[:n] for one in misses])
+
+    def of(u: Vector) -> list[Passing] | None:
+        seen = look(problem, u * scales)
+        events = [new_event(seen, touch.node.seen, one) for one in misses] if seen is not None else [None]
+        return None if None in events else [one for one in events if one is not None]
+
+    down = np.zeros_like(u)
+    down[:n] = np.linalg.lstsq(rows, speeds**2, rcond=None)[0]
+    begins = ((u - depth * down, of(u - depth * down)) for depth in (0.5, 1.0, 2.0, 4.0))
+    u, events = next(((one, seen) for one, seen in begins if seen is not None), (u, None))
+    for _ in range(20):
+        if events is None:
+            return None
+        off = np.array([one.value for one in events]) ** 2 - speeds**2
+        if np.abs(off).max() <= 1e-6 * speeds.min() ** 2:
+            return u, events[0]
+        slopes = np.array([2.0 * one.value * one.gradient[:n] * scales[:n] for one in events])
+        step = np.zeros_like(u)
+        step[:n] = np.linalg.lstsq(slopes, off, rcond=None)[0]
+        ways = ((u - step / 2**k, of(u - step / 2**k)) for k in range(12))
+        u, events = next(((one, seen) for one, seen in ways if seen is not None), (u, None))
+    return None
 
 
 def is_part(touch: Touch, node: Node) -> bool:
@@ -209,6 +286,10 @@ def _copy(miss: Passing, long: Touch, later: float) -> Passing:
     if found is None:
         raise Lost("the motion cannot be followed for so long")
     return found
+
+
+def _begun_of(misses: Sequence[Passing]) -> Counter[tuple[str, int]]:
+    return Counter((one.contact, one.before) for one in misses)
 
 
 def _begun(node: Node, like: Sequence[Passing]) -> Counter[tuple[str, int]]:

@@ -162,6 +162,14 @@ export class Page extends Pictures {
       const text = linked();
       if (text && text !== this.json()) this.restore(text), this.refresh(), this.simulate();
     });
+    // a page around this one sets the state by its JSON
+    addEventListener("message", ({ source, data }) => {
+      if (source === window || source !== parent || typeof data !== "string") return;
+      this.note("");
+      this.restore(data);
+      this.refresh();
+      this.simulate();
+    });
     this.rangeOf();
   }
 

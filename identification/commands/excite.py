@@ -1,0 +1,77 @@
+"""Command that designs a motion which shows the parameters of a declared machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import refuse_existing, write_whole
+
+
+def excite(
+    machine: Annotated[
+        str, typer.Argument(metavar="MACHINE", help="Its declaration, my_robot.py.", show_default=False)
+    ],
+    limits: Annotated[
+        list[str] | None,
+        typer.Option("--limit", metavar="NAME=LOW:HIGH", help="Of a coordinate (all), velocity or effort; repeat."),
+    ] = None,
+    settings: Settings = None,
+    period: Annotated[float, typer.Option(help="Of the motion, s.")] = 10.0,
+    harmonics: Annotated[int, typer.Option(help="Of the period.", min=1)] = 5,
+    rate: Annotated[float, typer.Option(help="Of the samples, Hz.")] = 250.0,
+    seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the motion as CSV.")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Design a periodic motion that shows the parameters of a machine best, within limits.
+
+    Example: stickslip excite my_robot.py --limit q1=-1:1 --limit q2=-2:2 --limit w1=-3:3 -o motion.csv
+    """
+    from identification.machines.excite import excite as designed
+    from identification.machines.read import declared_machine
+
+    refuse_existing(output, overwrite=overwrite)
+    asked = dict(_limit(text) for text in limits or ())
+    known = console.assignments(settings, "constant")
+    with console.progress("searching") as advance:
+        found = designed(
+            declared_machine(machine),
+            asked,
+            known=known,
+            period=period,
+            harmonics=harmonics,
+            rate=rate,
+            seed=seed,
+            progress=advance,
+        )
+    if output:
+        with write_whole(output, overwrite=overwrite) as temporary:
+            found.frame.to_csv(temporary, index=False)
+    files = [str(output)] if output else []
+
+    def show(out: Any) -> None:
+        out.print(found)
+        out.print(
+            f"Deviations foretold for {100 * found.noise:g} % noise of the efforts, sampled at {rate:g} Hz; ln det of "
+            f"the information {found.gain:+.2f} over the best of random motions."
+        )
+        for path in files:
+            out.print(f"written: {path}")
+
+    console.say(json, {**found.to_dict(), "files": files}, show)
+
+
+def _limit(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, span = text.partition("=")
+    low, _, high = span.partition(":")
+    try:
+        return name, (float(low), float(high))
+    except ValueError as error:
+        raise StickslipError(f"--limit takes NAME=LOW:HIGH, such as q1=-1:1; found '{text}'.") from error

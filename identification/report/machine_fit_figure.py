@@ -1,0 +1,98 @@
+"""Figure of the fit of a machine of several joints: each joint's effort in time, measured and modelled.
+
+matplotlib is imported only here, inside the functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.report.machine_figures import BLUE, RED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from identification.machines.machine_fit import MachineFit
+    from identification.machines.predicted import Predicted
+
+ONE_COLUMN = 3  # joints; more stand in two
+APART = 0.03  # of the whole time, between logs
+NAMED = 4  # logs whose names find room side by side
+
+
+def machine_fit_figure(fit: MachineFit, seen: Sequence[Predicted], held_out: Sequence[Predicted] = ()) -> Figure:
+    """For each joint its effort with the model, the residual below; logs one after another, held-out ones shaded."""
+    from matplotlib.figure import Figure
+
+    count = len(fit.joints)
+    columns = 1 if count <= ONE_COLUMN else 2
+    rows = -(-count // columns)
+    figure = Figure(figsize=(11.0 if columns == 1 else 15.0, 1.0 + 3.0 * rows), layout="constrained")
+    grid = figure.add_gridspec(2 * rows, columns, height_ratios=(2.2, 1) * rows)
+    pieces = [*seen, *held_out]
+    begins, ends = _places(pieces)
+    time = _joined([piece.time - piece.time[0] + begin for piece, begin in zip(pieces, begins, strict=True)])
+    above = None
+    for place, score in enumerate(fit.joints):
+        row, column = 2 * (place % rows), place // rows
+        above = figure.add_subplot(grid[row, column], sharex=above)
+        below = figure.add_subplot(grid[row + 1, column], sharex=above)
+        measured = _joined([piece.measured[:, place] for piece in pieces])
+        modelled = _joined([piece.modelled[:, place] for piece in pieces])
+        above.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
+        above.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
+        below.plot(time, measured - modelled, color=RED, linewidth=0.8)
+        below.axhline(0.0, color="black", linewidth=0.8)
+        above.set_ylabel(f"effort ({score.unit})")
+        below.set_ylabel(f"residual ({score.unit})")
+        off = f", held out {100 * score.held_out:.1f} %" if score.held_out is not None else ""
+        above.set_title(f"{score.joint}: error {100 * score.seen:.1f} % of the effort{off}", fontsize="medium")
+        above.tick_params(labelbottom=False)
+        if place % rows == rows - 1 or place == count - 1:
+            below.set_xlabel("time, logs one after another (s)" if len(pieces) > 1 else "time (s)")
+        for axes in (above, below):
+            _mark(axes, begins[len(seen) :], ends[len(seen) :])
+    if above is not None:
+        figure.legend(
+            *above.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize="small", frameon=False
+        )
+    figure.suptitle(_title(fit, pieces))
+    return figure
+
+
+def _places(pieces: Sequence[Predicted]) -> tuple[list[float], list[float]]:
+    """Where pieces begin and end, one after another, s: pieces of a log as far apart as they are in it."""
+    lengths = [float(piece.time[-1] - piece.time[0]) for piece in pieces]
+    begins: list[float] = []
+    for place, piece in enumerate(pieces):
+        before = pieces[place - 1] if place else None
+        if before is None:
+            begins.append(0.0)
+        elif before.log == piece.log and piece.time[0] > before.time[-1]:
+            begins.append(begins[-1] + float(piece.time[0] - before.time[0]))
+        else:
+            begins.append(begins[-1] + lengths[place - 1] + APART * sum(lengths))
+    return begins, [begin + length for begin, length in zip(begins, lengths, strict=True)]
+
+
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """One after another (n,), with a gap that no line crosses."""
+    return np.concatenate([np.append(part, np.nan) for part in parts])
+
+
+def _mark(axes: Axes, begins: Sequence[float], ends: Sequence[float]) -> None:
+    """Shade what was held out."""
+    for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        axes.axvspan(begin, end, color="0.9", linewidth=0, zorder=0, label="" if number else "held out")
+    axes.grid(alpha=0.25)
+
+
+def _title(fit: MachineFit, pieces: Sequence[Predicted]) -> str:
+    names = [name for name, _ in groupby(piece.log for piece in pieces)]
+    logs = ", ".join(names) if len(names) <= NAMED else f"{len(names)} logs"
+    return f"{fit.title}, by {fit.method}: {logs}"

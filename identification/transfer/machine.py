@@ -1,0 +1,104 @@
+"""A machine with what logs said of it: its declaration in base parameters, at their values.
+
+    T = sum_k theta_k dT/dtheta_k,  U, D and applied forces likewise;    theta_k base parameters, the others 0
+
+What other monomials add to the efforts is in the base parameters that took them up, so the motion is the fit's.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import sympy
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.language.contacts import Friction
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Parameter
+from identification.machines.linear_parts import Monomial, linear_parts, monomial_name, monomial_unit
+from identification.machines.machine_fit import MachineFit
+from identification.machines.regressor import SIGN, SLIP, effort_inputs, substituted
+
+
+def machine_with(mechanism: Mechanism, fit: MachineFit) -> Mechanism:
+    """The mechanism of a fit with parameters "J1", "m2_r2", ... that are its base parameters at their values, and with
+    what was known; for ``load``, ``simulate``, ``export``. Outputs and requirements, which speak of single parameters,
+    are left out, and contacts without friction.
+
+    Raises:
+        StickslipError: the fit is of another machine or has friction that drives; or a law holds products of what was
+            to be found.
+    """
+    found = _Found(mechanism, fit)
+    efforts = zip(mechanism.coordinates, effort_inputs(mechanism), strict=True)
+    return Mechanism(
+        name=f"{mechanism.name}_found",
+        title=f"{mechanism.title}, as logs show it",
+        source=f"{mechanism.source}; values by {fit.method}",
+        coordinates=mechanism.coordinates,
+        kinetic_energy=found.kept(mechanism.kinetic_energy),
+        potential_energy=found.kept(mechanism.potential_energy),
+        dissipation=found.kept(mechanism.dissipation),
+        applied={q: effort + found.kept(mechanism.applied[q] - effort) for q, effort in efforts},
+        contacts=[kept for one in mechanism.frictions if (kept := found.contact(one)) is not None],
+    )
+
+
+class _Found:
+    """Expressions of a declaration in base parameters."""
+
+    def __init__(self, mechanism: Mechanism, fit: MachineFit) -> None:
+        self.name = mechanism.name
+        self.values = {one.name: one for one in fit.parameters}
+        self.unknown = {p for p in mechanism.parameters if p.name not in fit.known}
+        self.given: dict[Parameter, sympy.Expr] = {
+            p: Parameter(p.name, fit.known[p.name], p.unit, p.description)
+            for p in mechanism.parameters
+            if p.name in fit.known
+        }
+        laws = [sympy.sympify(one.law.force(SLIP, SIGN)) for one in mechanism.frictions]
+        energies = (mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation)
+        parts = [linear_parts(one, self.unknown) for one in (*energies, *mechanism.applied.values(), *laws)]
+        monomials = {monomial_name(monomial): monomial for part in parts for monomial in part}
+        if fit.machine != mechanism.name or not monomials.keys() >= self.values.keys():
+            raise StickslipError(f"The fit is of '{fit.machine}', and not of {mechanism.name} as it is declared now.")
+        # in the order of the fit
+        self.parameters = {monomials[name]: self._parameter(monomials[name]) for name in self.values}
+
+    def kept(self, expression: sympy.Expr) -> sympy.Expr:
+        """An energy or a force."""
+        parts = linear_parts(expression, self.unknown).items()
+        kept = [self.parameters[monomial] * motion for monomial, motion in parts if monomial in self.parameters]
+        return substituted(sympy.Add(*kept), self.given)
+
+    def _parameter(self, monomial: Monomial) -> Parameter:
+        """A base parameter; friction that the declaration bounds stays bounded."""
+        one = self.values[monomial_name(monomial)]
+        minimum = monomial[0][0].minimum if one.frictional and len(monomial) == 1 else None
+        if minimum is not None and one.value < minimum:
+            raise StickslipError(
+                f"{one.combination} = {one.value:.4g} {one.unit} is friction that drives: no machine moves so. "
+                f"Identify it with {monomial[0][0].name} = 0 as known."
+            )
+        name = re.sub(r"\W", "_", one.name, flags=re.ASCII)
+        return Parameter(name, one.value, monomial_unit(monomial), one.combination, minimum=minimum)
+
+    def contact(self, contact: Friction) -> Friction | None:
+        """A contact; None where the fit has no friction for it."""
+        parts = linear_parts(sympy.sympify(contact.law.force(SLIP, SIGN)), self.unknown)
+        if not parts.keys() & self.parameters.keys():
+            return None
+        at: dict[sympy.Basic, sympy.Basic] = {**self.given, **dict.fromkeys(self.unknown, sympy.S.Zero)}
+        for monomial in parts:
+            if len(monomial) != 1 or monomial[0][1] != 1:
+                raise StickslipError(
+                    f"The law of contact '{contact.name}' of {self.name} holds {monomial_name(monomial)}, which cannot "
+                    "be parted again. Identify the machine with all but one of them as known."
+                )
+            if monomial in self.parameters:
+                at[monomial[0][0]] = self.parameters[monomial]
+        fields = {one.name: getattr(contact.law, one.name) for one in dataclasses.fields(contact.law) if one.init}  # type: ignore[arg-type]
+        changed = {name: value.xreplace(at) for name, value in fields.items() if isinstance(value, sympy.Basic)}
+        law = dataclasses.replace(contact.law, **changed)  # type: ignore[type-var]
+        return dataclasses.replace(contact, slip=substituted(contact.slip, self.given), law=law)

@@ -16,9 +16,9 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from sphinx.application import Sphinx
+from sphinx.application import Sphinx  # noqa: E402  (after the path of this folder)
 
-from fmu_models import __version__
+from fmu_models import __version__  # noqa: E402
 
 project = "stickslip"
 author = "the stickslip authors"
@@ -65,9 +65,9 @@ napoleon_use_rtype = False
 
 def _make_pages(*_: object) -> None:
     """Write the pages that are made from the code; those that are as they were stay untouched."""
-    from made import api, c_abi, cli
+    from made import api, c_abi, cli, formats
 
-    for pages in (api.pages, cli.pages, c_abi.pages):
+    for pages in (api.pages, cli.pages, formats.pages, c_abi.pages):
         for name, text in pages():
             path = HERE / name
             path.parent.mkdir(parents=True, exist_ok=True)

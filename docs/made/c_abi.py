@@ -13,10 +13,11 @@ EXPORTED = re.compile(r"^WHOLE_RUN_EXPORT .*?\b(stickslip_\w+)\(.*?\);", re.MULT
 INTRODUCTION = """\
 # Functions in C
 
-The library that is built of a model, as an FMU or for the runs of this suite, has the functions of FMI 2.0 and 3.0; their
-headers are those of the standard. Built for the suite, it has those below too: a whole run, a run with derivatives, or many
-runs in one call. Values go by the value references of the FMU's `modelDescription.xml`. No function keeps anything
-between instances: several may run at once, each in one thread. `fmu_models/simulation/whole_run.py` calls them from Python.
+The library that is built of a model, as an FMU or for the runs of this suite, has the functions of FMI 2.0 and 3.0;
+their headers are those of the standard. Built for the suite, it has those below too: a whole run, a run with
+derivatives, or many runs in one call. Values go by the value references of the FMU's `modelDescription.xml`. No
+function keeps anything between instances: several may run at once, each in one thread. The module
+`fmu_models.simulation.whole_run` calls them from Python.
 """
 
 

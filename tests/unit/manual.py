@@ -1,4 +1,4 @@
-"""What the manual says can be run: commands and Python of the README and of the pages. Cells run when pages are built."""
+"""What the manual says can be run: commands and Python of the README and of the pages (cells run as these are built)."""
 
 from __future__ import annotations
 

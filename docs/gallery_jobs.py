@@ -37,6 +37,7 @@ class SceneResult:
         values: of what was found, by name, for each value of what is varied.
         comparisons: with what is known of it.
         state: of the live page, that shows its motion: values by name, and the end of the run in s.
+        notes: what of the scene the live page leaves out.
     """
 
     scene: Scene
@@ -44,6 +45,7 @@ class SceneResult:
     values: tuple[tuple[float | None, dict[str, float]], ...]
     comparisons: tuple[Comparison, ...]
     state: tuple[dict[str, float], float | None]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,9 @@ class SceneJob:
         scene: Scene = made["scene"]
         subject = subject_of(str(self.path))
         values = tuple((row.at, dict(row.values)) for row in made["rows"])
-        return SceneResult(scene, code, values, made["comparisons"], (dict(subject.values), subject.until))
+        return SceneResult(
+            scene, code, values, made["comparisons"], (dict(subject.values), subject.until), subject.notes
+        )
 
 
 @dataclass(frozen=True)

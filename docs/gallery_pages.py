@@ -33,6 +33,8 @@ from fmu_models.scene.compute import Comparison
 from fmu_models.scene.read import files
 from fmu_models.scene.scene import Scene
 
+PICTURES, LIVE = "pictures", "live"  # folders beside the pages
+
 
 @dataclass(frozen=True)
 class Paper:
@@ -62,14 +64,20 @@ PAPERS = (
     ),
     Paper(
         "Bifurcations in non-smooth systems (Leine and van Campen, 2006)",
-        ("planar_hopf", "planar_multiple_crossing", "planar_multiple_crossing_smooth", "forced_stick_slip", "woodpecker"),
+        (
+            "planar_hopf",
+            "planar_multiple_crossing",
+            "planar_multiple_crossing_smooth",
+            "forced_stick_slip",
+            "woodpecker",
+        ),
         "Figures 7, 11 and 14 are drawings.",
     ),
     Paper(
         "Vibro-impact dynamics (Luo and Guo)",
         ("bouncing_ball", "impact_pair", "impact_damper", "fermi_accelerator", "two_domain_oscillator"),
-        "The figures of its first chapters are drawings of maps and domains. The systems of the later ones stand here by "
-        "what has been published of them.",
+        "The figures of its first chapters are drawings of maps and domains. The systems of the later ones are here by "
+        "what is published of them.",
     ),
 )
 
@@ -77,6 +85,7 @@ PAPERS = (
 def setup(app: Sphinx) -> dict[str, Any]:
     """Make the pages before Sphinx looks for pages."""
     app.connect("builder-inited", _make_all)
+    app.add_css_file("gallery.css")
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -90,7 +99,7 @@ def _make_all(app: Sphinx) -> None:
         )
 
     try:
-        make(files(), MODELS.members(), pages, Path(app.outdir) / "gallery" / "live", told)
+        make(files(), MODELS.members(), pages, Path(app.outdir) / "gallery" / LIVE, told)
     except StickslipError as error:
         raise ExtensionError(str(error)) from error
 
@@ -110,7 +119,7 @@ def make(
     Raises:
         StickslipError: what fails, and every known value that is not met.
     """
-    pictures = pages / "pictures"
+    pictures = pages / PICTURES
     for folder in (pages / "scenes", pages / "oscillators", pictures, live):
         folder.mkdir(parents=True, exist_ok=True)
     lives = {path.stem: _live_of(read_scene(path), live) for path in scenes}
@@ -123,7 +132,9 @@ def make(
     outcomes = dict(told(in_processes(done, [(job,) for job in jobs], processes=_cores(), threads=1), jobs))
     results = [outcomes[i] for i in range(len(jobs))]
     faults = [f"{job}: {one}" for job, one in zip(jobs, results, strict=True) if isinstance(one, Exception)]
-    faults += [f"scene {one.scene.name}: {fault}" for one in results if isinstance(one, SceneResult) for fault in missed(one)]
+    faults += [
+        f"scene {one.scene.name}: {fault}" for one in results if isinstance(one, SceneResult) for fault in missed(one)
+    ]
     if faults:
         raise StickslipError("The gallery does not hold:\n" + "\n".join(faults))
     found = dict(zip(jobs, results, strict=True))
@@ -156,7 +167,9 @@ def missed(one: SceneResult) -> list[str]:
     for c in one.comparisons:
         if not c.passed:
             at = "" if c.at is None else f" at {c.at:g}"
-            found.append(f"{c.name}{at} is {c.found:.13g}, known is {c.known:.13g}, allowed an error of {c.tolerance:g}")
+            found.append(
+                f"{c.name}{at} is {c.found:.13g}, known is {c.known:.13g}, allowed an error of {c.tolerance:g}"
+            )
     return found
 
 
@@ -169,6 +182,7 @@ def scene_page(one: SceneResult, live: LiveResult) -> str:
         scene=one.scene,
         seen=_head(toml),
         frame=frame(live, *one.state),
+        notes="".join(f" In it {note}." for note in one.notes),
         comparisons=comparison_table(one.comparisons, over) if one.comparisons else "",
         values=table(("value", over or "", "found"), values),
         code=one.code,
@@ -207,7 +221,9 @@ def index_page(scenes: Sequence[SceneResult], models: Sequence[ModelResult]) -> 
         }
         for paper in PAPERS
     ]
-    of_models = ((f"oscillators/{name}", m.title, "") for p in PAPERS for name in p.models for m in models if m.name == name)
+    of_models = (
+        (f"oscillators/{name}", m.title, "") for p in PAPERS for name in p.models for m in models if m.name == name
+    )
     return template("index.md.j2").render(
         papers=papers, oscillators=thumbnails(of_models), known=sum(len(s.comparisons) for s in scenes)
     )
@@ -225,19 +241,17 @@ def _number(source: str) -> int:
 
 
 def thumbnails(entries: Iterable[tuple[str, str, str]]) -> str:
-    """Pictures that lead to their pages: address of the page, title, what the source calls it."""
+    """Pictures that lead to their pages: page, title, what its source calls it."""
     shown = [
-        f'<a class="thumbnail" href="{page}.html"><img src="{{}}" alt="" loading="lazy">{html.escape(title)}'
-        f"<small>{html.escape(figure)}</small></a>"
-        for page, title, figure in entries
+        f"[![]({PICTURES}/{Path(page).name}.png) {title} *{called}*]({page}.md)" for page, title, called in entries
     ]
-    return "\n".join(shown)
+    return "\n\n".join(["::::{container} thumbnails", *(one.replace(" **]", "]") for one in shown), "::::"])
 
 
 def frame(live: LiveResult, values: dict[str, float], until: float | None) -> str:
     """A live page in a frame, told the values of a scene by its address."""
     state = {"model": live.model, "version": live.version, "set": values, "until": until}
-    address = f"../live/{live.path.name}" + (f"#{quote(json.dumps(state))}" if values else "")
+    address = f"../{LIVE}/{live.path.name}" + (f"#{quote(json.dumps(state))}" if values else "")
     return (
         "```{raw} html\n"
         f'<iframe class="live" src="{address}" title="{html.escape(live.model)}, live" loading="lazy" '

@@ -12,8 +12,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def pages() -> list[Path]:
-    """The README first, then the pages by name."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    """The README first, then the pages by name, without those of the gallery that a build has left: they are made."""
+    written = (page for page in (ROOT / "docs").rglob("*.md") if page.parts[len(ROOT.parts) + 1] != "gallery")
+    return [ROOT / "README.md", *sorted(written)]
 
 
 def _fenced(text: str) -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""What the manual says can be run: commands and Python of the README and of the pages (cells run as these are built)."""
+"""What the manual says can be run: commands and Python of the README and the pages (cells run as these are built)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def pages() -> list[Path]:
-    """The README first, then the pages by name."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    """The README first, then the pages by name, without those of the gallery that a build has left: they are made."""
+    written = (page for page in (ROOT / "docs").rglob("*.md") if page.parts[len(ROOT.parts) + 1] != "gallery")
+    return [ROOT / "README.md", *sorted(written)]
 
 
 def _fenced(text: str) -> Iterator[tuple[str, str]]:

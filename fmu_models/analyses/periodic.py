@@ -131,7 +131,7 @@ def _motions(
         points,
         map(Stability, eigenvalues),
         made.times.reshape(m, period)[sound].sum(axis=1).tolist(),
-        map(tuple, made.began.reshape(m, period, -1)[sound].sum(axis=1).tolist()),
+        map(tuple, made.began.reshape(m, period, made.began.shape[1])[sound].sum(axis=1).tolist()),
         np.abs(miss).max(axis=(1, 2)).tolist(),
         strict=True,
     )

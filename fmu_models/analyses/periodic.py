@@ -162,7 +162,7 @@ def _through(system: SectionSystem, cycles: Vector, made: Step, sound: NDArray[n
         # a number of a point that the others determine has an eigenvalue 0 of its own
         eigenvalues_of(monodromy)[:, : system.dimension],
         made.times.reshape(m, period)[sound].sum(axis=1),
-        made.began.reshape(m, period, -1)[sound].sum(axis=1),
+        made.began.reshape(m, period, made.began.shape[1])[sound].sum(axis=1),
         np.abs(miss).max(axis=(1, 2)),
     )
 

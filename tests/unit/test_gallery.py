@@ -11,13 +11,18 @@ from urllib.parse import unquote
 import pytest
 from gallery_pages import PAPERS, figure_of, make, table
 
-from fmu_models import StickslipError
+from fmu_models import StickslipError, read_scene
 from fmu_models.oscillators import MODELS
-from fmu_models.scene.read import find
+from fmu_models.scene.read import files, find
 
 
 def test_every_oscillator_is_of_one_paper():
     assert Counter(name for paper in PAPERS for name in paper.models) == Counter(MODELS.members())
+
+
+def test_every_oscillator_has_a_scene_with_known_values():
+    scenes = [read_scene(path) for path in files()]
+    assert {scene.model for scene in scenes if scene.references} == set(MODELS.members())
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.continuation.branch import Branches
+from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.overlay import Motion, branches_through
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.fmu_sections import Strobe

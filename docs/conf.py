@@ -8,6 +8,7 @@ fails. Pages that are made from the code (`made.py`) are written where git does 
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -15,7 +16,9 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from fmu_models import __version__  # noqa: E402  (after the path of this folder)
+from sphinx.application import Sphinx  # noqa: E402  (after the path of this folder)
+
+from fmu_models import __version__  # noqa: E402
 
 project = "stickslip"
 author = "the stickslip authors"
@@ -24,7 +27,7 @@ version = release = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "gallery_pages"]
 html_math_renderer = "mathml"
-exclude_patterns = ["kernel"]
+exclude_patterns = ["kernel", "made"]
 root_doc = "index"
 
 html_theme = "furo"
@@ -49,3 +52,40 @@ _startup.mkdir(parents=True)
 os.environ |= {"IPYTHONDIR": _home.name, "COLUMNS": "110", "PYDEVD_DISABLE_FILE_VALIDATION": "1"}
 # `!stickslip` is the one of the Python that builds
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
+default_role = "code"
+napoleon_numpy_docstring = False
+napoleon_custom_sections = [("Attributes", "params_style")]  # as a list: fields of a dataclass are members already
+napoleon_use_rtype = False
+
+
+def _make_pages(*_: object) -> None:
+    """Write the pages that are made from the code; those that are as they were stay untouched."""
+    from made import api, c_abi, cli, formats
+
+    for pages in (api.pages, cli.pages, formats.pages, c_abi.pages):
+        for name, text in pages():
+            path = HERE / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if not path.is_file() or path.read_text("utf-8") != text:
+                path.write_text(text, "utf-8")
+
+
+def _plain(*given: object) -> None:
+    """In docstrings bars and stars are what they mean in formulas, not markup."""
+    lines = given[-1]
+    assert isinstance(lines, list)
+    for number, line in enumerate(lines):
+        parts = re.split(r"(``.*?``|`.*?`)", line)
+        parts[::2] = [re.sub(r"([|*])", r"\\\1", part) for part in parts[::2]]
+        lines[number] = "".join(parts)
+
+
+def setup(app: Sphinx) -> None:
+    """Pages are made before Sphinx looks for them; docstrings are made plain before napoleon reads them."""
+    app.connect("config-inited", _make_pages)
+    app.connect("autodoc-process-docstring", _plain, priority=100)

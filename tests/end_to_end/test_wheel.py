@@ -84,7 +84,11 @@ def installed(wheel: Path, tmp_path_factory) -> Installed:
 
 
 def test_the_wheel_holds_the_folder_data_and_every_file_of_the_packages(installed):
-    for part, folder in {"data": "stickslip_data", "docs": "stickslip_docs", **{name: name for name in PARTS[3:6]}}.items():
+    for part, folder in {
+        "data": "stickslip_data",
+        "docs": "stickslip_docs",
+        **{name: name for name in PARTS[3:6]},
+    }.items():
         missing = files(ROOT / part) - files(installed.site / folder)
         assert not missing, f"{part}: not in the wheel: {sorted(map(str, missing))}"
 

@@ -1,5 +1,4 @@
-"""What the manual says can be run: commands and Python of the README and of the pages, apart from the cells of notebooks,
-which run when the pages are built."""
+"""What the manual says can be run: commands and Python of the README and the pages (cells run as these are built)."""
 
 from __future__ import annotations
 

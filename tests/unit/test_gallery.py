@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from gallery_pages import PAPERS, figure_of, make, table
+from made.gallery import PAPERS, figure_of, make, table
 
 from fmu_models import StickslipError, read_scene
 from fmu_models.oscillators import MODELS

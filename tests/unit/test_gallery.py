@@ -45,7 +45,7 @@ def test_pages_are_there_with_their_pictures_and_lead_to_one_another(made):
     }
     for name, text in found.items():
         for link in re.findall(r"\]\(([^)]+)\)", text):
-            if link != "../claims.md":
+            if link not in ("../claims.md", "../return_maps.md"):
                 assert ((pages / name).parent / link).is_file(), f"{name}: {link}"
     assert all(name in found["index.md"] for name in set(found) - {"index.md"})
 

@@ -25,7 +25,7 @@ author = "the stickslip authors"
 project_copyright = author
 version = release = __version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "gallery_pages"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "made.gallery"]
 html_math_renderer = "mathml"
 exclude_patterns = ["kernel", "made"]
 root_doc = "index"

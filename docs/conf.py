@@ -2,7 +2,7 @@
 
 Pages are Markdown. One that begins with `file_format: mystnb` is a notebook: its code cells run, in an empty folder of
 its own, whenever the page is built, and an error in a cell fails the build; so does a command, `!stickslip ...`, that
-fails. Pages that are made from the code (`made.py`) are written where git does not look.
+fails. Pages that are made from the code (`made`) and those of the gallery are written where git does not look.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ author = "the stickslip authors"
 project_copyright = author
 version = release = __version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "gallery_pages"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "made.gallery"]
 html_math_renderer = "mathml"
 exclude_patterns = ["kernel", "made"]
 root_doc = "index"
@@ -43,6 +43,8 @@ nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 240
 nb_merge_streams = True
+# a command in a cell that goes on on the next line is no Python to the highlighter, and needs no colours
+suppress_warnings = ["misc.highlighting_failure"]
 
 # Cells run with settings of ours alone, not with those of the person who builds.
 _home = tempfile.TemporaryDirectory(prefix="stickslip-docs-")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.equilibria import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
+from fmu_models.analyses.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.base.shown import draw, tell
 from fmu_models.report.branch_views import (
     MARKS,
@@ -33,9 +33,14 @@ def _(found: EquilibriumBranch, axes: Axes) -> None:
 
 
 def _draw_equilibria(found: EquilibriumBranch, axes: Axes) -> None:
-    """As branches of motions are, the cycles that leave them in another colour."""
+    """As branches of motions are, the cycles that leave them in another colour; sets of them as bands."""
     stable = found.stable[:-1] & found.stable[1:]
     draw_lines(found.values, stable, found.points[None, :, found.states.index(found.of)], "black", axes)
+    band = None
+    if found.intervals is not None:
+        band = axes.fill_between(
+            found.values, *found.intervals[:, :, found.states.index(found.of)].T, color="0.85", label="set that sticks"
+        )
     marks: dict[str, list[tuple[float, float]]] = {}
     for special in found.special:
         marks.setdefault(special.kind, []).append((special.value, special.state[found.of]))
@@ -44,6 +49,8 @@ def _draw_equilibria(found: EquilibriumBranch, axes: Axes) -> None:
         for special in cycles.special:
             marks.setdefault(special.kind, []).append((special.value, special.state[found.of]))
     handles = legend_of(marks, axes)
+    if band is not None:
+        handles.append(band)
     if found.cycles:
         handles.append(axes.plot([], [], color=COLOURS[0], label="cycles, where they begin")[0])
     axes.autoscale_view()
@@ -111,8 +118,18 @@ def _(found: EquilibriumBranch) -> str:
     (kind, why), last = found.ends
     lines = [f"{found._heading()}: {found.stable.sum()} stable", f"  {kind}: {why}"]
     lines += [f"  {_told_equilibrium(one)}" for one in found.special]
+    for place in (0, -1) if found.intervals is not None else ():
+        lines.append(f"  {_told_set(found, place)}")
     lines.append(f"  {last[0]}: {last[1]}")
     return "\n".join([*lines, *(tell(one) for one in found.cycles)])
+
+
+def _told_set(found: EquilibriumBranch, place: int) -> str:
+    assert found.intervals is not None
+    ends = (
+        ", ".join(f"{n} = {v:.10g}" for n, v in zip(found.states, end, strict=True)) for end in found.intervals[place]
+    )
+    return f"at {found.over} = {found.values[place]:.15g} from {' to '.join(ends)}"
 
 
 def _told_equilibrium(special: SpecialEquilibrium) -> str:

@@ -24,7 +24,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 
 NEEDED = ("furo", "myst_nb", "sphinx")
-READING = 0.85  # of the time of a build: cells run while pages are read
+# what Sphinx says it does, and the share of a build after which it begins: pictures are computed, then cells run
+PHASES = {"making": (0.0, 0.5), "reading": (0.5, 0.85), "writing": (0.85, 1.0)}
 LAST_WORDS = 12  # lines of a build that failed
 # what an earlier build may have made among the sources
 MADE = shutil.ignore_patterns("__pycache__", "gallery", "python")
@@ -107,12 +108,12 @@ def _build(work: Path, strict: bool, progress: Callable[[float], None]) -> None:
     ):
         assert process.stdout is not None
         for words in process.stdout:
-            if found := re.match(r"(reading|writing) .*\[ *(\d+)%\]", words):
-                share = int(found[2]) / 100
-                progress(READING * share if found[1] == "reading" else READING + (1 - READING) * share)
+            if found := re.match(r"(making|reading|writing) .*\[ *(\d+)%\]", words):
+                begin, end = PHASES[found[1]]
+                progress(begin + (end - begin) * int(found[2]) / 100)
         process.wait()
         said.seek(0)
         lines = [text.rstrip() for text in said if text.strip()]
     if process.returncode:
-        complaints = [text for text in lines if "WARNING" in text or "ERROR" in text] or lines
+        complaints = [text for text in lines if re.search(": (WARNING|ERROR): ", text)] or lines
         raise StickslipError("The manual cannot be built. Sphinx says: " + "\n".join(complaints[-LAST_WORDS:]))

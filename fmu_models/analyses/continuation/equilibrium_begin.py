@@ -17,10 +17,10 @@ from fmu_models.simulation.run import check_names, check_value
 ALONE = 1e12
 
 
-def begin_of(
+def start_of(
     fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
-) -> Node:
-    """The equilibrium near the start.
+) -> tuple[EquilibriumProblem, Vector]:
+    """The problem, and z of the start.
 
     Args:
         between: range of the parameter, which holds its present value.
@@ -28,8 +28,7 @@ def begin_of(
         constants: values of parameters and inputs that are not at their default.
 
     Raises:
-        StickslipError: unknown names or values out of their range, an FMU of others, a model that is forced, no
-            equilibrium near the start, or none that stands alone.
+        StickslipError: unknown names or values out of their range, an FMU of others, a model that is forced.
     """
     name = fmu.description.modelName
     if not fmu.ours:
@@ -48,10 +47,17 @@ def begin_of(
             f"The start has {over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it to a "
             "value in that range."
         )
-    z = np.append(point, value)
-    scales = problem.scales(z, between)
+    return problem, np.append(point, value)
+
+
+def begin_of(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:
+    """The equilibrium near a start.
+
+    Raises:
+        StickslipError: there is none, or none that stands alone.
+    """
     try:
-        node = solved(problem, scales, z / scales, parameter(value), reach=np.inf, halvings=20)
+        node = solved(problem, scales, z / scales, parameter(float(z[-1])), reach=np.inf, halvings=20)
     except Lost:
         raise StickslipError(_why(problem, z)) from None
     if any(state == STICK for _, state, _ in node.word) and np.linalg.cond(scaled(node)[:, :-1]) > ALONE:

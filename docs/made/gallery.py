@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from gallery_jobs import RUN, Job, LiveJob, LiveResult, ModelJob, ModelResult, SceneJob, SceneResult, done, template
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.util.display import status_iterator
@@ -32,6 +31,18 @@ from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
 from fmu_models.scene.read import files
 from fmu_models.scene.scene import Scene
+from made.gallery_jobs import (
+    RUN,
+    Job,
+    LiveJob,
+    LiveResult,
+    ModelJob,
+    ModelResult,
+    SceneJob,
+    SceneResult,
+    done,
+    template,
+)
 
 PICTURES, LIVE = "pictures", "live"  # folders beside the pages
 
@@ -71,7 +82,7 @@ PAPERS = (
             "forced_stick_slip",
             "woodpecker",
         ),
-        "Figures 7, 11 and 14 are drawings.",
+        "Figures 7, 11 and 14 are drawings. Figures 15, 18 and 19 are on the page of [return maps](../return_maps.md).",
     ),
     Paper(
         "Vibro-impact dynamics (Luo and Guo)",

@@ -68,8 +68,8 @@ def test_a_planar_arm_takes_the_torques_of_lagranges_equations(tmp_path: Path):
 
 
 def test_a_cart_with_a_pole_and_a_tool_that_is_fixed(tmp_path: Path):
-    """(M + m) a + m l (cos q b - sin q w^2); m l^2 b + m l (cos q a - g sin q): the pole stands, in a turned frame; the
-    tool is its mass, one link on."""
+    """(M + m) a + m l (cos q b - sin q w^2); m l^2 b + m l (cos q a - g sin q): the pole stands, in a turned frame;
+    all of its mass is a tool that is fixed to it."""
     M, m, length = 2.0, 0.3, 0.4
     text = [
         link("rail"),
@@ -89,12 +89,43 @@ def test_a_cart_with_a_pole_and_a_tool_that_is_fixed(tmp_path: Path):
     assert dict(zip(regressor.names, regressor.units, strict=True))["fv1"] == "N s/m"
 
 
+def test_branches_swing_by_themselves(tmp_path: Path):
+    """Two pendulums on a table that turns about their axis: m l^2 (a0 + a_i) + m g l sin of where each points."""
+    parts = [link("base"), link("table"), joint("turn", "revolute", "base", "table")]
+    for side, mass in (("left", 0.5), ("right", 0.8)):
+        parts += [link(side, mass, "0 0 -0.3"), joint(f"to-{side}", "revolute", "table", side)]
+    regressor = regressor_from(tmp_path, f'<robot name="tree">{"".join(parts)}</robot>')
+    q, v, a = RNG.normal(size=(3, 20, 3))
+    single = [
+        mass * 0.09 * (a[:, 0] + a[:, i]) + mass * 9.81 * 0.3 * np.sin(q[:, 0] + q[:, i])
+        for i, mass in ((1, 0.5), (2, 0.8))
+    ]
+    assert efforts(regressor, {}, q, v, a) == pytest.approx(np.stack([sum(single), *single], axis=1), abs=1e-12)
+
+
 TWO = link("a") + link("b") + link("c", 1.0)
 BAD = {
     "broken": ("<robot><link", "is no URDF (unclosed token"),
     "other": ("<sdf/>", "begins with <sdf>, a URDF with <robot>"),
     "empty": ("<robot/>", "has 0 bases"),
-    "branch": (TWO + joint("j", "revolute", "a", "b") + joint("k", "revolute", "a", "c"), "branches at 'a' (b, c)"),
+    "twice": (
+        TWO + joint("j", "revolute", "a", "b") + joint("k", "revolute", "a", "c") + joint("l", "fixed", "b", "c"),
+        "Link 'c' of '{}' hangs on two joints, 'k' and 'l'",
+    ),
+    "loop": (
+        TWO
+        + link("d")
+        + joint("j", "revolute", "a", "b")
+        + joint("k", "fixed", "c", "d")
+        + joint("l", "fixed", "d", "c"),
+        "Joint 'k' of '{}' is one of a loop",
+    ),
+    "mimic": (
+        TWO
+        + joint("j", "revolute", "a", "b")
+        + joint("k", "revolute", "b", "c").replace("<axis", '<mimic joint="j"/><axis'),
+        "Joint 'k' of '{}' mimics 'j'",
+    ),
     "bases": (TWO + joint("j", "revolute", "a", "c") + joint("k", "revolute", "b", "d"), "has 2 bases (a, b)"),
     "floating": (TWO + joint("j", "floating", "a", "b"), "Joint 'j' of '{}' is 'floating'"),
     "fixed": (TWO + joint("j", "fixed", "a", "b"), "No joint of '{}' moves"),
@@ -108,7 +139,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_what_is_no_serial_robot_is_refused_with_words(tmp_path: Path, case: str):
+def test_what_is_no_robot_is_refused_with_words(tmp_path: Path, case: str):
     text, said = BAD[case]
     path = tmp_path / "robot.urdf"
     path.write_text(text if text.startswith(("<robot", "<sdf")) else f"<robot>{text}</robot>")

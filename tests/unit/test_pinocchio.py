@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from spatial_robot import robot
+from urdf_robots import robot
 
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.urdf import mechanism_from_urdf

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from emulated_arm import ARM, log, torques
 from typer.testing import CliRunner
+from urdf_robots import QUARTER, arm, joint, link
 
 from fmu_models import StickslipError
 from identification.commands.application import app
@@ -17,35 +18,6 @@ from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.urdf import mechanism_from_urdf
 
 RNG = np.random.default_rng(5)
-QUARTER = "1.57079632679"  # as files have it
-
-
-def link(name: str, mass: float = 0.0, centre: str = "0 0 0", inertia: str = "", rpy: str = "0 0 0") -> str:
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="{rpy}"/><mass value="{mass}"/>'
-        f"<inertia {inertia}/></inertial></link>"
-    )
-
-
-def joint(name: str, kind: str, parent: str, child: str, xyz: str = "0 0 0", axis: str = "0 1 0", rpy: str = "") -> str:
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{xyz}" rpy="{rpy or "0 0 0"}"/><axis xyz="{axis}"/></joint>'
-    )
-
-
-def arm() -> str:
-    """The two-link arm of data/machines, hanging; the lower link's inertia in a frame that is turned."""
-    p = ARM
-    upper, lower = p["J1"] - p["m1"] * p["r1"] ** 2, p["J2"] - p["m2"] * p["r2"] ** 2
-    parts = [
-        '<link name="base"/>',
-        link("upper", p["m1"], f"0 0 -{p['r1']}", f'iyy="{upper!r}"'),
-        link("lower", p["m2"], f"0 0 -{p['r2']}", f'ixx="{lower!r}"', rpy=f"0 0 {QUARTER}"),
-        joint("shoulder", "revolute", "base", "upper"),
-        joint("elbow", "continuous", "upper", "lower", xyz=f"0 0 -{p['l1']}", axis="0 2 0"),
-    ]
-    return f'<robot name="two-link arm">{"".join(parts)}</robot>'
 
 
 def regressor_from(folder: Path, text: str) -> Regressor:

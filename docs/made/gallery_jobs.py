@@ -92,9 +92,7 @@ class SceneJob:
         scene: Scene = made["scene"]
         subject = subject_of(str(self.path))
         values = tuple((row.at, dict(row.values)) for row in made["rows"])
-        return SceneResult(
-            scene, code, values, made["comparisons"], (dict(subject.values), subject.until), subject.notes
-        )
+        return SceneResult(scene, code, values, made["comparisons"], dict(subject.values), subject.notes)
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu as Fmu
     from fmu_models.fmu.load import load as load
     from fmu_models.importer.driver import Driver as Driver
-    from fmu_models.importer.driver import simulate_any as simulate_any
+    from fmu_models.importer.simulate import simulate_any as simulate_any
     from fmu_models.language.automaton import Automaton as Automaton
     from fmu_models.language.automaton import Reset as Reset
     from fmu_models.language.automaton import Switch as Switch

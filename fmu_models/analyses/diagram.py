@@ -229,16 +229,12 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
     claims = claimed(system, made, varied, longest=sweep.longest)
     kept = made.points[:, : sweep.points].copy()
     began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
-    known = [(i, motion) for i, motion in enumerate(claims.motions) if motion is not None]
-    if known:
-        which = np.array([i for i, _ in known])
+    for cycles, which in claims.parts:
         kept[which] = np.nan
-        for i, motion in known:
-            kept[i, : motion.period] = motion.points[: sweep.points]
-        began[which] = np.array([motion.began for _, motion in known], np.int64).reshape(len(known), -1)
-        largest = np.array([motion.stability.eigenvalues[0] for _, motion in known])
+        kept[which, : cycles.period] = cycles.points[:, : sweep.points]
+        began[which] = cycles.began
         with np.errstate(divide="ignore"):
-            growth[which] = np.log(np.abs(largest)) / claims.periods[which]
+            growth[which] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
     if sweep.exponents:
         _fill_exponents(execution, made, varied, claims.periods, growth)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import copy
+import sys
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
+from typer.models import CommandInfo
 
 from fmu_models.base import console
 from fmu_models.base.version import version
@@ -74,6 +78,25 @@ def options(
     """What is asked of the suite as a whole."""
 
 
+def only(arguments: Sequence[str]) -> typer.Typer:
+    """What these arguments of the command line need: the command they begin with, or all of them.
+
+    To read the options of all of them takes as long as to import all of their files.
+    """
+    asked = arguments[0] if arguments else ""
+    commands = [one for one in app.registered_commands if _name_of(one) == asked]
+    groups = [one for one in app.registered_groups if one.name == asked]
+    if not commands and not groups:
+        return app
+    small = copy.copy(app)
+    small.registered_commands, small.registered_groups = commands, groups
+    return small
+
+
+def _name_of(command: CommandInfo) -> str:
+    return command.name or command.callback.__name__ if command.callback else ""
+
+
 def run() -> None:
     """Run it, and end the process."""
-    console.run(app)
+    console.run(only(sys.argv[1:]))

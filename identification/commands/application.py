@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import copy
+import sys
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
+from typer.models import CommandInfo
 
 from fmu_models.base import console
 from fmu_models.base.version import version
@@ -15,6 +19,7 @@ from fmu_models.commands.chart import chart
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.diagram import diagram
+from fmu_models.commands.docs import docs
 from fmu_models.commands.equilibria import equilibria
 from fmu_models.commands.explore import explore
 from fmu_models.commands.export import export
@@ -55,6 +60,7 @@ for command in (*MODELS, *FAMILIES):
 app.command("map")(show_map)
 app.add_typer(new_commands, name="new")
 app.add_typer(data_commands, name="data")
+app.command()(docs)
 for command in FRICTION:
     app.command()(command)
 
@@ -74,6 +80,25 @@ def options(
     """What is asked of the suite as a whole."""
 
 
+def only(arguments: Sequence[str]) -> typer.Typer:
+    """What these arguments of the command line need: the command they begin with, or all of them.
+
+    To read the options of all of them takes as long as to import all of their files.
+    """
+    asked = arguments[0] if arguments else ""
+    commands = [one for one in app.registered_commands if _name_of(one) == asked]
+    groups = [one for one in app.registered_groups if one.name == asked]
+    if not commands and not groups:
+        return app
+    small = copy.copy(app)
+    small.registered_commands, small.registered_groups = commands, groups
+    return small
+
+
+def _name_of(command: CommandInfo) -> str:
+    return command.name or command.callback.__name__ if command.callback else ""
+
+
 def run() -> None:
     """Run it, and end the process."""
-    console.run(app)
+    console.run(only(sys.argv[1:]))

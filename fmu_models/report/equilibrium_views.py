@@ -121,6 +121,7 @@ def _(found: EquilibriumBranch) -> str:
     for place in (0, -1) if found.intervals is not None else ():
         lines.append(f"  {_told_set(found, place)}")
     lines.append(f"  {last[0]}: {last[1]}")
+    lines += [f"  {found.how}"] if found.how else []
     return "\n".join([*lines, *(tell(one) for one in found.cycles)])
 
 

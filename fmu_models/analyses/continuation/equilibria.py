@@ -64,7 +64,7 @@ def equilibria(
     """Follow the equilibrium near a start over a parameter, both ways; where a contact sticks, the set that it is of.
 
     Args:
-        fmu: of this suite.
+        fmu: of this suite, or of others and for Model Exchange: by differences of its rates, see ``how``.
         over: name of a parameter or input.
         between: its least and largest value; its present one lies between them.
         start: states near the equilibrium; as the declaration says what is left out.
@@ -74,7 +74,7 @@ def equilibria(
         progress: called with the share of the range that is behind, or less.
 
     Raises:
-        StickslipError: unknown names or values out of their range, an FMU of others, a model that is forced, no
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced, no
             equilibrium near the start, or none that stands alone.
     """
     clock = time.process_time()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, problem_at
+from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, numbers_of, problem_at
+from fmu_models.analyses.continuation.imported_field import ImportedField
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.base.errors import StickslipError
@@ -28,19 +29,15 @@ def start_of(
         constants: values of parameters and inputs that are not at their default.
 
     Raises:
-        StickslipError: unknown names or values out of their range, an FMU of others, a model that is forced.
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced.
     """
-    name = fmu.description.modelName
-    if not fmu.ours:
-        raise StickslipError(
-            f"'{name}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
-        )
-    check_names(fmu, "parameter or input", constants, [*fmu.parameters, *fmu.inputs])
+    check_names(fmu, "parameter or input", constants, numbers_of(fmu))
     check_names(fmu, "state", start, fmu.states)
     for one, value in {**constants, **start}.items():
         check_value(fmu, one, value)
     point = np.array([float(start.get(one, fmu.variables[one].start or 0.0)) for one in fmu.states])
-    problem = problem_at(Field(fmu, constants), over, constants, point, between)
+    field = (Field if fmu.ours else ImportedField)(fmu, constants)
+    problem = problem_at(field, over, constants, point, between)
     value = problem.present(over)
     if not between[0] <= value <= between[1]:
         raise StickslipError(

@@ -164,6 +164,7 @@ class EquilibriumBranch(Pictured):
         cycles: those that leave at its special points, once they were followed.
         units: of states and of the parameter.
         seconds: CPU time.
+        how: where rates come from and how near derivatives are, where that is not a matter of course.
     """
 
     model: str
@@ -182,6 +183,7 @@ class EquilibriumBranch(Pictured):
     cycles: tuple[Branch, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     seconds: float = 0.0
+    how: str = ""
 
     @property
     def interrupted(self) -> bool:
@@ -256,6 +258,7 @@ def branch_of_ways(
         ends,
         units=problem.units,
         seconds=seconds,
+        how=problem.how(nodes[0].z, nodes[0].seen),
     )
 
 
@@ -283,6 +286,7 @@ def branch_of_sets(
         np.array([one.ends[:, :-1] for one in sets]),
         units=problem.units,
         seconds=seconds,
+        how=problem.how(nodes[0].z, nodes[0].seen),
     )
 
 

@@ -44,7 +44,7 @@ def _room(package: str, room: str, names: list[str]) -> str:
     text = [f"# {package}: {room}", *said[:1]]
     for name in names:
         found = getattr(importlib.import_module(package), name)
-        kind = "autoclass" if inspect.isclass(found) else "autofunction"
+        kind = "autoclass" if inspect.isclass(found) else "autofunction" if inspect.isroutine(found) else "autodata"
         options = f"\n{INDENT}:members:" if inspect.isclass(found) else ""
         text.append(f"## {name}\n\n```{{eval-rst}}\n.. {kind}:: {package}.{name}{options}\n```")
     return "\n\n".join(text) + "\n"

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from fmu_models.analyses.basins import basins as basins
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.chart import chart as chart
-    from fmu_models.analyses.continuation.branch import branch as branch
-    from fmu_models.analyses.continuation.branch import branches as branches
+    from fmu_models.analyses.continuation.branches import branch as branch
+    from fmu_models.analyses.continuation.branches import branches as branches
     from fmu_models.analyses.continuation.equilibria import equilibria as equilibria
     from fmu_models.analyses.crossings import find_crossings as find_crossings
     from fmu_models.analyses.cycles import last_cycle as last_cycle
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu as Fmu
     from fmu_models.fmu.load import load as load
     from fmu_models.importer.driver import Driver as Driver
-    from fmu_models.importer.driver import simulate_any as simulate_any
+    from fmu_models.importer.simulate import simulate_any as simulate_any
     from fmu_models.language.automaton import Automaton as Automaton
     from fmu_models.language.automaton import Reset as Reset
     from fmu_models.language.automaton import Switch as Switch
@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from fmu_models.language.laws.tustin import Tustin as Tustin
     from fmu_models.language.maps import Map as Map
     from fmu_models.language.mechanism import Mechanism as Mechanism
+    from fmu_models.language.quantities import TIME as TIME
     from fmu_models.language.quantities import Coordinate as Coordinate
     from fmu_models.language.quantities import Input as Input
     from fmu_models.language.quantities import Parameter as Parameter

@@ -8,7 +8,7 @@ has come inside stays inside.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +17,12 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.periodic import (
+    Cycles,
     PeriodicMotion,
     corrected_cycles,
+    cycles_at,
     least_parts,
     least_periods,
-    motions_at,
     solved_cycles,
 )
 from fmu_models.analyses.section_system import SectionSystem
@@ -42,14 +43,24 @@ FALLS = 1e-3  # of the form: less than its fall by so much is none
 
 @dataclass(frozen=True, eq=False)
 class Claims:
-    """Per run the motion that it has come to; None where it repeats itself after no period that was looked for."""
+    """What m runs have come to.
 
-    motions: Sequence[PeriodicMotion | None]
+    Attributes:
+        parts: motions of one period each, and the numbers of their runs.
+        periods: (m,) 0 where a run repeats itself after no period that was looked for.
+    """
+
+    parts: Sequence[tuple[Cycles, NDArray[np.int64]]]
+    periods: NDArray[np.int64]
 
     @property
-    def periods(self) -> NDArray[np.int64]:
-        """(m,) 0 where there is none."""
-        return np.array([0 if one is None else one.period for one in self.motions], np.int64)
+    def motions(self) -> list[PeriodicMotion | None]:
+        """Per run its motion; None where there is none."""
+        found: list[PeriodicMotion | None] = [None] * len(self.periods)
+        for cycles, numbers in self.parts:
+            for i, motion in zip(numbers.tolist(), cycles.motions(), strict=True):
+                found[i] = motion
+        return found
 
 
 def claimed(
@@ -68,36 +79,36 @@ def claimed(
     for filled in np.unique(rows.filled[finished]):
         which = np.flatnonzero(finished & (rows.filled == filled))
         periods[which] = _alike(system, rows.points[which, :filled], longest)
-    motions: list[PeriodicMotion | None] = [None] * len(periods)
+    parts: list[tuple[Cycles, NDArray[np.int64]]] = []
+    found = np.zeros(len(periods), np.int64)
     # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
     shorter = _shorter(system, rows, periods)
     for tried in (shorter, np.where(shorter < periods, periods, 0)):
-        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1])]):
-            which = np.flatnonzero((tried == period) & np.array([one is None for one in motions]))
-            for i, motion in zip(which.tolist(), _solved(system, rows, varied, which, int(period)), strict=True):
-                motions[i] = motion
-    return Claims(motions)
+        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1]) & (found == 0)]):
+            which = np.flatnonzero((tried == period) & (found == 0))
+            for cycles, numbers in _solved(system, rows, varied, which, int(period)):
+                parts.append((cycles, numbers))
+                found[numbers] = period
+    return Claims(parts, found)
 
 
 def _solved(
     system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], which: NDArray[np.int64], period: int
-) -> list[PeriodicMotion | None]:
-    """The motions of a period near the last points of some runs; None where there is no stable one."""
-    if not which.size:
-        return []
+) -> Iterator[tuple[Cycles, NDArray[np.int64]]]:
+    """The stable motions of a period near the last points of some runs, and the numbers of these."""
     guesses = _last(rows, which, period)
-    values = {name: v[which] for name, v in varied.items()}
-    found = _theirs(system, corrected_cycles(system, guesses, values), guesses)
+    cycles, numbers = corrected_cycles(system, guesses, {name: v[which] for name, v in varied.items()})
+    theirs = _theirs(system, cycles, guesses[numbers])
+    yield cycles.only(theirs), which[numbers[theirs]]
     # what only looks alike needs all of Newton's method
-    left = np.array([i for i in range(which.size) if found[i] is None and rows.periods[which[i]] == 0], np.int64)
+    left = np.setdiff1d(np.flatnonzero(rows.periods[which] == 0), numbers[theirs])
     if left.size:
-        values = {name: v[left] for name, v in values.items()}
-        cycles, numbers = solved_cycles(system, guesses[left], values)
-        solved = motions_at(system, cycles, {name: v[numbers] for name, v in values.items()})
-        again = left[numbers]
-        for k, motion in zip(again.tolist(), _theirs(system, solved, guesses[again]), strict=True):
-            found[k] = motion
-    return found
+        values = {name: v[which[left]] for name, v in varied.items()}
+        solved, guessed = solved_cycles(system, guesses[left], values)
+        cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
+        again = left[guessed[numbers]]
+        theirs = _theirs(system, cycles, guesses[again])
+        yield cycles.only(theirs), which[again[theirs]]
 
 
 def _last(rows: Rows, which: NDArray[np.int64], period: int) -> Vector:
@@ -115,27 +126,17 @@ def _shorter(system: SectionSystem, rows: Rows, periods: NDArray[np.int64]) -> N
     return found
 
 
-def _theirs(
-    system: SectionSystem, motions: Sequence[PeriodicMotion | None], guesses: Vector
-) -> list[PeriodicMotion | None]:
-    """Those motions that are stable, solved, of that least period, and the ones of their runs; None for the others."""
-    found: list[PeriodicMotion | None] = [None] * len(motions)
-    which = np.array([i for i, one in enumerate(motions) if one is not None], np.int64)
-    solved = [one for one in motions if one is not None]
-    if not solved:
-        return found
-    points, sizes = np.stack([one.points for one in solved]), system.sizes()
-    apart = np.abs(system.difference(points - guesses[which])) / sizes
-    size = 1.0 + np.abs(points).max(axis=(1, 2))
-    theirs = (
+def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> NDArray[np.bool_]:
+    """(k,) motions that are stable, solved, of that least period, and the ones of their runs."""
+    sizes = system.sizes()
+    apart = np.abs(system.difference(cycles.points - guesses)) / sizes
+    size = 1.0 + np.abs(cycles.points).max(axis=(1, 2))
+    return (
         (apart.max(axis=(1, 2)) <= NEAR)
-        & (np.array([one.residual for one in solved]) <= 100.0 * CLAIMED * size)
-        & are_stable(np.stack([one.stability.eigenvalues for one in solved]))
-        & (least_periods(system, points, sizes) == points.shape[1])
+        & (cycles.residuals <= 100.0 * CLAIMED * size)
+        & are_stable(cycles.eigenvalues)
+        & (least_periods(system, cycles.points, sizes) == cycles.period)
     )
-    for k in np.flatnonzero(theirs).tolist():
-        found[which[k]] = solved[k]
-    return found
 
 
 def _alike(system: SectionSystem, points: Vector, longest: int) -> NDArray[np.int64]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.continuation.branch import Branches
+from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.overlay import Motion, branches_through
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.fmu_sections import Strobe
@@ -229,16 +229,12 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
     claims = claimed(system, made, varied, longest=sweep.longest)
     kept = made.points[:, : sweep.points].copy()
     began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
-    known = [(i, motion) for i, motion in enumerate(claims.motions) if motion is not None]
-    if known:
-        which = np.array([i for i, _ in known])
+    for cycles, which in claims.parts:
         kept[which] = np.nan
-        for i, motion in known:
-            kept[i, : motion.period] = motion.points[: sweep.points]
-        began[which] = np.array([motion.began for _, motion in known], np.int64).reshape(len(known), -1)
-        largest = np.array([motion.stability.eigenvalues[0] for _, motion in known])
+        kept[which, : cycles.period] = cycles.points[:, : sweep.points]
+        began[which] = cycles.began
         with np.errstate(divide="ignore"):
-            growth[which] = np.log(np.abs(largest)) / claims.periods[which]
+            growth[which] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
     if sweep.exponents:
         _fill_exponents(execution, made, varied, claims.periods, growth)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))

@@ -28,8 +28,8 @@ from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.flow import constants_of
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.lanes.library import Stepper, has_lanes, lanes_of
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import Runs, Targets, Where, make_runs

@@ -100,6 +100,41 @@ def find_periodic(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Motions of one period, k of them, each as ``PeriodicMotion`` has it.
+
+    Attributes:
+        points: (k, period, n).
+        eigenvalues: (k, dimension) largest modulus first.
+        times, residuals: (k,).
+        began: (k, contacts).
+    """
+
+    points: Vector
+    eigenvalues: NDArray[np.complex128]
+    times: Vector
+    began: NDArray[np.int64]
+    residuals: Vector
+
+    @property
+    def period(self) -> int:
+        """Number of points."""
+        return self.points.shape[1]
+
+    def only(self, which: NDArray[Any]) -> Cycles:
+        """Some of them."""
+        points, times, residuals = self.points[which], self.times[which], self.residuals[which]
+        return Cycles(points, self.eigenvalues[which], times, self.began[which], residuals)
+
+    def motions(self) -> list[PeriodicMotion]:
+        """One by one."""
+        began = map(tuple, self.began.tolist())
+        stability, times = map(Stability, self.eigenvalues), self.times.tolist()
+        parts = zip(self.points, stability, times, began, self.residuals.tolist(), strict=True)
+        return [PeriodicMotion(*part) for part in parts]
+
+
 def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
     """The motion through these points (period, n), which are taken to be a cycle.
 
@@ -109,42 +144,38 @@ def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
     made = system.step(points)
     if made.why:
         raise StickslipError(f"{system.name} has no step from a point of that motion: {next(iter(made.why.values()))}")
-    (motion,) = _motions(system, points[None], made, np.ones(1, bool))
-    assert motion is not None
+    (motion,) = _through(system, points[None], made, np.ones(1, bool)).motions()
     return motion
 
 
-def _motions(
-    system: SectionSystem, cycles: Vector, made: Step, sound: NDArray[np.bool_]
-) -> list[PeriodicMotion | None]:
-    """The motions through cycles (m, period, n), from all of whose points a step was made; None where not ``sound``."""
+def _through(system: SectionSystem, cycles: Vector, made: Step, sound: NDArray[np.bool_]) -> Cycles:
+    """The motions through those of cycles (m, period, n) that are sound, from all of whose points a step was made."""
     m, period, n = cycles.shape
     points = cycles[sound]
     derivatives = made.derivatives.reshape(m, period, n, n)[sound]
     monodromy = np.tile(np.eye(n), (len(points), 1, 1))
     for i in range(period):
         monodromy = derivatives[:, i] @ monodromy
-    # a number of a point that the others determine has an eigenvalue 0 of its own
-    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension]
     miss = system.difference(made.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
-    parts = zip(
+    return Cycles(
         points,
-        map(Stability, eigenvalues),
-        made.times.reshape(m, period)[sound].sum(axis=1).tolist(),
-        map(tuple, made.began.reshape(m, period, -1)[sound].sum(axis=1).tolist()),
-        np.abs(miss).max(axis=(1, 2)).tolist(),
-        strict=True,
+        # a number of a point that the others determine has an eigenvalue 0 of its own
+        eigenvalues_of(monodromy)[:, : system.dimension],
+        made.times.reshape(m, period)[sound].sum(axis=1),
+        made.began.reshape(m, period, made.began.shape[1])[sound].sum(axis=1),
+        np.abs(miss).max(axis=(1, 2)),
     )
-    return [PeriodicMotion(*next(parts)) if one else None for one in sound.tolist()]
 
 
-def motions_at(
+def cycles_at(
     system: SectionSystem, cycles: Vector, varied: Mapping[str, Vector] | None = None
-) -> list[PeriodicMotion | None]:
-    """The motions through cycles (m, period, n) at values (m,) of parameters; None where a step has no derivative."""
+) -> tuple[Cycles, NDArray[np.int64]]:
+    """The motions through cycles (m, period, n) at values (m,) of parameters, without those from which a step has no
+    derivative, and their numbers (k,)."""
     m, period, n = cycles.shape
     made = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
-    return _motions(system, cycles, made, _sound(m, period, made))
+    sound = _sound(m, period, made)
+    return _through(system, cycles, made, sound), np.flatnonzero(sound)
 
 
 def _sound(m: int, period: int, made: Step) -> NDArray[np.bool_]:
@@ -156,9 +187,9 @@ def _sound(m: int, period: int, made: Step) -> NDArray[np.bool_]:
 
 def corrected_cycles(
     system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
-) -> list[PeriodicMotion | None]:
-    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has
-    no derivative. Their eigenvalues are those at the guess."""
+) -> tuple[Cycles, NDArray[np.int64]]:
+    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved, without those of which
+    a step has no derivative, and their numbers (k,). Their eigenvalues are those at the guess."""
     m, period, n = guesses.shape
     values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
     made = system.step(guesses.reshape(-1, n), values)
@@ -172,8 +203,8 @@ def corrected_cycles(
         moved = (np.linalg.pinv(matrix) @ miss.reshape(m, -1, 1)).reshape(guesses.shape)
     cycles = system.wrapped(guesses - moved)
     after = system.step(cycles.reshape(-1, n), values, derivative=False)
-    ended = replace(after, derivatives=made.derivatives)
-    return _motions(system, cycles, ended, sound & _sound(m, period, after))
+    sound &= _sound(m, period, after)
+    return _through(system, cycles, replace(after, derivatives=made.derivatives), sound), np.flatnonzero(sound)
 
 
 def _cycle_matrix(derivatives: Vector) -> Vector:

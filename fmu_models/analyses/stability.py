@@ -55,7 +55,7 @@ def eigenvalues_of(derivatives: NDArray[np.float64]) -> NDArray[np.complex128]:
 
 def are_stable(eigenvalues: NDArray[np.complex128]) -> NDArray[np.bool_]:
     """(...) whether all eigenvalues (..., n) lie inside the unit circle."""
-    return np.all(np.abs(eigenvalues) < 1.0 - ON_CIRCLE, axis=-1)
+    return np.asarray(np.all(np.abs(eigenvalues) < 1.0 - ON_CIRCLE, axis=-1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from functools import singledispatch
+from functools import cached_property, singledispatch
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,7 +98,7 @@ class Tabular(Shown, ABC):
 
 class Pictured(Tabular):
     """A value whose pictures and words are made on a higher floor: in ``report.views`` of its package, which registers
-    them with ``draw`` and ``tell`` and is imported when the first is asked for."""
+    them with ``draw``, ``tell`` and ``move`` and is imported when the first is asked for."""
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw it, in axes of a new figure where none are given."""
@@ -123,6 +123,17 @@ class Pictured(Tabular):
         return _view(tell, self)(self)
 
 
+class Moving(Pictured):
+    """A value that a notebook shows with a frame in which it moves, where it has one (``move``)."""
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + self._moving
+
+    @cached_property
+    def _moving(self) -> str:
+        return _view(move, self)(self)
+
+
 @singledispatch
 def draw(value: Any, axes: Axes) -> None:
     """Draw a value in axes."""
@@ -132,6 +143,12 @@ def draw(value: Any, axes: Axes) -> None:
 @singledispatch
 def tell(value: Any) -> str:
     """Everything a value says, as in a terminal."""
+    raise NotImplementedError(type(value).__name__)
+
+
+@singledispatch
+def move(value: Any) -> str:
+    """A frame in which a value moves, as HTML, or why there is none."""
     raise NotImplementedError(type(value).__name__)
 
 

@@ -63,7 +63,7 @@ def equilibria(
 
 def _content(found: Any) -> dict[str, Any]:
     rows = zip(found.values.tolist(), found.points.tolist(), found.eigenvalues, found.stable.tolist(), strict=True)
-    return {
+    content = {
         "model": found.model,
         "over": found.over,
         "states": list(found.states),
@@ -75,6 +75,9 @@ def _content(found: Any) -> dict[str, Any]:
         "special": [_special(one) for one in found.special],
         "cycles": [_cycles(one) for one in found.cycles],
     }
+    if found.intervals is not None:
+        content["intervals"] = found.intervals.tolist()
+    return content
 
 
 def _cycles(one: Any) -> dict[str, Any]:

@@ -36,30 +36,6 @@ ALLOWANCE = 20000  # steps per call: how long an interrupt from the keyboard wai
 TOLERANCES = (1e-14, 0.1)
 
 
-def simulate_any(
-    fmu: Fmu | str | os.PathLike[str],
-    stop_time: float,
-    *,
-    method: str = "auto",
-    tolerance: float = 1e-8,
-    record: Sequence[str] | None = None,
-    on_zeno: str = "stop",
-    parameters: Mapping[str, float | str | bytes] | None = None,
-    **options: Any,
-) -> Trajectory:
-    """Run an FMU once; ``options`` are those of ``Driver.run``, ``parameters`` may be structural ones too.
-
-    Raises:
-        StickslipError: see ``Driver``.
-    """
-    fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
-    sizes, others = structure.split(fmu, parameters or {})
-    with Driver(
-        fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno, structural_parameters=sizes
-    ) as driver:
-        return driver.run(stop_time, parameters=others, **options)
-
-
 class Driver(Shown):
     """An FMU that is loaded once and run many times.
 

@@ -166,7 +166,7 @@ def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
 
 
 def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
-    from fmu_models.importer.driver import simulate_any
+    from fmu_models.importer.simulate import simulate_any
 
     return simulate_any(
         fmu,

@@ -8,7 +8,7 @@ indicators change at once, or along a sliding motion; whoever needs it there tak
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +36,9 @@ class Flow(Shown):
         states, rates: (n,) where it arrived.
         derivative: (n, n) of the states by those at the start, at a fixed time; nan where it is not known, empty where
             it was not asked for.
+        slopes: (n, n) derivatives of the rates by the states where it began; as ``derivative``.
+        indicators: (m,) of its events, where it arrived.
+        recorded: (k,) what is read where it began.
     """
 
     time: float
@@ -45,6 +48,9 @@ class Flow(Shown):
     states: Vector
     rates: Vector
     derivative: Vector
+    slopes: Vector
+    indicators: Vector
+    recorded: Vector
 
 
 class FlowDriver(Driver):
@@ -53,12 +59,13 @@ class FlowDriver(Driver):
     Args:
         fmu: for Model Exchange.
         method, tolerance: as for ``Driver``; no co-simulation, in which a crossing has no place.
+        record: names of variables that are read where a motion begins.
 
     Raises:
         StickslipError: as ``Driver`` does.
     """
 
-    def __init__(self, fmu: Fmu, *, method: str = "auto", tolerance: float = 1e-12) -> None:
+    def __init__(self, fmu: Fmu, *, method: str = "auto", tolerance: float = 1e-12, record: Sequence[str] = ()) -> None:
         if method == "co-simulation" or fmu.description.modelExchange is None:
             raise StickslipError(
                 f"'{fmu.path}' is followed through Model Exchange, with a method of integration; it offers or is asked "
@@ -70,11 +77,13 @@ class FlowDriver(Driver):
                 f"A motion of '{fmu.path}' cannot be begun at given states: "
                 + (f"the FMU computes '{computed[0]}', or it is an array." if computed else "it has none.")
             )
-        super().__init__(fmu, method=method, tolerance=tolerance, record=[])
+        super().__init__(fmu, method=method, tolerance=tolerance, record=record)
         n = len(self._states)
-        self._ends, self._tangents = np.zeros((4, n)), np.zeros((n, n))
+        self._ends, self._tangents, self._slopes = np.zeros((4, n)), np.zeros((n, n)), np.zeros((n, n))
         self._room, self._pivots = np.zeros(20 * n * n + 4 * n), np.zeros(4 * n, np.int32)
+        self._last = np.zeros(len(self._indicators))
         self._blank.event_capacity = 0
+        self._blank.indicators = request.address(self._last)
         self._blank.ends = request.address(self._ends)
 
     @property
@@ -90,6 +99,7 @@ class FlowDriver(Driver):
         *,
         section: Section | None = None,
         derivative: bool = False,
+        slopes: bool = False,
     ) -> Flow:
         """The motion from the start time on, to the section or, if it is not met, to the stop time.
 
@@ -98,11 +108,13 @@ class FlowDriver(Driver):
             start_time, stop_time: s.
             section: where it ends.
             derivative: follow it.
+            slopes: make them, of a derivative that is followed.
 
         Raises:
             MotionError: the motion cannot be continued, or the FMU ends it; says when and why.
         """
-        prepared = self._prepare(np.empty(0), values, request.table(self.fmu, {}, start_time, stop_time), 0.0, 0.0)
+        times = np.full(1 if self._recorded.names else 0, start_time)
+        prepared = self._prepare(times, values, request.table(self.fmu, {}, start_time, stop_time), 0.0, 0.0)
         c = prepared.c
         c.start, c.stop = start_time, stop_time
         if section is not None:
@@ -111,6 +123,7 @@ class FlowDriver(Driver):
         if derivative:
             c.tangents, c.tangent_room = request.address(self._tangents), request.address(self._room)
             c.tangent_pivots = request.address(self._pivots)
+            c.slopes = request.address(self._slopes) if slopes else None
         self._ends[:] = math.nan
         status = RUN.MORE
         while status == RUN.MORE:
@@ -121,7 +134,11 @@ class FlowDriver(Driver):
         if derivative:
             known = np.full_like(self._tangents, math.nan) if c.missed else self._tangents.copy()
         start, start_rates, states, rates = self._ends.copy()
-        return Flow(float(c.report_time), status == RUN.CROSSED, start, start_rates, states, rates, known)
+        slope = self._slopes.copy() if slopes else np.empty((0, 0))
+        return Flow(
+            float(c.report_time), status == RUN.CROSSED, start, start_rates, states, rates, known, slope,
+            self._last.copy(), prepared.values.ravel(),
+        )  # fmt: skip
 
 
 def constants_of(fmu: Fmu) -> list[str]:

@@ -101,8 +101,8 @@ def _names(mechanism: Body) -> Iterator[tuple[str, str]]:
 
 
 def _check_energies(mechanism: Body) -> None:
-    velocities = {q.v for q in mechanism.coordinates}
-    if velocities & mechanism.potential_energy.free_symbols:
+    velocities, symbols = {q.v for q in mechanism.coordinates}, Derivatives().symbols
+    if velocities & symbols(mechanism.potential_energy):
         raise StickslipError(
             f"{mechanism.name}: the potential energy depends on a velocity. Write damping as dissipation=c*q.v**2/2."
         )
@@ -112,7 +112,6 @@ def _check_energies(mechanism: Body) -> None:
                 f"{mechanism.name}: a force is applied to '{q.name}', which is not a coordinate of it."
             )
     inertia = mass_entries(mechanism)
-    symbols = Derivatives().symbols
     if any(velocities & symbols(entry) for entry in inertia.values()):
         raise StickslipError(
             f"{mechanism.name}: the kinetic energy is not quadratic in the velocities "
@@ -200,8 +199,9 @@ def _check_symbols(mechanism: Body) -> None:
         for symbol in sorted(contact.symbols, key=str):
             if isinstance(symbol, (Acceleration, ContactSymbol)):
                 raise StickslipError(f"contact '{contact.name}' uses {symbol.name}; only outputs may use it.")
+    symbols = Derivatives().symbols
     for expression in body:
-        for symbol in sorted(expression.free_symbols, key=str):
+        for symbol in sorted(symbols(expression), key=str):
             if isinstance(symbol, (Acceleration, ContactSymbol)):
                 raise StickslipError(f"{mechanism.name}: {symbol.name} is used in an energy; only outputs may use it.")
     for requirement in mechanism.all_requirements:

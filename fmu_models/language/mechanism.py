@@ -20,6 +20,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
 from fmu_models.language.declaration import Contact, Output, quantities_of_type
+from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.impacts import Impact
 from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
@@ -192,4 +193,4 @@ class Mechanism(Shown):
 
 
 def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:
-    return set().union(*(expression.free_symbols for expression in expressions))
+    return set().union(*map(Derivatives().symbols, expressions))

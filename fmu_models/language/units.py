@@ -19,6 +19,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.unit_names import base_units
 from fmu_models.language.contacts import ContactSymbol, Friction
 from fmu_models.language.declaration import Body
+from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.impacts import Impact
 from fmu_models.language.quantities import Quantity
 from fmu_models.language.stops import Stop
@@ -117,6 +118,8 @@ class _Units:
         self.model = model
         self.scaled = all(state.unit == "1" for state in states)
         self.known: dict[sympy.Basic, Dimension | None] = {}
+        self.parts: dict[sympy.Basic, Dimension | None] = {}
+        self.symbols = Derivatives().symbols
 
     def of_unit(self, unit: str) -> Dimension:
         try:
@@ -163,7 +166,12 @@ class _Units:
             if e not in self.known:
                 self.known[e] = _NONE if isinstance(e, ContactSymbol) else self.of_unit(e.unit)
             return self.known[e]
-        if e.has(sympy.Float) and not e.free_symbols:
+        if e not in self.parts:
+            self.parts[e] = self._composed(e)
+        return self.parts[e]
+
+    def _composed(self, e: Any) -> Dimension | None:
+        if not self.symbols(e) and e.has(sympy.Float):
             return None
         if e.is_Add:
             return self._sum(e)

@@ -1,4 +1,4 @@
-"""How branches, their curves, equilibria and manifolds are drawn in given axes, and what they say in words."""
+"""How branches, their curves and manifolds are drawn in given axes, and what they say in words."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch, Branches
+from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch
+from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.curve import ClosedForm, Curve, Curves
-from fmu_models.analyses.continuation.equilibria import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.homoclinic import Homoclinic
 from fmu_models.analyses.manifolds import Manifolds
@@ -53,13 +53,13 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
     dotted line between the multipliers on both sides."""
     marks: dict[str, list[tuple[float, float]]] = {}
     for branch in branches:
-        _draw_lines(*_lines(branch, of), "black", axes)
+        draw_lines(*lines_of(branch, of), "black", axes)
         for special in branch.special:
             heights = _heights(special, of, branch.every)
             marks.setdefault(special.kind, []).extend((special.value, height) for height in heights)
             if len(heights) > 1 and of == MULTIPLIER:
                 axes.plot([special.value] * 2, heights, ":", color="black", linewidth=1.0)
-    handles = _legend_of(marks, axes)
+    handles = legend_of(marks, axes)
     for bound in (-1.0, 1.0) if of == MULTIPLIER else ():
         axes.axhline(bound, color="0.7", linewidth=0.7, zorder=0)
     axes.autoscale_view()
@@ -70,7 +70,7 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
     legend_below(axes, handles)
 
 
-def _draw_lines(values: Vector, stable: Vector, lines: Vector, colour: str, axes: Axes) -> None:
+def draw_lines(values: Vector, stable: Vector, lines: Vector, colour: str, axes: Axes) -> None:
     """Heights (k, m) over values (m,), pieces thick where they are stable (m - 1,)."""
     from matplotlib.collections import LineCollection
 
@@ -80,7 +80,7 @@ def _draw_lines(values: Vector, stable: Vector, lines: Vector, colour: str, axes
         axes.add_collection(LineCollection(list(pieces), linewidths=widths, colors=colour, capstyle="round"))
 
 
-def _legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> list[Any]:
+def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> list[Any]:
     """Lines, and marks by kind, which are drawn where they lie."""
     handles = [
         axes.plot([], [], "-", color="black", linewidth=w, label=name)[0] for name, w in zip(SAID, WIDTHS, strict=True)
@@ -107,7 +107,7 @@ def legend_below(axes: Axes, handles: Sequence[Any]) -> None:
     )
 
 
-def _lines(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
+def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
     """What a branch is drawn by: values (m,), whether the pieces between are stable (m - 1,), heights (k, m) of each of
     its points; its specials lie among them, but for those where the word changes and with it the multipliers."""
     jumps = of == MULTIPLIER
@@ -144,87 +144,6 @@ def with_unit(name: str, units: Mapping[str, str]) -> str:
     """With its unit."""
     unit = units.get(name, "1")
     return name if unit == "1" else f"{name} ({unit})"
-
-
-@draw.register(EquilibriumBranch)
-def _(found: EquilibriumBranch, axes: Axes) -> None:
-    if found.of == EIGENVALUES:
-        _draw_eigenvalues(found, axes)
-    else:
-        _draw_equilibria(found, axes)
-
-
-def _draw_equilibria(found: EquilibriumBranch, axes: Axes) -> None:
-    """As branches of motions are, the cycles that leave them in another colour."""
-    stable = found.stable[:-1] & found.stable[1:]
-    _draw_lines(found.values, stable, found.points[None, :, found.states.index(found.of)], "black", axes)
-    marks: dict[str, list[tuple[float, float]]] = {}
-    for special in found.special:
-        marks.setdefault(special.kind, []).append((special.value, special.state[found.of]))
-    for cycles in found.cycles:
-        _draw_lines(*_lines(cycles, found.of), COLOURS[0], axes)
-        for special in cycles.special:
-            marks.setdefault(special.kind, []).append((special.value, special.state[found.of]))
-    handles = _legend_of(marks, axes)
-    if found.cycles:
-        handles.append(axes.plot([], [], color=COLOURS[0], label="cycles, where they begin")[0])
-    axes.autoscale_view()
-    axes.set_xlabel(with_unit(found.over, found.units))
-    axes.set_ylabel(with_unit(found.of, found.units))
-    axes.set_title(found.model, fontsize="medium")
-    legend_below(axes, handles)
-
-
-def _draw_eigenvalues(found: EquilibriumBranch, axes: Axes) -> None:
-    """Their way in the complex plane: dots along the branch, lines where they are a set, marks where it bifurcates."""
-    finite = np.isfinite(found.eigenvalues)
-    axes.plot(
-        found.eigenvalues[finite].real,
-        found.eigenvalues[finite].imag,
-        "o",
-        color="black",
-        markersize=2.5,
-        label=f"over {found.over}",
-    )
-    said: set[str] = set()
-    for special in found.special:
-        if special.eigenvalues_after is None:
-            at = special.eigenvalues[np.isfinite(special.eigenvalues)]
-            colour = COLOURS[5] if special.kind == "Hopf" else COLOURS[1]
-            axes.plot(at.real, at.imag, MARKS.get(special.kind, "o"), color=colour, label=special.kind, zorder=3)
-            continue
-        path = _path(special)
-        lines = axes.plot(path.real, path.imag, color=COLOURS[0], linewidth=1.2)
-        lines[0].set_label(f"set at {special.parameter} = {round(special.value, 12) + 0.0:.3g}: {special.kind}")
-        for name, shares in special.crossings.items():
-            rows = special.path(shares)
-            colour = COLOURS[1 + ["imaginary axis", "zero", "double"].index(name)]
-            apart = np.abs(rows[:, :, None] - rows[:, None, :] + 1e300 * np.eye(rows.shape[1]))
-            kept = rows[(apart.min(axis=2) if name == "double" else np.abs(rows.real)) < 1e-6]
-            label = None if name in said else name
-            axes.plot(kept.real, kept.imag, "o", color=colour, markersize=5, zorder=3, label=label)
-            said.add(name)
-            for share, at in zip(shares, kept[kept.imag >= -1e-6], strict=False):
-                above = (4, -11 if name == "double" else 4)
-                where = (at.real, at.imag)
-                axes.annotate(f"$q$ = {share:.4g}", where, above, textcoords="offset points", fontsize="x-small")
-    axes.axhline(0.0, color="0.6", linewidth=0.6, zorder=0)
-    axes.axvline(0.0, color="0.6", linewidth=0.6, zorder=0)
-    axes.set_xlabel("real part (1/s)")
-    axes.set_ylabel("imaginary part (1/s)")
-    axes.set_title(found.model, fontsize="medium")
-    axes.legend(frameon=False, fontsize="small")
-
-
-def _path(special: SpecialEquilibrium) -> Any:
-    """(m, n) the set of eigenvalues as n lines."""
-    from scipy.optimize import linear_sum_assignment
-
-    met = [share for shares in special.crossings.values() for share in shares]
-    path = special.path(np.unique([*np.linspace(0.0, 1.0, 401), *met]))
-    for before, row in pairwise(path):
-        row[:] = row[linear_sum_assignment(np.abs(before[:, None] - row))[1]]
-    return path
 
 
 @draw.register(Curve)
@@ -274,7 +193,7 @@ def _(curve: Curve) -> str:
     lines = [curve._heading(), f"  {kind}: {why}"]
     for met in curve.meetings:
         at = ", ".join(f"{name} = {value:.15g}" for name, value in met.parameters.items())
-        lines.append(f"  {met.kind} at {at}; {curve.called} {_numbers(met.multipliers)}")
+        lines.append(f"  {met.kind} at {at}; {curve.called} {numbers_text(met.multipliers)}")
     return "\n".join([*lines, f"  {last[0]}: {last[1]}"])
 
 
@@ -312,29 +231,7 @@ def _told(special: Special) -> str:
     return line
 
 
-@tell.register(EquilibriumBranch)
-def _(found: EquilibriumBranch) -> str:
-    """What is special, in the order of the branch, the ends, and the cycles that leave."""
-    (kind, why), last = found.ends
-    lines = [f"{found._heading()}: {found.stable.sum()} stable", f"  {kind}: {why}"]
-    lines += [f"  {_told_equilibrium(one)}" for one in found.special]
-    lines.append(f"  {last[0]}: {last[1]}")
-    return "\n".join([*lines, *(tell(one) for one in found.cycles)])
-
-
-def _told_equilibrium(special: SpecialEquilibrium) -> str:
-    kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
-    line = f"{kind} at {special.parameter} = {special.value:.15g}; eigenvalues {_numbers(special.eigenvalues)}"
-    if special.eigenvalues_after is not None:
-        line += f"; beyond {_numbers(special.eigenvalues_after)}"
-        line += "; two equilibria meet" if special.turns else ""
-    for where, shares in special.crossings.items():
-        each = (f"q = {q:.8g} ({_numbers(row)})" for q, row in zip(shares, special.path(shares), strict=True))
-        line += f"; {where} at {', '.join(each)}"
-    return line
-
-
-def _numbers(values: Any) -> str:
+def numbers_text(values: Any) -> str:
     return ", ".join(_number(one) for one in values)
 
 
@@ -371,7 +268,7 @@ def _(found: Manifolds) -> str:
     lines = [found._heading()]
     for point in found.saddle:
         lines.append("  saddle " + ", ".join(f"{n} = {v:.15g}" for n, v in zip(found.states, point, strict=True)))
-    lines.append(f"  eigenvalues {_numbers(found.eigenvalues)}")
+    lines.append(f"  eigenvalues {numbers_text(found.eigenvalues)}")
     lines += [f"  {one.kind} along {one.eigenvalue:.8g}: {len(one.points)} points; {one.end}" for one in found.curves]
     return "\n".join(lines)
 
@@ -395,7 +292,7 @@ def _(found: Homoclinic) -> str:
     return "\n".join(
         [
             found._heading(),
-            f"  saddle {at}; eigenvalues {_numbers(found.eigenvalues)}",
+            f"  saddle {at}; eigenvalues {numbers_text(found.eigenvalues)}",
             f"  {born} cycle is born there; known to {found.width:.2g}",
         ]
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
 from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram

@@ -66,6 +66,7 @@ class Field:
         indicators = [contacts[-1] + 1 + i for i in range(count)]
         self._read = np.array([*self._states, *self._rates, *contacts, *indicators], dtype=np.uint32)
         self._ends = np.cumsum([len(self._states), len(self._rates), len(contacts)])
+        self.contacts = tuple(fmu.contacts)
 
     def _reference(self, name: str) -> int:
         return int(self.fmu.variables[name].valueReference)

@@ -85,10 +85,13 @@ def fit_friction(
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
-        return work.contested(made := work.without_causes(), work.concluded("end", made))
-    named = asked_for(disturbances)
-    terms_of(ready, named)  # names are judged before the work
-    return work.with_causes(named)
+        fit = work.contested(made := work.without_causes(), work.concluded("end", made))
+    else:
+        named = asked_for(disturbances)
+        terms_of(ready, named)  # names are judged before the work
+        fit = work.with_causes(named)
+    given_logs = [motion.log for motion in logs.motions] if isinstance(logs, Pool) else logs
+    return replace(fit, recorded=tuple(given_logs))
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
-from fmu_models.base.shown import Pictured
+from fmu_models.base.shown import Moving
 from identification.estimators.releases import Breakaway
 from identification.fit.parts import (
     AT_LEAST,
@@ -40,6 +40,7 @@ from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
 from identification.inference.whiteness import Whiteness
 from identification.measurement.presliding import PreSliding
+from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:
     import pandas
@@ -63,7 +64,7 @@ WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: 
 
 
 @dataclass(frozen=True)
-class FrictionFit(Pictured):
+class FrictionFit(Moving):
     """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
     and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
 
@@ -78,7 +79,8 @@ class FrictionFit(Pictured):
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
     that of the fit, itself among them, empty where none were; posterior: where it was sampled.
-    solved: the problem behind it, None in a fit that was read back.
+    solved: the problem behind it, None in a fit that was read back; recorded: its logs, beside which a notebook shows
+    the model live; no file keeps them.
     """
 
     estimator: str
@@ -115,6 +117,7 @@ class FrictionFit(Pictured):
     rivals: tuple[RivalLaw, ...] = ()
     posterior: Posterior | None = None
     solved: Solved | None = field(default=None, repr=False, compare=False)
+    recorded: tuple[RigLog, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -259,8 +262,8 @@ class FrictionFit(Pictured):
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`. An open end of an interval is null."""
         sampled = None if self.posterior is None else replace(self.posterior, samples=None)
-        plain = asdict(replace(self, solved=None, posterior=sampled))
-        del plain["solved"]
+        plain = asdict(replace(self, solved=None, recorded=(), posterior=sampled))
+        del plain["solved"], plain["recorded"]
         if sampled is not None:
             del plain["posterior"]["samples"]
         for one in plain["parameters"]:
@@ -296,7 +299,7 @@ class FrictionFit(Pictured):
             raise StickslipError(
                 f"The fit has format version {plain.get('version')}; this program reads version {VERSION}. Fit again."
             )
-        values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved")}
+        values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved", "recorded")}
         if isinstance(values.get("parameters"), list):
             values["parameters"] = [_without_written(one) for one in values["parameters"]]
         kept = {written: name for name, written in NAMES.items()}

@@ -15,6 +15,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.unit_names import base_units
+from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.quantities import Parameter
 
 Monomial = tuple[tuple[Parameter, int], ...]
@@ -29,21 +30,27 @@ def linear_parts(expression: sympy.Expr, unknown: Set[sympy.Basic]) -> Parts:
     Raises:
         StickslipError: a parameter stands in a function, a denominator or a fractional power.
     """
-    if not expression.free_symbols & unknown:
+    return _parts(expression, unknown, Derivatives())
+
+
+def _parts(expression: sympy.Expr, unknown: Set[sympy.Basic], shared: Derivatives) -> Parts:
+    """shared: knows the symbols of every part, which SymPy would gather anew for each."""
+    held = shared.symbols(expression) & unknown
+    if not held:
         return {NOTHING: expression}
     if isinstance(expression, Parameter):
         return {((expression, 1),): sympy.S.One}
     if isinstance(expression, sympy.Add):
         found: Parts = {}
         for part in expression.args:
-            for monomial, motion in linear_parts(part, unknown).items():
+            for monomial, motion in _parts(part, unknown, shared).items():
                 found[monomial] = found.get(monomial, sympy.S.Zero) + motion
         return found
     if isinstance(expression, sympy.Mul):
-        return reduce(_product, (linear_parts(part, unknown) for part in expression.args))
+        return reduce(_product, (_parts(part, unknown, shared) for part in expression.args))
     if isinstance(expression, sympy.Pow) and expression.exp.is_Integer and expression.exp > 0:
-        return reduce(_product, [linear_parts(expression.base, unknown)] * int(expression.exp))
-    names = ", ".join(sorted(str(one.name) for one in expression.free_symbols & unknown))  # type: ignore[attr-defined]
+        return reduce(_product, [_parts(expression.base, unknown, shared)] * int(expression.exp))
+    names = ", ".join(sorted(str(one.name) for one in held))  # type: ignore[attr-defined]
     raise StickslipError(
         f"'{sympy.sstr(expression)}' is not linear in {names} or in products of parameters: what is to be found must "
         f"stand outside functions and denominators. Take {names} as known."

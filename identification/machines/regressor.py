@@ -101,9 +101,16 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
 
 
 def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> sympy.Expr:
-    """The expression with parameters at values."""
-    found: Any = sympy.sympify(expression).xreplace(at)
-    return found
+    """The expression with parameters at values; every shared part is rebuilt once."""
+    found: dict[Any, Any] = dict(at)
+
+    def rebuilt(e: Any) -> Any:
+        if e not in found:
+            inner = [rebuilt(argument) for argument in e.args]
+            found[e] = e if inner == list(e.args) else e.func(*inner)
+        return found[e]
+
+    return rebuilt(sympy.sympify(expression))
 
 
 def _known(mechanism: Mechanism, known: Mapping[str, float]) -> dict[Parameter, float]:

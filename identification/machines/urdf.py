@@ -2,7 +2,8 @@
 
 Each link i has a mass m, first moments sx, sy, sz and six inertias about its joint; each joint a rotor inertia Ia,
 viscous friction fv, Coulomb friction fs and an offset of its effort. What the file says of masses and inertias becomes
-their declared values. Energies are built link by link in the links' own frames and never multiplied out.
+their declared values, those of links at fixed joints with those of the link that carries them. Energies are built link
+by link in the links' own frames and never multiplied out.
 
 Source of the form: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), chapters 3 and 9.
 """
@@ -13,7 +14,7 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -40,6 +41,7 @@ class _Joint:
     turn: np.ndarray
     offset: np.ndarray
     axis: np.ndarray
+    mimics: str
 
 
 @dataclass(frozen=True)
@@ -50,14 +52,40 @@ class _Body:
     moments: np.ndarray
     inertia: np.ndarray
 
+    def with_body(self, other: _Body, turn: np.ndarray, offset: np.ndarray) -> _Body:
+        """This one and another whose frame stands so in this one's."""
+        moments, (m, p) = turn @ other.moments, (other.mass, offset)
+        both = np.outer(p, moments)
+        about = turn @ other.inertia @ turn.T + (m * p @ p + 2 * p @ moments) * np.eye(3)
+        inertia = about - m * np.outer(p, p) - both - both.T
+        return _Body(self.mass + m, self.moments + moments + m * p, self.inertia + inertia)
+
+
+@dataclass(frozen=True)
+class _Link:
+    """What one joint moves, with all that is fixed to it. carrier: number of the link that carries it, None for the
+    base; turn (3, 3), offset (3,): of the joint's frame in the carrier's."""
+
+    name: str
+    joint: str
+    kind: str
+    carrier: int | None
+    turn: np.ndarray
+    offset: np.ndarray
+    axis: np.ndarray
+    body: _Body
+
 
 def mechanism_from_urdf(
     path: str | os.PathLike[str], *, gravity: Sequence[float] = GRAVITY, friction: bool = True
 ) -> Mechanism:
-    """A serial robot. Coordinates are named q1, q2, ... from the base on, efforts tau1, tau2, ...
+    """A robot, serial or branched. gravity: m/s^2 in the frame of the base, which a wall or a ceiling turns.
+
+    Coordinates are named q1, q2, ... from the base on, branch after branch as the file has them, efforts tau1, tau2,
+    ...; links at fixed joints belong to those that carry them.
 
     Raises:
-        StickslipError: the file is no URDF, or its joints branch, or neither turn nor slide, or lead to no link.
+        StickslipError: it is no URDF; its joints are no tree, neither turn nor slide, copy others, or lead to no link.
     """
     file = existing(path, "URDF")
     try:
@@ -67,55 +95,43 @@ def mechanism_from_urdf(
     if root.tag != "robot":
         raise StickslipError(f"'{path}' is no URDF: it begins with <{root.tag}>, a URDF with <robot>.")
     bodies = {str(link.get("name")): _body(link) for link in root.findall("link")}
-    chain = _chain(os.fspath(path), [_joint(one) for one in root.findall("joint")])
-    for joint in chain:
-        if joint.child not in bodies:
-            raise StickslipError(
-                f"Joint '{joint.name}' of '{path}' leads to '{joint.child}', and no link is called so."
-            )
-    if all(joint.kind == "fixed" for joint in chain):
+    joints = [_joint(one) for one in root.findall("joint")]
+    links = _links(os.fspath(path), joints, bodies)
+    if not links:
         raise StickslipError(f"No joint of '{path}' moves: there is nothing to find.")
     name = _identifier(root.get("name") or file.stem)
-    return _declared(name, chain, bodies, np.array(gravity, dtype=float), friction)
+    return _declared(name, links, np.array(gravity, dtype=float), friction)
 
 
-def _declared(
-    name: str, chain: Sequence[_Joint], bodies: dict[str, _Body], gravity: np.ndarray, friction: bool
-) -> Mechanism:
+def _declared(name: str, links: Sequence[_Link], gravity: np.ndarray, friction: bool) -> Mechanism:
     zero = sympy.zeros(3, 1)
-    v, w, down, height = zero, zero, sympy.Matrix(gravity), sympy.S.Zero
+    base = (zero, zero, sympy.Matrix(gravity), sympy.S.Zero)
+    # of each link in its frame: velocity, rate of turn, gravity; and its height
+    motions: list[tuple[sympy.Matrix, sympy.Matrix, sympy.Matrix, sympy.Expr]] = []
     kinetic, potential, dissipation = sympy.S.Zero, sympy.S.Zero, sympy.S.Zero
     coordinates, contacts, applied = [], [], {}
-    for joint in chain:
-        offset = sympy.Matrix(joint.offset)
-        turn, slide, axis = sympy.Matrix(joint.turn).T, zero, sympy.Matrix(joint.axis)
-        velocity, along = sympy.S.Zero, zero
-        if joint.kind != "fixed":
-            number = len(coordinates) + 1
-            turns = joint.kind != "prismatic"
-            q = Coordinate(f"q{number}", "rad" if turns else "m", joint.name, velocity=f"w{number}")
-            coordinates.append(q)
-            if turns:
-                turn, velocity = _about(joint.axis, q).T * turn, q.v
-            else:
-                slide, along = axis * q, axis * q.v
-        # the frame of the parent, then what the joint adds
-        reach = offset + sympy.Matrix(joint.turn) * slide
+    for number, link in enumerate(links, 1):
+        turns = link.kind != "prismatic"
+        q = Coordinate(f"q{number}", "rad" if turns else "m", link.joint, velocity=f"w{number}")
+        coordinates.append(q)
+        v, w, down, height = base if link.carrier is None else motions[link.carrier]
+        axis, turn = sympy.Matrix(link.axis), sympy.Matrix(link.turn)
+        # the frame of the carrier, then what the joint adds
+        reach = sympy.Matrix(link.offset) + (zero if turns else turn * axis * q)
+        back = (_about(link.axis, q).T if turns else sympy.eye(3)) * turn.T
         height = height - down.dot(reach)
-        v, w, down = turn * (v + w.cross(reach)) + along, turn * w + axis * velocity, turn * down
-        body = bodies[joint.child]
-        if joint.kind == "fixed" and not body.mass:
-            continue
-        m, moments, inertia = _parameters(len(coordinates), joint, body)
+        v, w, down = back * (v + w.cross(reach)), back * w, back * down
+        v, w = (v, w + axis * q.v) if turns else (v + axis * q.v, w)
+        motions.append((v, w, down, height))
+        m, moments, inertia = _parameters(number, link)
         kinetic += (m * v.dot(v) + w.dot(inertia * w)) / 2 + moments.dot(v.cross(w))
         potential += m * height - down.dot(moments)
-    for number, q in enumerate(coordinates, 1):
-        unit = "N m" if q.unit == "rad" else "N"
-        inertial = "kg m2" if q.unit == "rad" else "kg"
+        unit = "N m" if turns else "N"
+        inertial = "kg m2" if turns else "kg"
         kinetic += Parameter(f"Ia{number}", 0.0, inertial, "rotor inertia at the joint", minimum=0.0) * q.v**2 / 2
         applied[q] = Input(f"tau{number}", 0.0, unit, f"effort of joint {number}")
         if friction:
-            viscous = Parameter(f"fv{number}", 0.0, f"{unit} s" if q.unit == "rad" else "N s/m", "viscous", minimum=0.0)
+            viscous = Parameter(f"fv{number}", 0.0, f"{unit} s" if turns else "N s/m", "viscous", minimum=0.0)
             dissipation += viscous * q.v**2 / 2
             dry = Parameter(f"fs{number}", 0.0, unit, "Coulomb friction", minimum=0.0)
             contacts.append(Friction(name=f"joint{number}", slip=q.v, law=Coulomb(N=sympy.S.One, mu=dry)))
@@ -133,46 +149,81 @@ def _declared(
     )
 
 
-def _parameters(number: int, joint: _Joint, body: _Body) -> tuple[Parameter, sympy.Matrix, sympy.Matrix]:
-    tag = f"{number}" if joint.kind != "fixed" else f"{number}_{_identifier(joint.child)}"
-    m = Parameter(f"m{tag}", body.mass, "kg", f"mass of {joint.child}")
+def _parameters(number: int, link: _Link) -> tuple[Parameter, sympy.Matrix, sympy.Matrix]:
+    body = link.body
+    m = Parameter(f"m{number}", body.mass, "kg", f"mass of {link.name}")
     moments = [
-        Parameter(f"s{c}{tag}", float(value), "kg m", "mass times centre")
+        Parameter(f"s{c}{number}", float(value), "kg m", "mass times centre")
         for c, value in zip("xyz", body.moments, strict=True)
     ]
     terms = {}
     for a, b in PAIRS:
         value = float(body.inertia["xyz".index(a), "xyz".index(b)])
-        terms[a + b] = Parameter(f"J{a}{b}{tag}", value, "kg m2", f"inertia of {joint.child}")
+        terms[a + b] = Parameter(f"J{a}{b}{number}", value, "kg m2", f"inertia of {link.name}")
     inertia = sympy.Matrix([[terms["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"])
     return m, sympy.Matrix(moments), inertia
 
 
-def _chain(path: str, joints: Sequence[_Joint]) -> list[_Joint]:
-    """From the base on; fixed ends without joints after them are kept."""
+def _links(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> list[_Link]:
+    """What moves, from the base on."""
     children = {joint.child for joint in joints}
     bases = {joint.parent for joint in joints} - children
     if len(bases) != 1:
         raise StickslipError(f"'{path}' has {len(bases)} bases ({', '.join(sorted(bases))}); a robot has one.")
-    (at,) = bases
-    found: list[_Joint] = []
-    while True:
-        after = [joint for joint in joints if joint.parent == at]
-        if not after:
-            return found
-        if len(after) > 1:
-            raise StickslipError(
-                f"'{path}' branches at '{at}' ({', '.join(joint.child for joint in after)}): a serial robot is read. "
-                "Declare a tree as a Mechanism."
-            )
-        (joint,) = after
+    _check_joints(path, joints, bodies)
+    found: list[_Link] = []
+    reached: set[str] = set()
+    # joints to go on from: the link that carries each, and the place of its parent's frame there
+    ahead: list[tuple[_Joint, int | None, np.ndarray, np.ndarray]] = []
+
+    def go_on(parent: str, carrier: int | None, turn: np.ndarray, offset: np.ndarray) -> None:
+        after = [joint for joint in joints if joint.parent == parent]
+        ahead.extend((joint, carrier, turn, offset) for joint in reversed(after))
+
+    (base,) = bases
+    go_on(base, None, np.eye(3), np.zeros(3))
+    while ahead:
+        joint, carrier, turn, offset = ahead.pop()
+        offset, turn = offset + turn @ joint.offset, turn @ joint.turn
+        body = bodies[joint.child]
+        if joint.kind == "fixed":
+            if carrier is not None:
+                whole = found[carrier].body.with_body(body, turn, offset)
+                found[carrier] = replace(found[carrier], body=whole)
+            go_on(joint.child, carrier, turn, offset)
+        else:
+            found.append(_Link(joint.child, joint.name, joint.kind, carrier, turn, offset, joint.axis, body))
+            go_on(joint.child, len(found) - 1, np.eye(3), np.zeros(3))
+        reached.add(joint.name)
+    loose = [joint.name for joint in joints if joint.name not in reached]
+    if loose:
+        raise StickslipError(f"Joint '{loose[0]}' of '{path}' is one of a loop: a URDF is a tree from its base on.")
+    return found
+
+
+def _check_joints(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> None:
+    carriers: dict[str, str] = {}
+    for joint in joints:
         if joint.kind not in ("revolute", "continuous", "prismatic", "fixed"):
             raise StickslipError(
                 f"Joint '{joint.name}' of '{path}' is '{joint.kind}'; revolute, continuous, prismatic "
                 "and fixed ones are read."
             )
-        found.append(joint)
-        at = joint.child
+        if joint.mimics:
+            raise StickslipError(
+                f"Joint '{joint.name}' of '{path}' mimics '{joint.mimics}': joints with one motion share an effort. "
+                "Declare the robot as a Mechanism with one coordinate for both, or make the joint fixed."
+            )
+        if joint.child not in bodies:
+            raise StickslipError(
+                f"Joint '{joint.name}' of '{path}' leads to '{joint.child}', and no link is called so."
+            )
+        if joint.child in carriers:
+            raise StickslipError(
+                f"Link '{joint.child}' of '{path}' hangs on two joints, '{carriers[joint.child]}' and '{joint.name}': "
+                "a URDF is a tree. Declare a loop as a Mechanism."
+            )
+        carriers[joint.child] = joint.name
 
 
 def _joint(one: ElementTree.Element) -> _Joint:
@@ -181,7 +232,7 @@ def _joint(one: ElementTree.Element) -> _Joint:
         raise StickslipError(f"Joint '{one.get('name')}' has no parent or no child: this is no whole URDF.")
     turn, offset = _origin(one)
     direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
-    length = float(np.linalg.norm(direction))
+    length, mimic = float(np.linalg.norm(direction)), one.find("mimic")
     if length == 0:
         raise StickslipError(f"The axis of joint '{one.get('name')}' is zero.")
     return _Joint(
@@ -192,6 +243,7 @@ def _joint(one: ElementTree.Element) -> _Joint:
         turn,
         offset,
         direction / length,
+        "" if mimic is None else str(mimic.get("joint")),
     )
 
 

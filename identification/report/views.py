@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING
 
-from fmu_models.base.shown import draw, tell
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import draw, move, tell
 from identification.fit.inverse import InverseRun
 from identification.fit.result import FrictionFit
 from identification.inference.comparison import LawComparison
-from identification.model_check.families import FamilyComparison
+from identification.model_check.families import FamilyComparison, compare_families
 from identification.model_check.portraits import PortraitComparison
 from identification.model_check.table import comparison_report
 from identification.report.family_figure import draw_diagram, draw_portrait
 from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import draw_fit
+from identification.report.live import live_frame
 from identification.report.machine_figures import draw_effort
 from identification.report.machine_tables import inverse_report
 
@@ -28,6 +31,17 @@ WIDTH = 100  # characters of a line
 @draw.register(FrictionFit)
 def _(fit: FrictionFit, axes: Axes) -> None:
     draw_fit(axes, fit)
+
+
+@move.register(FrictionFit)
+def _(fit: FrictionFit) -> str:
+    """Beside the portraits of its logs, which a fit that was read from a file does not have."""
+    if not fit.recorded:
+        return ""
+    try:
+        return live_frame(fit, compare_families(fit, fit.recorded, uncertainty=False))._repr_html_()
+    except StickslipError as error:
+        return f"<p>Not live: {escape(str(error))}</p>"
 
 
 @draw.register(FamilyComparison)
@@ -84,5 +98,6 @@ def _text(renderable: RenderableType) -> str:
     from rich.console import Console
 
     out = StringIO()
-    Console(file=out, width=WIDTH, highlight=False).print(renderable)
+    # text wherever it is asked for: a notebook's console would show it instead, and colours are codes
+    Console(file=out, width=WIDTH, highlight=False, force_terminal=False, force_jupyter=False).print(renderable)
     return out.getvalue().rstrip()

@@ -31,7 +31,8 @@ sys.path.append(str(Path(__file__).parents[1] / "foreign"))
 from models import foreign
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.driver import Driver
+from fmu_models.importer.simulate import simulate_any
 
 LADDER = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 SWEPT = 20

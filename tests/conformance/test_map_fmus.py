@@ -13,7 +13,7 @@ from fmu_models.analyses.iteration import Iteration, iterate
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import FMI_VERSIONS, export_map
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.maps import Map
 from fmu_models.language.quantities import Parameter, State
 from fmu_models.maps import MAPS

@@ -7,7 +7,7 @@ import pytest
 
 from fmu_models.codegen.package import FMI_VERSIONS, built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 

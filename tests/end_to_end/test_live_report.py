@@ -13,11 +13,14 @@ import numpy as np
 import pytest
 from made_fit import made_fit
 
+from identification.fit.fit import fit_friction
+from identification.fit.result import FrictionFit
 from identification.fitted_model.model import TRANSIENT, FittedModel, fitted_model
 from identification.model_check.families import FamilyComparison, processing_of
 from identification.model_check.portraits import Portrait, PortraitComparison, Rest, Settling, compare_motions
 from identification.report.live import MOST, live_frame
 from identification.report.page import Findings, write_report
+from rig_io.bench.emulator import emulate, standard_set
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -156,6 +159,32 @@ def test_what_cannot_move_is_named():
     late = replace(family(("disc0",)).members[0], settling=Settling(3.0, None))
     live = live_frame(FIT, [FamilyComparison((late,), "disc0", None, ())])
     assert live.html == "" and "begins before it has settled: log0.5" in live._repr_html_()
+
+
+def test_a_notebook_shows_a_fit_live_and_its_page_needs_no_network(frame: Any, tmp_path: Path):
+    notebooks = pytest.importorskip("nbformat.v4", reason="nbformat, which makes notebooks, is missing")
+    nbconvert = pytest.importorskip("nbconvert", reason="nbconvert, which makes a page of a notebook, is missing")
+    logs = [emulate(one, 1, number) for number, one in enumerate(standard_set(duration=8.0)[1:])]
+    fit = fit_friction(logs, estimator="weak-form")
+    html = fit._repr_html_()
+    assert "<table" in html and html.count("<iframe sandbox=") == 1
+    shown = notebooks.new_output("execute_result", {"text/html": html, "text/plain": repr(fit)}, execution_count=1)
+    cell = notebooks.new_code_cell("fit", outputs=[shown], execution_count=1)
+    written, _ = nbconvert.HTMLExporter(template_name="basic").from_notebook_node(notebooks.new_notebook(cells=[cell]))
+    (tmp_path / "fit.html").write_text(written, "utf-8")
+    tab = frame.page.context.browser.new_page()
+    said: list[str] = []
+    tab.on("request", lambda request: said.append(request.url))
+    tab.on("console", lambda message: said.append(message.text))
+    tab.goto((tmp_path / "fit.html").as_uri())
+    tab.frame_locator("iframe").locator("#metrics tr").first.wait_for()
+    assert tab.frame_locator("iframe").locator("#which").inner_text().startswith(f"{logs[0].name}: disc0 ")
+    assert said == [(tmp_path / "fit.html").as_uri()]
+    # of a file there is the table alone, and where no comparison can be made the reason beside it
+    read = FrictionFit.from_json(fit.to_json())
+    assert "<table" in read._repr_html_() and "<iframe" not in read._repr_html_()
+    still = replace(read, recorded=(logs[-1],))._repr_html_()
+    assert "<table" in still and "<p>Not live: There is no stick-slip log among those given." in still
 
 
 def test_the_page_grows_by_little_and_only_then_has_scripts(report: Path, tmp_path: Path):

@@ -17,16 +17,16 @@ from fmu_models.fmu.fmu import Fmu
 TABLE_1 = {"ks": 10.0, "omega": 0.8}
 
 
-def read_as_foreign(path: Path, directional: bool) -> Fmu:
+def read_as_foreign(path: Path, directional: bool, name: str = "discontinuous_support") -> Fmu:
     """Our own FMU, whose description does not say who made it, nor, if so, that it has directional derivatives."""
-    with zipfile.ZipFile(built("discontinuous_support")) as given, zipfile.ZipFile(path, "w") as made:
-        for name in given.namelist():
-            content = given.read(name)
-            if name == "modelDescription.xml":
+    with zipfile.ZipFile(built(name)) as given, zipfile.ZipFile(path, "w") as made:
+        for part in given.namelist():
+            content = given.read(part)
+            if part == "modelDescription.xml":
                 content = re.sub(rb'generationTool="[^"]*"', b'generationTool="another"', content)
                 if not directional:
                     content = re.sub(rb' provides?DirectionalDerivatives?="true"', b"", content)
-            made.writestr(name, content)
+            made.writestr(part, content)
     return Fmu.open(path)
 
 

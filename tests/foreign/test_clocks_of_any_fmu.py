@@ -17,9 +17,10 @@ from fmu_models.codegen.package import built
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import driver as drivers
-from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.driver import Driver
 from fmu_models.importer.experiment import Experiment, perform
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.report.run_summary import print_summary, summary
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal

@@ -16,8 +16,8 @@ from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.toml_system import read_system
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.importer.simulate import simulate_any
 
 SCENE = Path(__file__).parents[2] / "data" / "systems" / "disc_rig_motors.toml"
 

@@ -14,9 +14,10 @@ from hostile_models import hostile
 from models import Models
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.driver import Driver
 from fmu_models.importer.instance import F
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.importer.simulate import simulate_any
 
 
 def test_runs_of_one_driver_are_the_same_as_runs_of_new_ones(model: Models) -> None:

@@ -9,8 +9,8 @@ import pytest
 from models import Models
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.signal import Signal
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")

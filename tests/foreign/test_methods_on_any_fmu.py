@@ -10,7 +10,8 @@ import pytest
 from models import Models
 from scipy.integrate import solve_ivp
 
-from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.driver import Driver
+from fmu_models.importer.simulate import simulate_any
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")
 

@@ -10,8 +10,8 @@ from models import Models
 from numpy.polynomial import Polynomial
 from scipy.optimize import root_scalar
 
-from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.importer.simulate import simulate_any
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")
 

@@ -13,8 +13,9 @@ from scipy.linalg import expm
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import Limits
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.driver import Driver
 from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.results import read_trajectory
 
 ARRAYS = {"A": "nn", "B": "nm", "C": "rn", "D": "rm", "x0": "n", "u": "m", "y": "r", "x": "n", "der(x)": "n"}

@@ -16,8 +16,9 @@ from models import FOLDER
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import Limits
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.driver import Driver
 from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.results import read_trajectory
 from identification import cli
 

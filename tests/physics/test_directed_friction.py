@@ -14,7 +14,7 @@ from mechanisms import LOAD, MASS, mechanism, opened
 from fmu_models import oscillators
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws.directional import Directional

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fmu_models import Automaton, Fmu, Parameter, State, StickslipError, Switch, equilibria, load, simulate
+from fmu_models.analyses.continuation.branch import Branch
 from fmu_models.codegen.package import built_of
 from fmu_models.lowering.lower import lower
 
@@ -32,6 +33,13 @@ def made(name, flows, switches=(), states=()):
     return Fmu.open(built_of(lower(model)))
 
 
+def cycles_of(special, **options):
+    """The one branch of cycles that leaves at a special point."""
+    (cycles,) = special.switch(**options)
+    assert isinstance(cycles, Branch)
+    return cycles
+
+
 def test_a_discontinuous_hopf_point_and_its_cycle():
     (known,) = (one for one in POINTS if one["system"] == "planar_hopf")
     found = planar_hopf()
@@ -45,7 +53,7 @@ def test_a_discontinuous_hopf_point_and_its_cycle():
     assert special.path(double)[0] == pytest.approx([-1.0, -1.0], abs=1e-7)
     assert found.points[:, 0] == pytest.approx(-1.5 * np.abs(found.values), abs=1e-12)
     assert (found.stable == (found.values < 0.0)).all()
-    (cycles,) = special.switch()
+    cycles = cycles_of(special)
     assert cycles.values[-1] == 1.0 and cycles.stable.all()
     assert cycles.periods == pytest.approx(np.full(len(cycles.periods), known["cycle_period"]), rel=1e-10)
     assert cycles.multipliers[:, 1] == pytest.approx(np.full(len(cycles.periods), known["multiplier"]), rel=1e-8)
@@ -68,7 +76,7 @@ def test_a_multiple_crossing_where_a_focus_and_a_saddle_meet():
     assert found.points[left, 0] == pytest.approx(2.0 * found.values[left], abs=1e-12)
     assert found.points[~left, 0] == pytest.approx(-2.0 / 3.0 * found.values[~left], abs=1e-12)
     assert found.points[:, 1] == pytest.approx(2.0 * found.values, abs=1e-12)
-    assert special.eigenvalues_after.real == pytest.approx(
+    assert special.eigenvalues_after is not None and special.eigenvalues_after.real == pytest.approx(
         [1.75 + (73 / 16) ** 0.5, 1.75 - (73 / 16) ** 0.5], abs=1e-12
     )
     assert [kind for kind, _ in found.ends] == ["range", "range"]
@@ -90,7 +98,9 @@ def test_the_first_lyapunov_coefficient_tells_how_the_cycles_grow():
     """rho^2 = -alpha'(mu) (mu - mu_H)/(omega l1) for x = 2 rho Re(q exp(i omega t)), to first order."""
     found = smooth()
     hopf = found.special[0]
-    (cycles,) = hopf.switch(points=40)
+    cycles = cycles_of(hopf, points=40)
+    # towards the homoclinic motion, whose saddle's rates add up to about 2 1/s
+    assert "it grows with the period" in cycles.ends[1][1] and "a homoclinic motion is near" in cycles.ends[1][1]
     model, mu = load("planar_multiple_crossing_smooth"), float(cycles.values[0])
     begin = dict(zip(cycles.states, cycles.points[0].tolist(), strict=True))
     period = float(cycles.periods[0])
@@ -117,7 +127,7 @@ def test_the_disc_rig_loses_its_equilibrium(known):
     assert hopf.value == pytest.approx(float(known["value_independent"]), abs=1e-12)
     assert (hopf.kind, hopf.criticality) == ("Hopf", "subcritical")
     assert hopf.frequency == pytest.approx((2.62 / 0.0548) ** 0.5, abs=1e-11)
-    (cycles,) = hopf.switch(points=30)
+    cycles = cycles_of(hopf, points=30)
     assert cycles.values[0] > hopf.value and not cycles.stable[0]
     assert cycles.periods[0] == pytest.approx(2 * np.pi / hopf.frequency, rel=1e-3)
 
@@ -139,7 +149,7 @@ def test_an_equilibrium_that_slides_leaves_its_surface(mu):
     assert found.points[:, 0] == pytest.approx(expected, abs=1e-12)
     last = found.special[1]
     assert list(last.eigenvalues) == [pytest.approx(-1.0), -np.inf]
-    assert last.eigenvalues_after.real == pytest.approx([-0.5, -1.0], abs=1e-12)
+    assert last.eigenvalues_after is not None and last.eigenvalues_after.real == pytest.approx([-0.5, -1.0], abs=1e-12)
     assert found.stable.all()
 
 

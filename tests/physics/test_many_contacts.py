@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism

@@ -14,7 +14,7 @@ from test_stores import content
 
 from fmu_models import StickslipError, Strobe, load
 from fmu_models.analyses.continuation import begin as begins
-from fmu_models.analyses.continuation.branch import Branches, all_branches, branch
+from fmu_models.analyses.continuation.branches import Branches, all_branches, branch
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
 
 xarray = pytest.importorskip("xarray")

@@ -27,7 +27,7 @@ MORE = 0.05  # N m s, viscous friction of the elbow forwards
 def with_other_friction(one: MachineLog) -> MachineLog:
     """The shoulder's friction falls with speed; the elbow's viscous one is greater forwards."""
     # smooth over 0.16 s: counts of the encoder would make the friction itself noisy
-    v = savgol_filter(one.position, 41, 3, deriv=1, delta=one.time[1] - one.time[0], axis=0)
+    v = np.asarray(savgol_filter(one.position, 41, 3, deriv=1, delta=one.time[1] - one.time[0], axis=0))
     shoulder = FALL * np.exp(-((v[:, 0] / OVER) ** 2)) * np.sign(v[:, 0])
     return replace(one, effort=one.effort + np.stack([shoulder, MORE * np.maximum(v[:, 1], 0)], axis=1))
 

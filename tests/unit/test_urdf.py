@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from emulated_arm import ARM, log, torques
 from typer.testing import CliRunner
+from urdf_robots import QUARTER, arm, joint, link
 
 from fmu_models import StickslipError
 from identification.commands.application import app
@@ -17,35 +18,6 @@ from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.urdf import mechanism_from_urdf
 
 RNG = np.random.default_rng(5)
-QUARTER = "1.57079632679"  # as files have it
-
-
-def link(name: str, mass: float = 0.0, centre: str = "0 0 0", inertia: str = "", rpy: str = "0 0 0") -> str:
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="{rpy}"/><mass value="{mass}"/>'
-        f"<inertia {inertia}/></inertial></link>"
-    )
-
-
-def joint(name: str, kind: str, parent: str, child: str, xyz: str = "0 0 0", axis: str = "0 1 0", rpy: str = "") -> str:
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{xyz}" rpy="{rpy or "0 0 0"}"/><axis xyz="{axis}"/></joint>'
-    )
-
-
-def arm() -> str:
-    """The two-link arm of data/machines, hanging; the lower link's inertia in a frame that is turned."""
-    p = ARM
-    upper, lower = p["J1"] - p["m1"] * p["r1"] ** 2, p["J2"] - p["m2"] * p["r2"] ** 2
-    parts = [
-        '<link name="base"/>',
-        link("upper", p["m1"], f"0 0 -{p['r1']}", f'iyy="{upper!r}"'),
-        link("lower", p["m2"], f"0 0 -{p['r2']}", f'ixx="{lower!r}"', rpy=f"0 0 {QUARTER}"),
-        joint("shoulder", "revolute", "base", "upper"),
-        joint("elbow", "continuous", "upper", "lower", xyz=f"0 0 -{p['l1']}", axis="0 2 0"),
-    ]
-    return f'<robot name="two-link arm">{"".join(parts)}</robot>'
 
 
 def regressor_from(folder: Path, text: str) -> Regressor:
@@ -68,8 +40,8 @@ def test_a_planar_arm_takes_the_torques_of_lagranges_equations(tmp_path: Path):
 
 
 def test_a_cart_with_a_pole_and_a_tool_that_is_fixed(tmp_path: Path):
-    """(M + m) a + m l (cos q b - sin q w^2); m l^2 b + m l (cos q a - g sin q): the pole stands, in a turned frame; the
-    tool is its mass, one link on."""
+    """(M + m) a + m l (cos q b - sin q w^2); m l^2 b + m l (cos q a - g sin q): the pole stands, in a turned frame;
+    all of its mass is a tool that is fixed to it."""
     M, m, length = 2.0, 0.3, 0.4
     text = [
         link("rail"),
@@ -89,12 +61,43 @@ def test_a_cart_with_a_pole_and_a_tool_that_is_fixed(tmp_path: Path):
     assert dict(zip(regressor.names, regressor.units, strict=True))["fv1"] == "N s/m"
 
 
+def test_branches_swing_by_themselves(tmp_path: Path):
+    """Two pendulums on a table that turns about their axis: m l^2 (a0 + a_i) + m g l sin of where each points."""
+    parts = [link("base"), link("table"), joint("turn", "revolute", "base", "table")]
+    for side, mass in (("left", 0.5), ("right", 0.8)):
+        parts += [link(side, mass, "0 0 -0.3"), joint(f"to-{side}", "revolute", "table", side)]
+    regressor = regressor_from(tmp_path, f'<robot name="tree">{"".join(parts)}</robot>')
+    q, v, a = RNG.normal(size=(3, 20, 3))
+    single = [
+        mass * 0.09 * (a[:, 0] + a[:, i]) + mass * 9.81 * 0.3 * np.sin(q[:, 0] + q[:, i])
+        for i, mass in ((1, 0.5), (2, 0.8))
+    ]
+    assert efforts(regressor, {}, q, v, a) == pytest.approx(np.stack([sum(single), *single], axis=1), abs=1e-12)
+
+
 TWO = link("a") + link("b") + link("c", 1.0)
 BAD = {
     "broken": ("<robot><link", "is no URDF (unclosed token"),
     "other": ("<sdf/>", "begins with <sdf>, a URDF with <robot>"),
     "empty": ("<robot/>", "has 0 bases"),
-    "branch": (TWO + joint("j", "revolute", "a", "b") + joint("k", "revolute", "a", "c"), "branches at 'a' (b, c)"),
+    "twice": (
+        TWO + joint("j", "revolute", "a", "b") + joint("k", "revolute", "a", "c") + joint("l", "fixed", "b", "c"),
+        "Link 'c' of '{}' hangs on two joints, 'k' and 'l'",
+    ),
+    "loop": (
+        TWO
+        + link("d")
+        + joint("j", "revolute", "a", "b")
+        + joint("k", "fixed", "c", "d")
+        + joint("l", "fixed", "d", "c"),
+        "Joint 'k' of '{}' is one of a loop",
+    ),
+    "mimic": (
+        TWO
+        + joint("j", "revolute", "a", "b")
+        + joint("k", "revolute", "b", "c").replace("<axis", '<mimic joint="j"/><axis'),
+        "Joint 'k' of '{}' mimics 'j'",
+    ),
     "bases": (TWO + joint("j", "revolute", "a", "c") + joint("k", "revolute", "b", "d"), "has 2 bases (a, b)"),
     "floating": (TWO + joint("j", "floating", "a", "b"), "Joint 'j' of '{}' is 'floating'"),
     "fixed": (TWO + joint("j", "fixed", "a", "b"), "No joint of '{}' moves"),
@@ -108,7 +111,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_what_is_no_serial_robot_is_refused_with_words(tmp_path: Path, case: str):
+def test_what_is_no_robot_is_refused_with_words(tmp_path: Path, case: str):
     text, said = BAD[case]
     path = tmp_path / "robot.urdf"
     path.write_text(text if text.startswith(("<robot", "<sdf")) else f"<robot>{text}</robot>")

@@ -21,6 +21,7 @@ from fmu_models.analyses.continuation.boundary import Boundary
 from fmu_models.analyses.continuation.branch import Branch, followed_from
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.imported_problem import ImportedProblem
 from fmu_models.analyses.continuation.node import Lost, Node, parameter, solved
 from fmu_models.analyses.continuation.problem import Seen, Vector
 from fmu_models.analyses.fmu_sections import Strobe
@@ -116,6 +117,8 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
     """
     problem = _equilibrium(at)
     fmu, given = problem.field.fmu, {**problem.strobe.values, **problem.values(at.z)}
+    if not fmu.ours:
+        raise StickslipError(f"'{fmu.description.modelName}' is not of this suite: no turn around its surface is made.")
     sense = int(np.sign(problem.field.at(x, given).rates[i]))
     name = fmu.states[i]
     found = crossings(
@@ -146,7 +149,7 @@ def _cycles(node: Node, period: float) -> FlowProblem:
     problem = _equilibrium(node)
     fmu = problem.field.fmu
     strobe = Strobe(fmu, period=period, autonomous=True, parameters={**problem.strobe.values, problem.over: node.value})
-    return FlowProblem(strobe, problem.over)
+    return (FlowProblem if fmu.ours else ImportedProblem)(strobe, problem.over)
 
 
 def _with_period(numbers: Vector, period: float) -> Vector:

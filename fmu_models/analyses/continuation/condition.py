@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.discontinuous import LEAST_MISS, miss_border, nearest, size_of
+from fmu_models.analyses.continuation.discontinuous import LEAST_MISS, nearest, size_of, value_border
 from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, solved
 from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector, Word, cyclic
 
@@ -274,7 +274,7 @@ class Miss(Condition):
 
     def _at(self, node: Node, guess: Vector, target: float, pin: Border, time: float) -> Node:
         turned = self.like.turned
-        border = self._least(target) if turned else miss_border(self.like, target, [time])
+        border = self._least(target) if turned else value_border(self.like, target, [time])
         found = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
         if not turned and nearest(found.seen.misses, self.like, time, found.seen.length) is None:
             raise Lost("the near miss is gone")

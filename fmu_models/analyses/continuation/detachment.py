@@ -11,13 +11,12 @@ of the parameter. So polynomials in them, and no tangent, go to zero.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 
-from fmu_models.analyses.continuation.discontinuous import Touch, miss_border, nearest
-from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, solved
+from fmu_models.analyses.continuation.discontinuous import Touch, shrinking
+from fmu_models.analyses.continuation.node import Lost, Node, extrapolated
 from fmu_models.analyses.continuation.problem import Passing, Vector
 
 # steps towards the point, at most; how well limits of polynomials through neighbouring ones agree there, in u, and have
@@ -37,7 +36,7 @@ def from_vanishing(start: Node, miss: Passing) -> Touch:
         Lost: the way there leaves the word of the motion.
     """
     trail, limits, matrices = [], [], []
-    for nearer in _nearer(start, miss):
+    for nearer in islice(shrinking(start, miss, LAST), STEPS):
         trail.append(nearer)
         values = np.array([one.value for one, _ in trail[-LAST:]])
         limits.append(extrapolated(values, np.array([one.u for _, one in trail[-LAST:]])))
@@ -58,34 +57,6 @@ def _steadiest(values: list[Vector]) -> tuple[Vector, float] | None:
     changes = [float(np.abs(after - before).max()) for before, after in pairwise(values)]
     place = int(np.argmin(changes)) if changes else 0
     return (values[place + 1], changes[place]) if changes else None
-
-
-def _nearer(start: Node, miss: Passing) -> Iterator[tuple[Passing, Node]]:
-    """Motions of a shrinking value of a miss, that at the start first; the miss, and the motion."""
-    node, own, shrink = start, miss, 0.5
-    passed = [(miss, start)]
-    yield miss, start
-    for _ in range(STEPS):
-        target = own.value * shrink
-        if len(passed) > 1:
-            values = np.array([one.value for one, _ in passed[-LAST:]])
-            guess = extrapolated(values - target, np.array([one.u for _, one in passed[-LAST:]]))
-        else:
-            guess = node.u + node.tangent * (target - own.value) / (node.along(own.gradient) or np.inf)
-        try:
-            border = miss_border(own, target, [own.time])
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
-        except Lost:
-            if shrink > 0.9:
-                return
-            shrink = shrink**0.5
-            continue
-        found = nearest(after.seen.misses, own, own.time, after.seen.length)
-        if found is None:
-            return
-        node, own, shrink = after, found, max(0.25, shrink * 0.8)
-        passed.append((own, node))
-        yield own, node
 
 
 def from_other_side(touch: Touch, other: Node) -> Touch | None:

@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
-from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved
-from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
+from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
+from fmu_models.analyses.continuation.problem import EVENT, Passing, Problem, Seen, Vector
 from fmu_models.analyses.continuation.same_motion import begun_at
 from fmu_models.codegen.contact_states import AWAY, STICK
 
@@ -86,30 +86,55 @@ def nearest(passings: Sequence[Passing], like: Passing, time: float, length: flo
     return found if found is not None and apart(found) <= SAME_TIME else None
 
 
-def miss_border(like: Passing, target: float, time: list[float]) -> Border:
-    """The miss at a value; ``time`` (1,) follows it."""
+def found_again(seen: Seen, like: Passing, time: float) -> Passing | None:
+    """The same event, or miss, of another run, about at a time."""
+    return nearest(seen.events if like.slot == EVENT else seen.misses, like, time, seen.length)
+
+
+def value_border(like: Passing, target: float, time: list[float]) -> Border:
+    """The speed of an event, or the least value of a miss, at a value; ``time`` (1,) follows it."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-        found = nearest(seen.misses, like, time[0], seen.length)
-        if found is None:
-            return None
-        time[0] = found.time
-        return found.value - target, found.gradient
-
-    return border
-
-
-def speed_border(like: Passing, target: float, time: list[float]) -> Border:
-    """The speed of an event at a value."""
-
-    def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-        found = nearest(seen.events, like, time[0], seen.length)
+        found = found_again(seen, like, time[0])
         if found is None or not np.isfinite(found.gradient).all():
             return None
         time[0] = found.time
         return found.value - target, found.gradient
 
     return border
+
+
+def shrinking(start: Node, passing: Passing, through: int, least: float = 0.0) -> Iterator[tuple[Passing, Node]]:
+    """Motions of a shrinking value of an event or a miss, that at the start first; the passing, and the motion.
+
+    Args:
+        through: motions through which a polynomial in the value goes to the next one.
+        least: value at which it ends; it also ends where no motion of the same word follows.
+    """
+    node, own, shrink = start, passing, 0.5
+    passed = [(passing, start)]
+    yield passing, start
+    while own.value > least:
+        target = max(own.value * shrink, 0.99 * least)
+        if len(passed) > 1:
+            values = np.array([one.value for one, _ in passed[-through:]])
+            guess = extrapolated(values - target, np.array([one.u for _, one in passed[-through:]]))
+        else:
+            guess = node.u + node.tangent * (target - own.value) / (node.along(own.gradient) or np.inf)
+        try:
+            border = value_border(own, target, [own.time])
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+        except Lost:
+            if shrink > 0.9:
+                return
+            shrink = shrink**0.5
+            continue
+        found = found_again(after.seen, own, own.time)
+        if found is None:
+            return
+        node, own, shrink = after, found, max(0.25, shrink * 0.8)
+        passed.append((own, node))
+        yield own, node
 
 
 def size_of(passing: Passing, scales: Vector) -> float:
@@ -140,7 +165,7 @@ def from_miss(start: Node, miss: Passing) -> Touch:
         for _ in range(8):
             guess = node.u + dz * (target - found.value)
             try:
-                border = miss_border(miss, target, [found.time])
+                border = value_border(miss, target, [found.time])
                 after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
                 break
             except Lost:
@@ -255,7 +280,7 @@ def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
 def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
     """The motion near a guess that has the event at its speed, and goes on from the point."""
     try:
-        found = solved(problem, scales, guess, speed_border(event, event.value, [event.time]), reach=1e-2)
+        found = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
         own = nearest(found.seen.events, event, event.time, found.seen.length)
         if own is None or found.word == touch.node.word or not _meets(touch, found, own):
             return None
@@ -296,7 +321,7 @@ def _meets(touch: Touch, node: Node, event: Passing) -> bool:
         try:
             while value > 0.55 * event.value:
                 value *= shrink
-                border = speed_border(event, value, [event.time])
+                border = value_border(event, value, [event.time])
                 guess = touch.u + shrink * (half.u - touch.u)
                 half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
         except Lost:

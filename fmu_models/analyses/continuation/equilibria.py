@@ -10,6 +10,8 @@
         "boundary equilibrium"  none: the equilibrium changes sides
         "end at a surface"      the rates jump there, and no equilibrium goes on
 
+    where a contact sticks the equilibria beside one are as good: the branch is one of sets (sticking_set.py)
+
 Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2; Kuznetsov, Elements of
 Applied Bifurcation Theory (2004), chapters 5 and 10.
 """
@@ -19,228 +21,25 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
-from fmu_models.analyses.continuation.boundary import Boundary
-from fmu_models.analyses.continuation.branch import Branch, joined
-from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.equilibrium_begin import begin_of
-from fmu_models.analyses.continuation.equilibrium_curve import still
-from fmu_models.analyses.continuation.equilibrium_follower import AtSurface, EquilibriumFollower
-from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of
-from fmu_models.analyses.continuation.leaving import beside_branch_point
-from fmu_models.analyses.continuation.node import Node
-from fmu_models.analyses.continuation.normal_form import coefficient, criticality
-from fmu_models.analyses.continuation.problem import Vector, Word
-from fmu_models.analyses.continuation.special import branch_kind
-from fmu_models.analyses.continuation.trace import curve_of
-from fmu_models.analyses.continuation.way import Found, Way
+from fmu_models.analyses.continuation.equilibrium_begin import begin_of, start_of
+from fmu_models.analyses.continuation.equilibrium_branch import (
+    EIGENVALUES,
+    EquilibriumBranch,
+    branch_of_sets,
+    branch_of_ways,
+)
+from fmu_models.analyses.continuation.equilibrium_follower import EquilibriumFollower
+from fmu_models.analyses.continuation.equilibrium_problem import ZERO
+from fmu_models.analyses.continuation.node import Lost, Node
+from fmu_models.analyses.continuation.sticking_set import StickingSet, followed, set_at
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Pictured, Shown
+from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
-
-Complex = NDArray[np.complex128]
-
-# what a picture may show beside a state
-EIGENVALUES = "eigenvalues"
-
-
-@dataclass(frozen=True, eq=False)
-class SpecialEquilibrium(Shown):
-    """An equilibrium at which something happens.
-
-    Attributes:
-        kind: "fold", "Hopf", "pitchfork", "branch point", or a name of the module where the branch meets a surface.
-        parameter, value: name and value of the parameter.
-        state: by name.
-        eigenvalues: (n,) by falling real part, before the surface; 1/s.
-        eigenvalues_after: (n,) beyond the surface; None at smooth points and where nothing goes on.
-        crossings: shares q of J+ at which one of the set of eigenvalues is "zero", a pair on the "imaginary axis", or
-            a pair "double" on the real line. J+ is the side on which the state of the contact is the larger number (1
-            above 0 above -1).
-        contact: whose surface it is.
-        turns: two equilibria meet at the surface, and there is none beyond its value.
-    """
-
-    kind: str
-    parameter: str
-    value: float
-    state: Mapping[str, float]
-    eigenvalues: Complex
-    eigenvalues_after: Complex | None = None
-    crossings: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    contact: str = ""
-    turns: bool = False
-    node: Any = field(default=None, repr=False)
-    boundary: Any = field(default=None, repr=False)
-    between: tuple[float, float] = (-np.inf, np.inf)
-
-    @cached_property
-    def frequency(self) -> float:
-        """Of the pair on the imaginary axis, rad/s; nan where there is none."""
-        if self.kind == "Hopf":
-            return float(np.abs(self.eigenvalues[np.abs(self.eigenvalues.real).argmin()].imag))
-        return float(np.abs(self.path(self.crossings["imaginary axis"]).imag).max()) if self._pairs else np.nan
-
-    @property
-    def _pairs(self) -> bool:
-        return "imaginary axis" in self.crossings
-
-    @cached_property
-    def normal_form(self) -> float:
-        """First Lyapunov coefficient of a Hopf point, eigenvector of length one in the units of the states; nan at
-        other kinds."""
-        return coefficient("Hopf", self.node) if self.kind == "Hopf" else np.nan
-
-    @property
-    def criticality(self) -> str:
-        """ "supercritical" or "subcritical", by the normal form; "" where that is not known."""
-        return criticality(self.kind, self.normal_form)
-
-    def path(self, q: Sequence[float] | Vector) -> Complex:
-        """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,).
-
-        Raises:
-            StickslipError: the point is not at a surface that an equilibrium is on both sides of.
-        """
-        if self.boundary is None:
-            raise StickslipError(f"The {self.kind} at {self.parameter} = {self.value:.9g} is at no switching surface.")
-        return self.boundary.path(np.asarray(q, dtype=float))
-
-    def switch(self, points: int = 2000) -> tuple[Branch | EquilibriumBranch, ...]:
-        """The branches that leave here, over the range of this one: cycles from a Hopf point or a discontinuous one,
-        equilibria from a pitchfork or branch point.
-
-        Raises:
-            StickslipError: none leaves at a point of this kind, or none was found.
-        """
-        found: tuple[Branch | EquilibriumBranch, ...] = ()
-        if self.kind == "Hopf":
-            found = cycles_from_hopf(self.node, self.frequency, self.between, points)
-        elif self.boundary is not None and self._pairs:
-            found = cycles_from_boundary(self.boundary, self.frequency, self.between, points)
-        elif self.kind in ("pitchfork", "branch point"):
-            begins = beside_branch_point(self.node)
-            found = tuple(
-                _made(EquilibriumFollower(one, self.between, points).follow(), None, self.between) for one in begins
-            )
-        if not found:
-            raise StickslipError(
-                f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: cycles "
-                "leave at Hopf points and discontinuous ones, equilibria at pitchforks and branch points."
-            )
-        return found
-
-    def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
-        """The point as a curve in two parameters, as ``Special.curve``; its multipliers are eigenvalues, and its
-        periods those of a Hopf point.
-
-        Raises:
-            StickslipError: a point at a switching surface, no such parameter, a range that does not hold its present
-                value, or one that the parameter takes apart.
-        """
-        if self.boundary is not None:
-            raise StickslipError(f"A {self.kind} has no curve: folds, Hopf points, pitchforks and branch points have.")
-        return still(curve_of(self.kind, self.node, None, second, between, self.between, points))
-
-    def _contents(self) -> dict[str, object]:
-        shown: dict[str, object] = {
-            "kind": self.kind,
-            self.parameter: self.value,
-            "criticality": self.criticality or None,
-        }
-        shown |= {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
-        return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
-
-
-@dataclass(frozen=True, eq=False)
-class EquilibriumBranch(Pictured):
-    """Of m equilibria, n states.
-
-    Attributes:
-        model, over: names of the model and of the parameter.
-        of: what a picture shows: a state, or "eigenvalues" for their path in the complex plane.
-        states: names.
-        values: (m,) of the parameter.
-        points: (m, n) states.
-        eigenvalues: (m, n) by falling real part, 1/s; minus infinity across what sticks.
-        stable: (m,).
-        words: (contact, state, state) of all contacts at each.
-        special: what was met, in order.
-        places: (len(special),) number of points before each.
-        ends: kind and a sentence, of both ends.
-        cycles: those that leave at its special points, once they were followed.
-        units: of states and of the parameter.
-        seconds: CPU time.
-    """
-
-    model: str
-    over: str
-    of: str
-    states: tuple[str, ...]
-    values: Vector
-    points: Vector
-    eigenvalues: Complex
-    stable: NDArray[np.bool_]
-    words: tuple[Word, ...]
-    special: tuple[SpecialEquilibrium, ...]
-    places: tuple[int, ...]
-    ends: tuple[tuple[str, str], tuple[str, str]]
-    cycles: tuple[Branch, ...] = ()
-    units: Mapping[str, str] = field(default_factory=dict)
-    seconds: float = 0.0
-
-    @property
-    def interrupted(self) -> bool:
-        """By the keyboard."""
-        return any(kind == "interrupted" for one in (self, *self.cycles) for kind, _ in one.ends)
-
-    def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
-        """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair
-        of eigenvalues jumps over the imaginary axis."""
-        found: list[Branch] = []
-        for one in self.special:
-            if np.isfinite(one.frequency):
-                with suppress(StickslipError):  # a pair that jumps need not beget a cycle
-                    found.extend(one.switch(points))  # type: ignore[arg-type]
-        return replace(self, cycles=tuple(found))
-
-    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of its special points that have one, see ``SpecialEquilibrium.curve``.
-
-        Raises:
-            StickslipError: there is none, no such parameter, a range that does not hold its present value.
-        """
-        found = tuple(one.curve(second, between, points) for one in self.special if one.boundary is None)
-        if not found:
-            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
-        return found
-
-    @property
-    def frame(self) -> Any:
-        """One row per equilibrium."""
-        import pandas
-
-        columns: dict[str, Any] = {self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        columns["stable"] = self.stable
-        for i in range(self.eigenvalues.shape[1]):
-            columns[f"eigenvalue{i + 1}_real"] = self.eigenvalues[:, i].real
-            columns[f"eigenvalue{i + 1}_imag"] = self.eigenvalues[:, i].imag
-        return pandas.DataFrame(columns)
-
-    def _heading(self) -> str:
-        return f"Equilibria of {self.model} over {self.over}: {len(self.values)} points, {len(self.special)} special"
-
-    def _contents(self) -> Mapping[str, Any]:
-        met = [f"{one.kind} {one.value:.9g}" for one in self.special]
-        return {self.over: self.values, "special": met, "ends": [kind for kind, _ in self.ends]}
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:
@@ -262,10 +61,10 @@ def equilibria(
     points: int = 2000,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> EquilibriumBranch:
-    """Follow the equilibrium near a start over a parameter, both ways.
+    """Follow the equilibrium near a start over a parameter, both ways; where a contact sticks, the set that it is of.
 
     Args:
-        fmu: of this suite.
+        fmu: of this suite, or of others and for Model Exchange: by differences of its rates, see ``how``.
         over: name of a parameter or input.
         between: its least and largest value; its present one lies between them.
         start: states near the equilibrium; as the declaration says what is left out.
@@ -275,85 +74,53 @@ def equilibria(
         progress: called with the share of the range that is behind, or less.
 
     Raises:
-        StickslipError: unknown names or values out of their range, an FMU of others, a model that is forced, no
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced, no
             equilibrium near the start, or none that stands alone.
     """
     clock = time.process_time()
     low, high = sorted(float(one) for one in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
-    begin = begin_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
-    _check_of(begin.problem.name, of or begin.problem.states[0], begin.problem.states)
+    problem, z = start_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
+    _check_of(problem.name, of or problem.states[0], problem.states)
+    scales = problem.scales(z, (low, high))
 
     def tell(node: Node) -> None:
         progress((node.value - low) / (high - low))
 
+    sticking = None
+    with suppress(Lost):  # nothing sticks, or what does has no such set
+        sticking = set_at(problem, scales, z)
+    if sticking is not None:
+        found = _sets(sticking, (low, high), points, tell, clock)
+        return replace(found, of=of or found.of)
+    begin = begin_of(problem, z, scales)
     forward = EquilibriumFollower(begin, (low, high), points, tell).follow()
     backward = None
     if forward.end[0] not in ("closed", "interrupted"):
         backward = EquilibriumFollower(begin.turned(), (low, high), points, tell).follow()
-    found = _made(forward, backward, (low, high), time.process_time() - clock)
+    found = branch_of_ways(forward, backward, (low, high), time.process_time() - clock)
     return replace(found, of=of or found.of)
 
 
-def _made(forward: Way, backward: Way | None, between: tuple[float, float], seconds: float = 0.0) -> EquilibriumBranch:
-    """The branch of one way, or of two from the same begin."""
-    nodes, found, ends = joined(forward, backward)
-    problem = nodes[0].problem
-    return EquilibriumBranch(
-        problem.name,
-        problem.over,
-        problem.states[0],
-        problem.states,
-        np.array([node.value for node in nodes]),
-        np.array([node.z[:-1] for node in nodes]),
-        np.array([eigenvalues_of(node) for node in nodes]),
-        np.array([bool((eigenvalues_of(node).real < 0.0).all()) for node in nodes]),
-        tuple(node.word for node in nodes),
-        tuple(_special(one, between, turned) for _, one, turned in found),
-        tuple(place for place, *_ in found),
-        ends,
-        units=problem.units,
-        seconds=seconds,
-    )
+def _sets(
+    begin: StickingSet, between: tuple[float, float], points: int, tell: Callable[[Node], None], clock: float
+) -> EquilibriumBranch:
+    """The branch of the sets of what sticks, from one of them both ways.
 
-
-def _special(found: Found, between: tuple[float, float], turned: bool) -> SpecialEquilibrium:
-    """What was found, told; turned round, where it was met from the other end of the branch."""
-    node, problem = found.node, found.node.problem
-    assert isinstance(problem, EquilibriumProblem)
-    if not isinstance(found, AtSurface) or found.boundary is None:
-        kind = {"Neimark-Sacker": "Hopf", "branch point": ""}.get(found.kind, found.kind) or branch_kind(node)
-        state = dict(zip(problem.states, node.z.tolist(), strict=False))
-        common: dict[str, Any] = {"node": node, "between": between}
-        return SpecialEquilibrium(kind, problem.over, node.value, state, eigenvalues_of(node), **common)
-    boundary = found.boundary
-    sides = [problem.eigenvalues(boundary.jacobian), None]
-    if boundary.jacobian_after is not None:
-        sides[1] = problem.eigenvalues(boundary.jacobian_after)
-    before, after = sides[::-1] if turned and sides[1] is not None else sides
-    assert before is not None
-    return SpecialEquilibrium(
-        _kind(boundary),
-        problem.over,
-        float(boundary.z[-1]),
-        dict(zip(problem.states, boundary.z.tolist(), strict=False)),
-        before,
-        after,
-        boundary.crossings,
-        boundary.contact,
-        boundary.turns,
-        node,
-        boundary,
-        between,
-    )
-
-
-def _kind(boundary: Boundary) -> str:
-    """By what crosses the imaginary axis."""
-    if boundary.after is None:
-        return "end at a surface"
-    zeros, pairs = (len(boundary.crossings.get(name, ())) for name in ("zero", "imaginary axis"))
-    if zeros + pairs > 1:
-        return "multiple crossing"
-    return "discontinuous Hopf" if pairs else "discontinuous fold" if zeros else "boundary equilibrium"
+    Raises:
+        StickslipError: they are there at one value of the parameter alone.
+    """
+    forward, last = followed(begin, between, 1.0, points, tell)
+    backward, first = ([begin], last) if last[0] == "interrupted" else followed(begin, between, -1.0, points, tell)
+    if len(forward) == len(backward) == 1 and {first[0], last[0]} == {"unresolved"}:
+        problem = begin.middle.problem
+        held = ", ".join(name for name, state, _ in begin.middle.seen.word if state == STICK)
+        names = [one for one, e in zip(problem.states, begin.along, strict=True) if abs(e) > ZERO]
+        ends = ["; ".join(f"{one} = {end[problem.states.index(one)]:.9g}" for one in names) for end in begin.ends]
+        raise StickslipError(
+            f"The equilibrium of '{problem.name}' at the start does not stand alone: {held} sticks, from {ends[0]} to "
+            f"{ends[1]}, and it does so at {problem.over} = {begin.middle.value:g} alone. Follow it over another "
+            "parameter."
+        )
+    return branch_of_sets([*reversed(backward[1:]), *forward], (first, last), time.process_time() - clock)

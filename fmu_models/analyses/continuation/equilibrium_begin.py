@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, problem_at
+from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, numbers_of, problem_at
+from fmu_models.analyses.continuation.imported_field import ImportedField
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.base.errors import StickslipError
@@ -17,10 +18,10 @@ from fmu_models.simulation.run import check_names, check_value
 ALONE = 1e12
 
 
-def begin_of(
+def start_of(
     fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
-) -> Node:
-    """The equilibrium near the start.
+) -> tuple[EquilibriumProblem, Vector]:
+    """The problem, and z of the start.
 
     Args:
         between: range of the parameter, which holds its present value.
@@ -28,30 +29,32 @@ def begin_of(
         constants: values of parameters and inputs that are not at their default.
 
     Raises:
-        StickslipError: unknown names or values out of their range, an FMU of others, a model that is forced, no
-            equilibrium near the start, or none that stands alone.
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced.
     """
-    name = fmu.description.modelName
-    if not fmu.ours:
-        raise StickslipError(
-            f"'{name}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
-        )
-    check_names(fmu, "parameter or input", constants, [*fmu.parameters, *fmu.inputs])
+    check_names(fmu, "parameter or input", constants, numbers_of(fmu))
     check_names(fmu, "state", start, fmu.states)
     for one, value in {**constants, **start}.items():
         check_value(fmu, one, value)
     point = np.array([float(start.get(one, fmu.variables[one].start or 0.0)) for one in fmu.states])
-    problem = problem_at(Field(fmu, constants), over, constants, point, between)
+    field = (Field if fmu.ours else ImportedField)(fmu, constants)
+    problem = problem_at(field, over, constants, point, between)
     value = problem.present(over)
     if not between[0] <= value <= between[1]:
         raise StickslipError(
             f"The start has {over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it to a "
             "value in that range."
         )
-    z = np.append(point, value)
-    scales = problem.scales(z, between)
+    return problem, np.append(point, value)
+
+
+def begin_of(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:
+    """The equilibrium near a start.
+
+    Raises:
+        StickslipError: there is none, or none that stands alone.
+    """
     try:
-        node = solved(problem, scales, z / scales, parameter(value), reach=np.inf, halvings=20)
+        node = solved(problem, scales, z / scales, parameter(float(z[-1])), reach=np.inf, halvings=20)
     except Lost:
         raise StickslipError(_why(problem, z)) from None
     if any(state == STICK for _, state, _ in node.word) and np.linalg.cond(scaled(node)[:, :-1]) > ALONE:

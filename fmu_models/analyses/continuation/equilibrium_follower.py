@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.analyses.continuation.boundary import Boundary, ahead
-from fmu_models.analyses.continuation.follow import AHEAD, Ahead, Follower
+from fmu_models.analyses.continuation.follow import Follower
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.way import Found
+from fmu_models.analyses.continuation.word_change import AHEAD, Ahead
 
 
 @dataclass(frozen=True, eq=False)

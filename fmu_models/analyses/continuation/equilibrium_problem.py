@@ -17,12 +17,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.analyses.continuation.imported_field import ImportedField
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.contact_states import STICK
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.flow import constants_of
 from fmu_models.simulation.field import Field
 from fmu_models.simulation.run import check_names, check_value
 
@@ -34,7 +37,7 @@ ZERO = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class EquilibriumProblem(Problem):
-    """Equilibria of an FMU of this suite.
+    """Equilibria of an FMU.
 
     Args:
         field: its rates.
@@ -44,7 +47,7 @@ class EquilibriumProblem(Problem):
         sizes: (n,) of the states.
     """
 
-    field: Field
+    field: Field | ImportedField
     strobe: Strobe
     over: str
     share: float
@@ -61,8 +64,7 @@ class EquilibriumProblem(Problem):
         return self.strobe
 
     def opened(self, second: str) -> Problem:
-        fmu = self.field.fmu
-        check_names(fmu, "parameter or input", {second: None}, [*fmu.parameters, *fmu.inputs])
+        check_names(self.field.fmu, "parameter or input", {second: None}, self.strobe.parameters)
         return replace(self, second=second)
 
     def present(self, name: str) -> float:
@@ -80,7 +82,7 @@ class EquilibriumProblem(Problem):
         if len(normals):
             jacobian[:, :n] += normals.T @ normals  # no step leaves the surface that the start is on
             j -= AT_ONCE / self.share * normals.T @ normals
-        word = tuple((name, s, s) for name, s in zip(self.field.fmu.contacts, there.contacts, strict=True))
+        word = tuple((name, s, s) for name, s in zip(self.field.contacts, there.contacts, strict=True))
         return Seen(residual, jacobian, j, self.share, word)
 
     def indicators(self, z: Vector) -> Vector:
@@ -96,6 +98,11 @@ class EquilibriumProblem(Problem):
             normals = _normals(self.field.slopes(z[:n], (), given), sticks)
             found[:n, :n] -= normals.T @ normals
         return found
+
+    def how(self, z: Vector, seen: Seen) -> str:
+        if isinstance(self.field, Field):
+            return ""
+        return self.field.how(z[: len(self.states)], self.values(z))
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         return np.append(np.maximum(np.abs(z[: len(self.states)]), self.sizes), abs(between[1] - between[0]))
@@ -138,8 +145,13 @@ def _normals(j: Vector, sticks: int) -> Vector:
     return u[:, -sticks:].T
 
 
+def numbers_of(fmu: Fmu) -> list[str]:
+    """Names of parameters and inputs."""
+    return [*fmu.parameters, *fmu.inputs] if fmu.ours else constants_of(fmu)
+
+
 def problem_at(
-    field: Field, over: str, constants: dict[str, float], point: Vector, between: tuple[float, float]
+    field: Field | ImportedField, over: str, constants: dict[str, float], point: Vector, between: tuple[float, float]
 ) -> EquilibriumProblem:
     """The problem of a model near a point.
 
@@ -147,7 +159,7 @@ def problem_at(
         StickslipError: no such parameter, one of the values is none that it can have, something forces the motion.
     """
     fmu = field.fmu
-    check_names(fmu, "parameter or input", {over: None}, [*fmu.parameters, *fmu.inputs])
+    check_names(fmu, "parameter or input", {over: None}, numbers_of(fmu))
     for value in between:
         check_value(fmu, over, value)
     # times at which no harmonic force is the same by chance

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.problem import TIE, Passing, Problem, Seen, Vector, Word
+from fmu_models.analyses.continuation.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.contact_states import CHATTERING, OPEN, STICK, TOUCHING
@@ -195,7 +195,7 @@ class FlowProblem(Problem):
         begun = zip(rows, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
         events = tuple(
             Passing(
-                names[row["contact"]], -1, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
+                names[row["contact"]], EVENT, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
                 speed, gradient,
             )
             for row, speed, gradient in begun

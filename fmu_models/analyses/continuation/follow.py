@@ -12,32 +12,23 @@ until   the parameter leaves its range, the branch is back at its begin, or ther
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
-from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
-from fmu_models.analyses.continuation.discontinuous import (
-    SAME,
-    Touch,
-    exchanged,
-    from_miss,
-    is_rigid,
-    other_word,
-    repeats,
-)
+from fmu_models.analyses.continuation.detachment import from_other_side
+from fmu_models.analyses.continuation.discontinuous import SAME, Touch, repeats
 from fmu_models.analyses.continuation.equilibrium import amplitude, hopf_of
+from fmu_models.analyses.continuation.growing_multiplier import why_huge
 from fmu_models.analyses.continuation.kept import Pieces
-from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
-from fmu_models.analyses.continuation.problem import TIE, Passing
 from fmu_models.analyses.continuation.same_motion import CLOSED, begun_at, between, images
-from fmu_models.analyses.continuation.several import at_once, is_part, with_all
+from fmu_models.analyses.continuation.several import is_part
 from fmu_models.analyses.continuation.way import Found, Way
+from fmu_models.analyses.continuation.word_change import Ahead, beyond, next_change
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import AWAY, CHATTERING, STICK
+from fmu_models.codegen.contact_states import CHATTERING
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most
@@ -48,8 +39,6 @@ STRAIGHT = 0.95
 ASIDE = 0.2
 # states beyond so many times their scale, or their begin, are on their way to infinity
 LARGE = 50.0
-# how many steps ahead an event may be lost or come
-AHEAD = 6.0
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
 # from this step on, in u, a test that may have been zero twice on the way is looked at nearer
@@ -60,19 +49,6 @@ PIECE = 16
 BESIDE = 1e-4
 # so many short steps in a row that were cut by a change of the word that could not be found
 HIDDEN, SHORT = 4, 3e-5
-
-
-@dataclass(frozen=True, eq=False)
-class Ahead:
-    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a
-    state or a "tie" of two events, with its ``Touch``; of an equilibrium a "surface", with its ``Boundary``."""
-
-    kind: str
-    touch: Any
-
-
-# how the point is located where one vanishes
-LOCATED = {"miss": from_miss, "event": from_event, "begin": from_vanishing, "tie": from_vanishing}
 
 
 class Follower:
@@ -94,13 +70,8 @@ class Follower:
         tell: Callable[[Node], None] = lambda node: None,
         pieces: Pieces | None = None,
     ) -> None:
-        self.begin, self.between, self.points, self.pieces, self.tell = (
-            begin,
-            sorted(between),
-            points,
-            pieces or Pieces(),
-            tell,
-        )
+        self.begin, self.between, self.points, self.tell = begin, sorted(between), points, tell
+        self.pieces = pieces or Pieces()
         self.way = Way()
         self.hidden = 0
         self.whole = not repeats(begin, SAME)
@@ -145,7 +116,10 @@ class Follower:
         while self.way.end[0] == "unfinished":
             self._keep(step, grows)
             if len(self.way.nodes) >= self.points:
-                self.way.end = ("points", f"{self.points} motions were followed; ask for more")
+                self.way.end = (
+                    "points",
+                    f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}",
+                )
                 return
             after = self._stepped(node, step)
             if isinstance(after, Ahead):
@@ -226,7 +200,7 @@ class Follower:
             self.way.end = (
                 "unresolved",
                 f"no motion of the same events follows at {at}, and no change of them explains it"
-                f"{f' ({said})' if said else ''}",
+                f"{f' ({said})' if said else ''}{why_huge(self.way.nodes)}",
             )
 
     def _refused(self, node: Node) -> str:
@@ -244,16 +218,19 @@ class Follower:
 
     def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
         """The motion a step ahead, or at the end of the range, and how long the step became."""
+        low, high = self.between
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
-        low, high = self.between
-        if not low <= reached <= high:
-            value = min(max(reached, low), high)
-            step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
-            guess = node.u + step * node.tangent
-            return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
-        border = arclength(node.u, node.tangent, node.scales, step)
-        return solved(node.problem, node.scales, guess, border, towards=node.tangent), step
+        if low <= reached <= high:
+            border = arclength(node.u, node.tangent, node.scales, step)
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent)
+            if low <= after.value <= high:
+                return after, step
+            reached = after.value  # a curved branch left the range where its tangent did not
+        value = min(max(reached, low), high)
+        step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
+        guess = node.u + step * node.tangent
+        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""
@@ -332,19 +309,7 @@ class Follower:
 
     def _change(self, node: Node, step: float, reasons: dict[str, str]) -> Ahead | None:
         """The next change of the word, if it is seen to come; why not goes to ``reasons``."""
-        for _, kind, passing in sorted(_coming(node, step), key=lambda one: one[0]):
-            name = f"{kind} of {passing.contact} at {passing.time:.6g} s"
-            if name in reasons:
-                continue
-            try:
-                touch = LOCATED[kind](node, passing)
-                ahead = node.tangent @ (touch.u - node.u) >= -1e-9
-                if not ahead or not self.between[0] <= touch.z[-1] <= self.between[1]:
-                    raise Lost("the point lies elsewhere")
-                return Ahead(kind, touch)
-            except Lost as error:
-                reasons[name] = str(error)
-        return None
+        return next_change(node, step, self.between, reasons)
 
     def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
         """Over a change of the word: a motion beyond it, and the first step from there; None at an end."""
@@ -360,7 +325,7 @@ class Follower:
                 self._add(one)
             before = touch.node
             try:
-                after, touch = _beyond(kind, touch)
+                after, touch = beyond(kind, touch)
             except Lost as error:
                 self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
                 name = touch.miss.contact
@@ -433,42 +398,3 @@ class Follower:
         for one in reversed(nodes):
             if self.way.end[0] == "unfinished":
                 self._add(one.turned())
-
-
-def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
-    """What would be lost or come along the tangent, and in which distance."""
-    coming: list[tuple[float, str, Passing]] = []
-    for miss in node.seen.misses:
-        rate = node.along(miss.gradient)
-        if rate < 0.0 and -miss.value / rate < AHEAD * step:
-            kind = "begin" if miss.begins else "tie" if miss.slot == TIE else "miss"
-            coming.append((-miss.value / rate, kind, miss))
-    begun = [miss.time for _, kind, miss in coming if kind == "begin"]
-    for event in node.seen.events:
-        begins = event.before == AWAY or event.after == STICK or event.before * event.after == -1
-        if begins and event.time not in begun and np.isfinite(event.gradient).all():
-            rate = node.along(event.gradient)
-            if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:
-                coming.append((-event.value / (2.0 * rate), "event", event))
-    return coming
-
-
-def _beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
-    """A motion of other events beyond a point, and the point: that of an exchange, if that is what it is. Of several
-    events that come at once it has all."""
-    if touch.miss.turned or kind in ("begin", "tie"):
-        return exchanged(touch), touch
-    if len(at_once(touch)) > 1:
-        found = with_all(touch)
-        if found is not None:
-            return found, touch
-        if is_rigid(touch.node.problem, touch.miss.contact):
-            raise Lost("several events come at once, and no motion with all of them goes on from it")
-    try:
-        return other_word(touch), touch
-    except Lost:
-        if touch.miss.slot != 1:
-            raise
-    # at rest against one contact the slip at another one is least at all times, and at none
-    after = exchanged(touch)
-    return after, replace(touch, miss=replace(touch.miss, turned=True))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from fmu_models.analyses.continuation.discontinuous import (
@@ -12,10 +10,10 @@ from fmu_models.analyses.continuation.discontinuous import (
     far_speed,
     from_miss,
     growing,
-    miss_border,
     nearest,
+    shrinking,
     size_of,
-    speed_border,
+    value_border,
 )
 from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, look, solved
 from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
@@ -23,6 +21,8 @@ from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
 FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
+# motions through which a polynomial goes to the next one
+LAST = 4
 # by how much the limit of the motions, in u, may still change with the last one of them
 SETTLED = 1e-6
 
@@ -33,7 +33,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     Raises:
         Lost: the way there leaves the word of the motion, or no motion without the event is near.
     """
-    nodes = list(_weaker(start, event))
+    nodes = list(shrinking(start, event, LAST, FIRST_SPEED * far_speed(event, start.scales)))
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")
     own, last = nodes[-1]
@@ -58,7 +58,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     miss = min(misses, key=lambda one: abs(one.time - own.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")
-    border = miss_border(miss, miss.value, [miss.time])
+    border = value_border(miss, miss.value, [miss.time])
     node = solved(last.problem, last.scales, u, border, reach=0.05)
     found = nearest(node.seen.misses, miss, miss.time, node.seen.length)
     if found is None or len(node.word) >= len(last.word):
@@ -90,36 +90,6 @@ def _out_of_reach(event: Passing, node: Node, limit: Vector, share: float) -> Ve
     return change
 
 
-def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
-    """Motions of shrinking speed of an event, until it is small; the event, and the motion."""
-    node, own, speeds, us = start, event, [event.value], [start.u]
-    yield event, start
-    least = FIRST_SPEED * far_speed(event, start.scales)
-    shrink = 0.5
-    while own.value > least:
-        target = max(own.value * shrink, 0.99 * least)
-        guess = extrapolated(np.array(speeds[-4:]) - target, np.array(us[-4:])) if len(us) > 1 else None
-        if guess is None:
-            rate = node.along(own.gradient)
-            guess = node.u + node.tangent * (target - own.value) / rate
-        try:
-            border = speed_border(own, target, [own.time])
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
-        except Lost:
-            if shrink > 0.9:
-                return
-            shrink = shrink**0.5
-            continue
-        found = nearest(after.seen.events, own, own.time, after.seen.length)
-        if found is None:
-            return
-        node, own = after, found
-        speeds.append(own.value)
-        us.append(node.u)
-        shrink = max(0.25, shrink * 0.8)
-        yield own, node
-
-
 def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
     """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
 
@@ -136,7 +106,7 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
             goal = min(target, own.value * 4.0)
             speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(one.u for _, one in nodes[-3:])]
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
-            border = speed_border(own, goal, [own.time])
+            border = value_border(own, goal, [own.time])
             node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
             found = nearest(node.seen.events, own, own.time, node.seen.length)
             if found is None:

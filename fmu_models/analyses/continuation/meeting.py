@@ -8,7 +8,7 @@ from the side with it             the condition and v = target, the target shrin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,20 +19,17 @@ from fmu_models.analyses.continuation.discontinuous import (
     LEAST_MISS,
     event_kind,
     far_speed,
-    miss_border,
     nearest,
     size_of,
-    speed_border,
+    value_border,
 )
-from fmu_models.analyses.continuation.node import Border, Lost, Node
+from fmu_models.analyses.continuation.node import Lost, Node
 from fmu_models.analyses.continuation.problem import Passing
 
 # how many steps ahead an event may come or go
 AHEAD = 3.0
 # of an event, in parts of what it is a unit of u away
 LEAST_SPEED = 1e-5
-
-Bordered = Callable[[Passing, float, list[float]], Border]
 
 
 def met(kind: str, condition: Condition, node: Node, step: float) -> tuple[str, str, Node] | None:
@@ -75,14 +72,14 @@ def _without(condition: Condition, node: Node, miss: Passing) -> Node:
         miss, least = found, LEAST_MISS * size_of(found, node.scales)
         if miss.value <= 1.5 * least:
             return _at_end(node, miss.value / node.along(miss.gradient))
-        node = _shrunk(condition, node, miss, max(least, 0.03 * miss.value), miss_border)
+        node = _shrunk(condition, node, miss, max(least, 0.03 * miss.value))
 
 
 def _with(condition: Condition, node: Node, event: Passing) -> Node:
     """From the side of the event."""
     least = LEAST_SPEED * far_speed(event, node.scales)
     while event.value > 1.5 * least:
-        node = _shrunk(condition, node, event, max(least, 0.3 * event.value), speed_border)
+        node = _shrunk(condition, node, event, max(least, 0.3 * event.value))
         found = nearest(node.seen.events, event, event.time, node.seen.length)
         if found is None:
             raise Lost("the event is gone")
@@ -95,7 +92,7 @@ def _at_end(node: Node, step: float) -> Node:
     return replace(node, z=(node.u - step * node.tangent) * node.scales)
 
 
-def _shrunk(condition: Condition, node: Node, passing: Passing, target: float, border: Bordered) -> Node:
+def _shrunk(condition: Condition, node: Node, passing: Passing, target: float) -> Node:
     """The motion on the curve where the value of a passing is a target, or nearer to it."""
     rate = node.along(passing.gradient)
     if rate == 0.0:
@@ -104,7 +101,7 @@ def _shrunk(condition: Condition, node: Node, passing: Passing, target: float, b
         guess = node.u + node.tangent * (target - passing.value) / rate
         try:
             step = float(np.linalg.norm(guess - node.u))
-            found = condition.solved(node, guess, border(passing, target, [passing.time]), step)
+            found = condition.solved(node, guess, value_border(passing, target, [passing.time]), step)
             return condition.directed(found, node.tangent)
         except Lost:
             target = (passing.value + target) / 2.0

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branch import Branch, Branches, branch, spread
+from fmu_models.analyses.continuation.branch import Branch
+from fmu_models.analyses.continuation.branches import Branches, branch, spread
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError

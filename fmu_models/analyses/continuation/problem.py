@@ -34,7 +34,8 @@ Vector = NDArray[np.float64]
 Word = tuple[tuple[str, int, int], ...]
 
 
-TIE = 2
+# slots of passings that are those of no indicator: an event, the time between two of them
+EVENT, TIE = -1, 2
 
 
 def cyclic(word: Word) -> Word:
@@ -49,7 +50,7 @@ class Passing:
     Attributes:
         contact: its name.
         slot: 0 the normal indicator, 1 the tangential one, ``TIE`` the time since an event of another contact; of a
-            miss. Of an event -1.
+            miss. Of an event ``EVENT``.
         side: of the margin of what sticks; of a miss.
         before, after: states of the contact; of a miss both are the present one.
         time: s, from the start of the run.

@@ -24,7 +24,7 @@ from fmu_models.analyses.continuation.problem import Vector
 KINDS = ("fold", "branch point", "flip", "Neimark-Sacker")
 # share of the distance between two motions to which a branch point is narrowed by halving; how far apart, in u and at
 # most in that distance, the motions lie that its function is interpolated from
-NARROW, WIDTHS, SHARES = 0.1, (4e-3, 1e-3), ((0.1, 0.025), (0.1, 0.1), (1.0, 1.0))
+NARROW, WIDTHS, SHARES = 0.1, (4e-3, 1e-3), ((0.1, 0.1), (1.0, 1.0))
 # motions through which a polynomial goes to the next one
 NEAREST = 4
 # how near a multiplier is to where it should be

@@ -118,6 +118,9 @@ Outcome begin_run(Master *m)
     if (outcome == FINE && r->tangents) {
         tangent_start(m);
     }
+    if (outcome == FINE && r->slopes) {
+        outcome = tangent_slopes(m);
+    }
     m->h = r->first_step;
     if (outcome == FINE && !(m->h > 0.0)) {
         outcome = step_first(m);

@@ -208,12 +208,14 @@ typedef struct {
     int64_t section_state; /* its number from 1; 0: none */
     double section_level;
     int64_t section_direction; /* 1 upward, -1 downward, 0 both */
-    /* tangents; all NULL: not wanted */
+    /* tangents and what else is seen at the ends; NULL: not wanted */
     double *ends;            /* (4, n_states): states and rates at the start, and where the run ends */
     double *tangents;        /* (n_states, n_states): derivatives of the states there by those at the start, by rows */
     double *tangent_room;    /* 20 n_states^2 + 4 n_states */
     int32_t *tangent_pivots; /* 4 n_states */
     int64_t missed;          /* parts of the way of which the tangents know nothing */
+    double *slopes;          /* (n_states, n_states): derivatives of the rates by the states at the start, by rows */
+    double *indicators;      /* (n_indicators): where the run ends */
     /* progress, kept over RUN_MORE; next_time counts the rows written */
     int64_t begun, next_time, n_events, n_ticks;
     int64_t looks; /* inside the steps of a co-simulation */

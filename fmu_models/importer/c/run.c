@@ -233,5 +233,8 @@ EXPORT int32_t master_run(Master *m, Run *r)
         memcpy(r->ends + 2 * m->n, m->x, (size_t)m->n * sizeof *m->x);
         memcpy(r->ends + 3 * m->n, m->f, (size_t)m->n * sizeof *m->x);
     }
+    if (r->indicators) {
+        memcpy(r->indicators, m->z, (size_t)m->nz * sizeof *m->z);
+    }
     return m->terminate ? RUN_TERMINATED : m->crossed ? RUN_CROSSED : RUN_DONE;
 }

@@ -79,6 +79,12 @@ static Outcome jacobian(Master *m, double t, double *made)
     return outcome;
 }
 
+Outcome tangent_slopes(Master *m)
+{
+    memcpy(m->stage, m->x, (size_t)m->n * sizeof *m->x);
+    return jacobian(m, m->t, m->run->slopes);
+}
+
 /* y += factor * J v */
 static void add_product(int n, const double *j, const double *v, int stride, double factor, double *y)
 {

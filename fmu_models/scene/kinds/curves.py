@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from fmu_models.analyses.continuation.branch import branch, branches
+from fmu_models.analyses.continuation.branches import branch, branches
 from fmu_models.analyses.continuation.curve import closed_form_of
 from fmu_models.base.formula import Formula
 from fmu_models.fmu.fmu import Fmu

@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,8 +65,9 @@ class JointScore:
 @dataclass(frozen=True)
 class MachineFit(Tabular):
     """Base parameters of a machine. known: parameters that were taken as given; open: monomials that no effort shows;
-    condition: of the weighted columns, each scaled to one; efforts: names of the measured ones; rounds: of instruments;
-    verdicts: in words."""
+    condition: of the weighted columns, each scaled to one; rounds: of instruments; verdicts: in words; declaration:
+    where the machine is declared (empty: nowhere but in the program), read with ``gravity`` (m/s^2; empty: its own);
+    columns: of its logs by name of a coordinate or effort, where they differ."""
 
     machine: str
     title: str
@@ -81,6 +83,9 @@ class MachineFit(Tabular):
     condition: float
     rounds: int
     verdicts: tuple[str, ...]
+    declaration: str = ""
+    gravity: tuple[float, ...] = ()
+    columns: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -113,6 +118,15 @@ class MachineFit(Tabular):
         return dataclasses.asdict(self)
 
 
+def is_machine_fit(path: str | os.PathLike[str]) -> bool:
+    """Whether a file holds the fit of a machine; a file that cannot be read is left to those who read fits."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and "machine" in content
+
+
 def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:
     """A result of 'stickslip inverse MACHINE LOGS -o FILE.json'.
 
@@ -125,7 +139,7 @@ def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:
         taken = {one.name: content[one.name] for one in dataclasses.fields(MachineFit)}
         taken["joints"] = tuple(JointScore(**one) for one in content["joints"])
         taken["parameters"] = tuple(MachineParameter(**one) for one in content["parameters"])
-        for name in ("silent", "logs", "verdicts"):
+        for name in ("silent", "logs", "verdicts", "gravity"):
             taken[name] = tuple(content[name])
         return MachineFit(**taken)
     except (OSError, ValueError, KeyError, TypeError) as error:

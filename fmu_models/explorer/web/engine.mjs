@@ -10,7 +10,6 @@ export class Engine {
   constructor(module) {
     const instance = new WebAssembly.Instance(module, {});
     this.c = instance.exports;
-    this.c._initialize?.();
     this.n = {};
     for (const name in SIZE) this.n[name] = this.c.explore_size(SIZE[name]);
     this.at = {};

@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from fmu_models.language.laws.tustin import Tustin as Tustin
     from fmu_models.language.maps import Map as Map
     from fmu_models.language.mechanism import Mechanism as Mechanism
+    from fmu_models.language.quantities import TIME as TIME
     from fmu_models.language.quantities import Coordinate as Coordinate
     from fmu_models.language.quantities import Input as Input
     from fmu_models.language.quantities import Parameter as Parameter

@@ -1,6 +1,7 @@
-"""What comes along with the program: scenes, recipes, systems, example logs.
+"""What comes along with the program: scenes, recipes, systems, example logs, and the sources of the manual.
 
-In a checkout it is the folder ``data`` beside the packages; an installed suite has it as ``stickslip_data`` there.
+In a checkout it is the folder ``data`` beside the packages, the manual ``docs``; an installed suite has them as
+``stickslip_data`` and ``stickslip_docs`` there.
 """
 
 from __future__ import annotations
@@ -16,6 +17,12 @@ def folder(part: str = "") -> Path:
     """The folder, or a part of it such as "scenes"."""
     installed = ROOM / "stickslip_data"
     return (installed if installed.is_dir() else ROOM / NAME) / part
+
+
+def manual() -> Path:
+    """The folder of the manual's sources."""
+    installed = ROOM / "stickslip_docs"
+    return installed if installed.is_dir() else ROOM / "docs"
 
 
 def files(part: str, suffix: str = ".toml") -> list[Path]:

@@ -63,7 +63,9 @@ def scene(
     if csv:
         _write_csv(csv, read, rows, overwrite)
     if figure:
-        _draw(read, fmu, rows, figure, overwrite)
+        from fmu_models.report.scene_figure import draw_scene
+
+        draw_scene(read, fmu, rows, figure, overwrite=overwrite)
     content: dict[str, Any] = {
         "scene": {**dataclasses.asdict(read), "lines": None},
         "results": [
@@ -211,26 +213,6 @@ def _print_explained(content: dict[str, Any], out: Console) -> None:
         out.print(
             f"The whole model makes the same motion{off}: states differ by {content['difference']:.1e} of their size."
         )
-
-
-def _draw(scene: Scene, fmu: Fmu, rows: tuple[Row, ...], path: Path, overwrite: bool) -> None:
-    from fmu_models.report.scene_figure import draw, draw_families
-
-    over = scene.compute.over
-    unit = f" {fmu.variables[over].unit}" if over in fmu.variables and fmu.variables[over].unit else ""
-    families = [row for row in rows if row.family is not None]
-    if families:
-        draw_families(
-            scene.title, f"{over} ({unit.strip()})" if unit else str(over), families, path, overwrite=overwrite
-        )
-        return
-    panels = [
-        (scene.name if row.at is None else f"{over} = {row.at:g}{unit}", row.trajectory)
-        for row in rows
-        if row.trajectory
-    ]
-    axes = (fmu.states[0], fmu.states[len(fmu.states) // 2])
-    draw(scene.title, panels, axes, path, points=scene.compute.kind == "strobe", overwrite=overwrite)
 
 
 def _write_csv(path: Path, scene: Scene, rows: tuple[Row, ...], overwrite: bool) -> None:

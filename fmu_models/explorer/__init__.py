@@ -4,6 +4,7 @@
     module.py       the engine and the model of that FMU as WebAssembly, and why it cannot be (an FMU of others)
     c/explore.*     the calls and buffers through which a page talks to it
     c/mathematics.* elementary functions with the same bits on every machine
+    c/freestanding.c the dozen functions of a C library that the engine asks for, where there is none
     description.py  what the page knows of the model: quantities, ranges, contacts, the command line
     web/*.mjs       engine (one motion), reading (what it is), sweep (many, in workers), plot (canvas, SVG), elements,
                     pictures (of a motion), page (controls and state)

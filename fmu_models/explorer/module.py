@@ -8,12 +8,14 @@ from pathlib import Path
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.toolchain.compiler import FLAGS, compile_shared
+from fmu_models.toolchain.compiler import FLAGS, WITHOUT_LIBRARY, compile_shared
 
 TARGET = "wasm32-wasi"
-# no entry point but functions to call; the stack holds a few series, which a default of 64 kB or 1 MB does not fit
-_WASM = ("-mexec-model=reactor", "-Wl,-z,stack-size=262144", "-s")
+# no entry point but functions to call; what these need of a C library stands among the sources; the stack holds a few
+# series, which a default of 64 kB or 1 MB does not fit
+_WASM = (WITHOUT_LIBRARY, "-rtlib=none", "-Wl,--no-entry", "-Wl,-z,stack-size=262144", "-s")
 COMPILED = ("all.c", "explorer/c/mathematics.c")
+_LIBRARY = "explorer/c/freestanding.c"
 # rooms of the engine that a motion needs whole, and files of others: neither tangents nor an interface of FMI
 _ROOMS = ("model", "step", "events")
 _FILES = ("fmi/instance.c", "fmi/variables.c", "whole_run/restart.c", "whole_run/whole_run.c")
@@ -30,7 +32,11 @@ def wasm(fmu: Fmu) -> bytes:
     options = [flag for flag in FLAGS if flag not in ("-shared", "-fPIC", "-s")]
     with temporary_folder("explore") as folder:
         file = compile_shared(
-            module_sources(fmu), folder / "engine.wasm", target=TARGET, files=COMPILED, options=(*options, *_WASM)
+            module_sources(fmu),
+            folder / "engine.wasm",
+            target=TARGET,
+            files=(*COMPILED, _LIBRARY),
+            options=(*options, *_WASM),
         )
         return file.read_bytes()
 

@@ -90,7 +90,7 @@ class Automaton(Shown):
 
     Attributes:
         name, title, source, outputs, requirements: as of a Mechanism.
-        states: x.
+        states: those of x, in its order.
         flows: per state its rate.
         switches: the switching functions.
         resets: the jumps, at most one per switch.

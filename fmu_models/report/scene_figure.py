@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,11 +18,37 @@ from fmu_models.report.figures import save_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.kinds.kind import Row
+    from fmu_models.scene.scene import Scene
     from fmu_models.simulation.trajectory import Trajectory
 
 BARS = 2  # values up to which exponents are bars in a panel each
 WIDTH = 6.3  # inches: a page of a journal
+
+
+def draw_scene(
+    scene: Scene, fmu: Fmu, rows: Sequence[Row], path: str | os.PathLike[str], *, overwrite: bool = False
+) -> None:
+    """Draw what a scene computed: its families, or else a phase portrait per run.
+
+    Raises:
+        StickslipError: the scene computed nothing that has a picture; the file exists or cannot be written.
+    """
+    over = scene.compute.over
+    unit = f" {fmu.variables[over].unit}" if over in fmu.variables and fmu.variables[over].unit else ""
+    families = [row for row in rows if row.family is not None]
+    if families:
+        label = f"{over} ({unit.strip()})" if unit else str(over)
+        draw_families(scene.title, label, families, Path(path), overwrite=overwrite)
+        return
+    panels = [
+        (scene.name if row.at is None else f"{over} = {row.at:g}{unit}", row.trajectory)
+        for row in rows
+        if row.trajectory
+    ]
+    axes = (fmu.states[0], fmu.states[len(fmu.states) // 2])
+    draw(scene.title, panels, axes, Path(path), points=scene.compute.kind == "strobe", overwrite=overwrite)
 
 
 def draw(

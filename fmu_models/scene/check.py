@@ -1,23 +1,20 @@
 """What a scene says, held against its model: names, units, bounds, contacts that are needed, a start that is possible.
 
-    title = "Disc rig, class a"                 what it is
-    source = "..."                              where it comes from
-    model = "disc_rig"                          as 'stickslip models' lists them; or "my_model.py" beside the scene
-    contacts = ["disc0"]                        those in use; all if left out
-    outputs = ["F0", "energy"]                  those to show; if left out those the model declares, without the derived
+    title = "Disc rig, class a"
+    source = "..."
+    model = "disc_rig"
+    contacts = ["disc0"]
+    outputs = ["F0", "energy"]
     stop_time = "25 s"
-    [laws]         disc0 = "lugre"              another law for a contact; or "my_law.py" beside the scene
-    [parameters]   N0 = "8 N"                   fixed: constants of the code, as all parameters that are named nowhere;
-                                                an input here is held at its value and is a constant, too
-    [free]         mu_s0 = 0.65                 stay parameters of the FMU, with this start value
-    [drives]       w0 = "8 rpm"                 inputs: a constant, { from = 0, to = "1 rad/s", begin = 0, end = "5 s" }
-                                                or { times = [0, 5, 10], values = [0, 1, 1] }
+    [laws]         disc0 = "lugre"
+    [parameters]   N0 = "8 N"
+    [free]         mu_s0 = 0.65
+    [drives]       w0 = "8 rpm"
     [start]        theta = "5 deg"
-    [compute]      kind = "cycle"               see Compute; over = "w0", values = [...]
+    [compute]      kind = "cycle"
     [[reference]]  at = 0.41, period = 1.0, tolerance = 1e-9
-    [sensors]      of an emulated bench
 
-A value is a number in the unit of the model or a text of number and unit.
+KEYS says what each means. A value is a number in the unit of the model or a text of number and unit.
 """
 
 from __future__ import annotations
@@ -36,10 +33,27 @@ if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.language.quantities import Quantity
 
-_KEYS = (
-    *("title", "source", "model", "contacts", "outputs", "stop_time"),
-    *("laws", "parameters", "free", "drives", "start", "compute", "reference", "sensors"),
-)
+# what the reference of the manual says of each key or table
+KEYS = {
+    "title": "what it is",
+    "source": "where it comes from; the model's source if left out",
+    "model": "its name, as `stickslip models` lists them, or `my_model.py` beside the scene",
+    "contacts": "those in use; all if left out, `[]` for none",
+    "outputs": "those to show beside the states; if left out those that the model declares, "
+    "without energy, powers and forces",
+    "stop_time": "end of the run, which begins at 0 s",
+    "laws": 'per contact another law: its name, such as `disc0 = "lugre"`, or `my_law.py` beside the scene',
+    "parameters": "fixed: constants of the code, as is every parameter that is named nowhere; an input here is held, "
+    "and a constant too",
+    "free": "parameters that stay parameters of the FMU, with their start values",
+    "drives": 'inputs: a constant, `{ from = 0, to = "1 rad/s", begin = 0, end = "5 s" }` or '
+    "`{ times = [0, 5], values = [0, 1] }`",
+    "start": "states at 0 s, and `<stop>_memory` for a start inside a stop that remembers its speed of entry",
+    "compute": "`kind` and its keys, below",
+    "reference": "known results by name, `[[reference]]` for each; `tolerance` (relative, 1e-9 if left out), `at` "
+    "where something is varied",
+    "sensors": "of the bench that `stickslip emulate` emulates, below",
+}
 
 
 def checked_scene(document: Document) -> Scene:
@@ -48,7 +62,7 @@ def checked_scene(document: Document) -> Scene:
     Raises:
         StickslipError: what is wrong, with its line, what was expected and what to do.
     """
-    document.check_keys(_KEYS)
+    document.check_keys(KEYS)
     return _Check(document).scene()
 
 

@@ -12,10 +12,22 @@ from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.kinds.kind import PARAMETERS, Kind
 from fmu_models.scene.scene import Compute
 
-_KEYS = (
-    *("kind", "samples", "over", "values", "follow"),
-    *("period", "forcing", "periods", "autonomous", "level", "down", "impacts"),
-)
+# what the reference of the manual says of each key that more than one kind reads
+KEYS = {
+    "kind": "what is computed; `trajectory` if left out",
+    "samples": "output times of a run",
+    "over": "a drive or free parameter that is varied, one run for each of `values`",
+    "values": "a list, or `{ from = 0.8, to = 1.0, count = 201 }`",
+    "follow": "each run begins where the one before ended",
+    "period": "of what forces the motion, or how often it is looked at, s",
+    "forcing": "the parameter that is the frequency, in place of `period`",
+    "periods": "those that a motion takes",
+    "autonomous": "nothing forces the motion",
+    "level": "the section is where a state crosses a value, upward: `{ v = 0 }`",
+    "down": "the same, downward",
+    "impacts": "the section is where this contact begins",
+}
+AXES = "each a list or `{ from = -8, to = 8, count = 101 }`"
 
 
 @dataclass(frozen=True)
@@ -47,7 +59,7 @@ def checked_compute(doc: Document, names: Names) -> Compute:
         kind = KINDS.load(name, doc.path.parent)
     except StickslipError as error:
         raise doc.fault(str(error), "compute", "kind") from error
-    doc.check_keys((*_KEYS, *kind.settings, *(("axes",) if kind.axes else ())), "compute")
+    doc.check_keys((*KEYS, *kind.settings, *(("axes",) if kind.axes else ())), "compute")
     table = doc.table("compute")
     over = _over(doc, names, table)
     if kind.sweeps and over is None:

@@ -31,6 +31,11 @@ FLAGS = (
     *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
 )
 
+# a C library of the target would have to be built first: 30 s of which our C takes a dozen functions
+WITHOUT_LIBRARY = "-nostdlib"
+# its headers in the compiler's package, which go with it, of the one target that we do without it
+_HEADERS = ("wasm-wasi-musl", "generic-musl")
+
 _SHOWN = 8  # lines of what the compiler says
 
 CPP = (".cpp", ".cc", ".cxx", ".C")
@@ -111,6 +116,13 @@ def compiler_version() -> str:
         ) from None
 
 
+def _headers_alone() -> list[str]:
+    """Options for the headers of a C library that is not linked."""
+    spec = util.find_spec("ziglang")
+    folder = Path(spec.origin).parent / "lib/libc/include" if spec and spec.origin else Path()
+    return [option for name in _HEADERS for option in ("-isystem", str(folder / name))]
+
+
 def _full() -> WriteError:
     return WriteError(
         f"The disk of the cache folder '{cache_folder()}' is full. Make room there, or set STICKSLIP_CACHE."
@@ -126,7 +138,9 @@ def _compile(
         for file, text in sources.items():
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
             (folder / file).write_bytes(text.encode() if isinstance(text, str) else text)
-        command = [sys.executable, "-m", "ziglang", language, *flags, f"-I{headers}", "-o", "library", "-lm"]
+        library_of_target = _headers_alone() if WITHOUT_LIBRARY in flags else ["-lm"]
+        command = [sys.executable, "-m", "ziglang", language, *flags, f"-I{headers}", "-o", "library"]
+        command += library_of_target
         # the compiler's own cache: beside ours, so that one variable moves both
         environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), **os.environ}
         environment["ZIG_LOCAL_CACHE_DIR"] = str(folder / "zig")

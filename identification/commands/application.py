@@ -19,6 +19,7 @@ from fmu_models.commands.chart import chart
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.diagram import diagram
+from fmu_models.commands.docs import docs
 from fmu_models.commands.equilibria import equilibria
 from fmu_models.commands.explore import explore
 from fmu_models.commands.export import export
@@ -59,6 +60,7 @@ for command in (*MODELS, *FAMILIES):
 app.command("map")(show_map)
 app.add_typer(new_commands, name="new")
 app.add_typer(data_commands, name="data")
+app.command()(docs)
 for command in FRICTION:
     app.command()(command)
 

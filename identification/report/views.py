@@ -98,5 +98,6 @@ def _text(renderable: RenderableType) -> str:
     from rich.console import Console
 
     out = StringIO()
-    Console(file=out, width=WIDTH, highlight=False).print(renderable)
+    # text wherever it is asked for: a notebook's console would show it instead, and colours are codes
+    Console(file=out, width=WIDTH, highlight=False, force_terminal=False, force_jupyter=False).print(renderable)
     return out.getvalue().rstrip()

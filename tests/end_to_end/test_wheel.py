@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shlex
 import shutil
 import subprocess
@@ -16,14 +15,17 @@ import sysconfig
 import venv
 from pathlib import Path
 
+import manual
 import pytest
 
 ROOT = Path(__file__).parents[2]
-MANUAL = (ROOT / "README.md").read_text("utf-8")
-PARTS = ("pyproject.toml", "README.md", "LICENSE", "fmu_models", "identification", "rig_io", "data")
+PARTS = ("pyproject.toml", "README.md", "LICENSE", "fmu_models", "identification", "rig_io", "data", "docs")
 
 # what a command of the manual needs that does not come along
-ABSENT = {"ball.fmu", "pump.fmu", "my_logs", "new_logs", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"}
+ABSENT = {
+    *("ball.fmu", "pump.fmu", "my_logs", "new_logs", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"),
+    *("my_system.py", "my_robot.urdf"),
+}
 # minutes of work in parts that other commands here have shown to be in the wheel
 LONG = (
     *("demo", "laws", "stress", "bench", "fit two", "emulate two", "export disc_rig --platform", "fit worn"),
@@ -32,11 +34,10 @@ LONG = (
 
 
 def commands() -> list[list[str]]:
-    """Those of the manual, without the word stickslip; lines that go on are joined."""
-    lines = MANUAL.replace("\\\n", "").splitlines()
-    found = [shlex.split(line, comments=True)[1:] for line in lines if line.startswith("    stickslip ")]
-    known = [one for one in found if not ABSENT & set(one)]
-    return [one for one in known if not " ".join(one).startswith(LONG)]
+    """Those of the manual, each once, without the word stickslip."""
+    found = {shlex.join(line): line for page in manual.pages() for line in manual.commands(page)}
+    known = [line for line in found.values() if not ABSENT & set(line)]
+    return [line for line in known if not " ".join(line).startswith(LONG)]
 
 
 def files(folder: Path) -> set[Path]:
@@ -86,7 +87,11 @@ def installed(wheel: Path, tmp_path_factory) -> Installed:
 
 
 def test_the_wheel_holds_the_folder_data_and_every_file_of_the_packages(installed):
-    for part, folder in {"data": "stickslip_data", **{name: name for name in PARTS[3:6]}}.items():
+    for part, folder in {
+        "data": "stickslip_data",
+        "docs": "stickslip_docs",
+        **{name: name for name in PARTS[3:6]},
+    }.items():
         missing = files(ROOT / part) - files(installed.site / folder)
         assert not missing, f"{part}: not in the wheel: {sorted(map(str, missing))}"
 
@@ -120,8 +125,11 @@ def test_the_manual_s_commands_run_there(installed):
 
 def test_the_manual_s_python_runs_there(installed):
     installed("stickslip", "data", "copy", "rigs/paper_rubber", "--overwrite")
-    blocks = re.findall(r"```python\n(.*?)```", MANUAL, re.S)
-    answer = installed("python", "-W", "error", "-c", "\n".join(blocks))
+    written = {page.name: code for page in manual.pages() if (code := manual.python(page))}
+    assert {"README.md", "families.md", "models_and_fmus.md"} <= written.keys()
+    # names of one page are not there on the next
+    code = "\n".join(f"exec(compile({code!r}, {name!r}, 'exec'), {{}})" for name, code in written.items())
+    answer = installed("python", "-W", "error", "-c", code)
     assert answer.returncode == 0, answer.stdout + answer.stderr
     assert "np.float64" not in answer.stdout and "array(" not in answer.stdout
 

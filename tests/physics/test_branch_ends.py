@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from mechanisms import opened
 
-from fmu_models import Crossing, StickslipError, Strobe, branch, load
+from fmu_models import Crossing, KelvinVoigt, StickslipError, Stop, Strobe, branch, load
 from fmu_models.language.contacts import Requirement
-from fmu_models.oscillators.discontinuous_support import MODEL, c
+from fmu_models.oscillators.discontinuous_support import MODEL, c, cs, g, ks, support, x
 
 
 def test_a_parameter_out_of_its_bounds_ends_the_branch():
@@ -22,6 +22,15 @@ def test_a_parameter_out_of_its_bounds_ends_the_branch():
     assert found.values.min() == pytest.approx(0.02, abs=1e-4) and found.values.min() >= 0.02
     with pytest.raises(StickslipError, match="must be at least 0"):
         branch(system, "c", (-0.1, 0.3))
+
+
+def test_a_curved_branch_ends_at_its_range_where_a_step_along_the_tangent_would_not_leave_it():
+    left = Stop(name="left", gap=g + x, law=KelvinVoigt(ks, cs), release="force", description="second support")
+    between = replace(MODEL, name="between_supports", contacts=[support, left])
+    values = {"c": 0.1, "g": 1.0, "ks": 30.0, "cs": 0.5, "f0": 1.0, "omega": 0.8}
+    system = Strobe(opened(between), forcing="omega", parameters=values)
+    found = branch(system, "omega", (0.6, 3.5), start={"x": 0.0, "v": 0.0}, settle=True)
+    assert found.ends[1][0] == "range" and found.values.max() == pytest.approx(3.5, abs=1e-12)
 
 
 def test_infinitely_many_impacts_on_the_branch():

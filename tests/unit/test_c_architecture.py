@@ -36,6 +36,8 @@ ARROWS = {
 # made per model, beside the rooms of the engine; what they include is of the room of the model
 GENERATED = {"engine/model_sizes.h", "engine/model_kind.c", "engine/model_variation.c", "engine/model_lanes.h"}
 GENERATED |= {"explorer/c/explore_period.h"}
+# stands for the C library in a page: its functions are called by the standard's headers
+LIBRARY = "explorer/c/freestanding.c"
 
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:[^"\\\n]|\\.)*"', re.DOTALL)
@@ -84,6 +86,8 @@ def owners() -> dict[str, set[str]]:
     """The files that define each function that is not static."""
     found: dict[str, set[str]] = {}
     for file, text in texts().items():
+        if file == LIBRARY:
+            continue
         for name in DEFINITION.findall(NOT_CODE.sub(" ", text)):
             found.setdefault(name, set()).add(file)
     return found

@@ -151,8 +151,11 @@ def test_plots_are_drawn_in_the_axes_given_or_in_new_ones(found, run):
         run.plot("thet")
 
 
-def test_the_summary_of_a_fit_is_what_the_terminal_says(found):
+def test_the_summary_of_a_fit_is_what_the_terminal_says_in_a_notebook_too(found, monkeypatch):
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as kernels do
     said = found["fit"].summary()
+    assert "\x1b" not in said
     for part in ("mu_s", "Correlations", "Assumed: ", "rig constants"):
         assert part.lower() in said.lower()
     assert found["laws"].verdict in found["laws"].summary()

@@ -218,16 +218,19 @@ class Follower:
 
     def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
         """The motion a step ahead, or at the end of the range, and how long the step became."""
+        low, high = self.between
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
-        low, high = self.between
-        if not low <= reached <= high:
-            value = min(max(reached, low), high)
-            step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
-            guess = node.u + step * node.tangent
-            return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
-        border = arclength(node.u, node.tangent, node.scales, step)
-        return solved(node.problem, node.scales, guess, border, towards=node.tangent), step
+        if low <= reached <= high:
+            border = arclength(node.u, node.tangent, node.scales, step)
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent)
+            if low <= after.value <= high:
+                return after, step
+            reached = after.value  # a curved branch left the range where its tangent did not
+        value = min(max(reached, low), high)
+        step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
+        guess = node.u + step * node.tangent
+        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""

@@ -8,11 +8,14 @@
  *     pow   exp(y log(x)) with both parts of the logarithm
  *     sin   x = n pi/2 + r,    one of +-sin(r), +-cos(r),    |r| <= pi/4
  *     atan  pi/2 - atan(1/x) above 1, pi/4 + atan((x - 1)/(x + 1)) above tan(pi/8)
+ *     fma   the exact product, and its sum with a last part that is rounded to odd
  *
  * Source: Muller et al., Handbook of Floating-Point Arithmetic (2018), chapters 4 and 10; Dekker, Numerische Mathematik
- * 18 (1971), for the exact sum and product.
+ * 18 (1971), for the exact sum and product; Boldo and Melquiond, IEEE Transactions on Computers 57 (2008), for fma.
  */
 #include "mathematics.h"
+
+#include <stdint.h>
 
 /* a number as an unevaluated sum, the low part below half a digit of the high one */
 typedef struct {
@@ -36,6 +39,33 @@ static Pair2 product(double a, double b)
     const double p = a * b, ta = split * a, tb = split * b;
     const double ah = ta - (ta - a), al = a - ah, bh = tb - (tb - b), bl = b - bh;
     return (Pair2){p, ((ah * bh - p) + ah * bl + al * bh) + al * bl};
+}
+
+/* a + b to an odd last digit where it is not exact: rounded once more to fewer digits, it is as if rounded once */
+static double odd_sum(double a, double b)
+{
+    const Pair2 s = sum(a, b);
+    union {
+        double value;
+        int64_t bits;
+    } odd = {.value = s.high};
+    if (s.low != 0.0 && !(odd.bits & 1)) odd.bits += (s.low > 0.0) == (s.high > 0.0) ? 1 : -1;
+    return odd.value;
+}
+
+double same_fma(double a, double b, double c)
+{
+    if (!isfinite(a * b) || !isfinite(c) || a == 0.0 || b == 0.0 || c == 0.0) return a * b + c;
+    int ea, eb, ec;
+    a = frexp(a, &ea);
+    b = frexp(b, &eb);
+    c = frexp(c, &ec);
+    const int e = ea + eb, above = ec - e;
+    if (above > 60) return ldexp(c, ec);
+    /* what is below all digits of the product tells by its sign alone */
+    c = ldexp(c, above < -120 ? -120 : above);
+    const Pair2 p = product(a, b), low = sum(c, p.low), high = sum(p.high, low.high);
+    return ldexp(high.high + odd_sum(low.low, high.low), e);
 }
 
 static Pair2 added(Pair2 a, Pair2 b)

@@ -1,7 +1,7 @@
 /*
  * Elementary functions that give the same bits on every machine: what follows this header calls these and not those of
- * a C library, of which each rounds in its own way. Sums, products, quotients, roots, fma and rint are exact to the last
- * digit everywhere and stay.
+ * a C library, of which each rounds in its own way. Sums, products, quotients, roots and rint are exact to the last digit
+ * everywhere and stay.
  */
 #ifndef STICKSLIP_MATHEMATICS_H
 #define STICKSLIP_MATHEMATICS_H
@@ -21,6 +21,9 @@ double same_cosh(double x);
 double same_tanh(double x);
 double same_atan(double x);
 
+/* exact but for results below 2.2e-308, which are rounded twice */
+double same_fma(double a, double b, double c);
+
 /* of zeros of both signs the first; the other where one is nan */
 static inline double same_fmin(double a, double b) { return b < a || a != a ? b : a; }
 static inline double same_fmax(double a, double b) { return b > a || a != a ? b : a; }
@@ -36,6 +39,7 @@ static inline double same_fmax(double a, double b) { return b > a || a != a ? b 
 #define cosh same_cosh
 #define tanh same_tanh
 #define atan same_atan
+#define fma same_fma
 #define fmin same_fmin
 #define fmax same_fmax
 

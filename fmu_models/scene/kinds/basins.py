@@ -1,4 +1,7 @@
-"""Which attractor each start of a grid comes to, and how many of the starts."""
+"""Which attractor each start of a grid comes to, and how many of the starts.
+
+Results: `attractors`, `undecided`, `failed`, `boundary`, and per attractor `period1`, `starts1`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What the motion from the start becomes over two parameters, and how many cells are of each class."""
+"""What the motion from the start becomes over two parameters, and how many cells are of each class.
+
+Results: `cells_<class>`, `runs`, `failed`.
+"""
 
 from __future__ import annotations
 

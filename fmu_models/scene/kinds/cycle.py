@@ -1,4 +1,8 @@
-"""The motion that the run ends in: its period, extremes, and shares of stick."""
+"""The motion that the run ends in: its period, extremes, and shares of stick.
+
+Results: `period`, `events`, `<state>_min`, `<state>_max`, `<contact>_stick` (share of the period);
+at rest `events` = 0.
+"""
 
 from __future__ import annotations
 

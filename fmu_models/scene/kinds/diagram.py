@@ -1,4 +1,7 @@
-"""Where motions stay at the section over ``over``, swept up or down; a row per value."""
+"""Where motions stay at the section over ``over``, swept up or down; a row per value.
+
+Results: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`.
+"""
 
 from __future__ import annotations
 

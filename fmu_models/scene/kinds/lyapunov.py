@@ -1,4 +1,7 @@
-"""The Lyapunov exponents of the motion that the run becomes, with their errors, per unit of time."""
+"""The Lyapunov exponents of the motion that the run becomes, with their errors, per unit of time.
+
+Results: `exponent1` per unit of time, `error1`, and so on, `<contact>_share`.
+"""
 
 from __future__ import annotations
 

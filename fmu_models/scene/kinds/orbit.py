@@ -1,4 +1,7 @@
-"""The periodic motion near the start, stable or not, and its multipliers."""
+"""The periodic motion near the start, stable or not, and its multipliers.
+
+Results: `<state>` at its start, `period`, `stable`, `multiplier1` (modulus), `multiplier1_real`, and so on.
+"""
 
 from __future__ import annotations
 

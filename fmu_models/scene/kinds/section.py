@@ -1,4 +1,7 @@
-"""Where the motion from the start meets the section."""
+"""Where the motion from the start meets the section.
+
+Results: `<state>_min`, `<state>_max`, `<state>_mean`, `time_mean`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The lines in the spectrum of the periodic motion that the run becomes, of its first state."""
+"""The lines in the spectrum of the periodic motion that the run becomes, of its first state.
+
+Results: `line0`, `line1` and so on, of the first state, `mean_square`, `period`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The states once per period, and how many different ones are left at the end."""
+"""The states once per period, and how many different ones are left at the end.
+
+Results: `points` (different ones at the end), `period`, `<state>`.
+"""
 
 from __future__ import annotations
 

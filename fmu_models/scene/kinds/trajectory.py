@@ -1,4 +1,7 @@
-"""The run itself: states and outputs at its end, and their extremes."""
+"""The run itself: states and outputs at its end, and their extremes.
+
+Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`.
+"""
 
 from __future__ import annotations
 

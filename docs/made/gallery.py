@@ -1,0 +1,306 @@
+"""Sphinx extension that makes the gallery: a page per scene and per oscillator, computed whenever the manual is built.
+
+    scene       its picture and results by the code that its page shows, compared with its known values
+    oscillator  the portrait of its motion from the default start, and the known values of all its scenes
+    live page   `explore` of each model with the contacts in use; pages of one model share it and tell it their values
+
+A known value that is not met, or a scene that fails, stops the build.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
+from sphinx.util.display import status_iterator
+
+from fmu_models import read_scene
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import in_processes
+from fmu_models.oscillators import MODELS
+from fmu_models.scene.compute import Comparison
+from fmu_models.scene.read import files
+from fmu_models.scene.scene import Scene
+from made.gallery_jobs import (
+    RUN,
+    Job,
+    LiveJob,
+    LiveResult,
+    ModelJob,
+    ModelResult,
+    SceneJob,
+    SceneResult,
+    done,
+    template,
+)
+
+PICTURES, LIVE = "pictures", "live"  # folders beside the pages
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A source of models. models: their names; without: which of its figures have no page, and why."""
+
+    title: str
+    models: tuple[str, ...]
+    without: str = ""
+
+
+PAPERS = (
+    Paper(
+        "Rotational oscillator against driven discs (Casini, Giannini, Vestroni, 2006)",
+        ("disc_rig", "disc_rig_sequential", "disc_rig_overlapping", "block_on_belt", "drive_motor"),
+        "Figures 1 and 6 are drawings of model and rig, 3 to 5 sketches of what figures 9, 11 and 12 show computed. "
+        "Figure 7 shows measured friction, of which the numbers are in Table 1, with no points.",
+    ),
+    Paper(
+        "Oscillator with a discontinuous support, by the switch model of Leine and van Campen",
+        ("discontinuous_support",),
+        "Figures 1 and 2 are drawings.",
+    ),
+    Paper(
+        "Hinge with clearance (Ding et al.)",
+        ("hinge_clearance", "hinge_clearance_clamped", "hinge_clearance_dimensional"),
+        "Figures 1 to 3 are drawings of the hinge, of its model, and of Wolf's method.",
+    ),
+    Paper(
+        "Bifurcations in non-smooth systems (Leine and van Campen, 2006)",
+        (
+            "planar_hopf",
+            "planar_multiple_crossing",
+            "planar_multiple_crossing_smooth",
+            "forced_stick_slip",
+            "woodpecker",
+        ),
+        "Figures 7, 11 and 14 are drawings. Figures 15, 18 and 19 are on the page of [return maps](../return_maps.md).",
+    ),
+    Paper(
+        "Vibro-impact dynamics (Luo and Guo)",
+        ("bouncing_ball", "impact_pair", "impact_damper", "fermi_accelerator", "two_domain_oscillator"),
+        "The figures of its first chapters are drawings of maps and domains. The systems of the later ones are here by "
+        "what is published of them.",
+    ),
+)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Make the pages before Sphinx looks for pages."""
+    app.connect("builder-inited", _make_all)
+    app.add_css_file("gallery.css")
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _make_all(app: Sphinx) -> None:
+    pages = Path(app.srcdir) / "gallery"
+    shutil.rmtree(pages, ignore_errors=True)
+
+    def told(outcomes: Iterable[Any], jobs: Sequence[Job]) -> Iterable[Any]:
+        return status_iterator(
+            outcomes, "making the gallery... ", "brown", len(jobs), stringify_func=lambda one: str(jobs[one[0]])
+        )
+
+    try:
+        make(files(), MODELS.members(), pages, Path(app.outdir) / "gallery" / LIVE, told)
+    except StickslipError as error:
+        raise ExtensionError(str(error)) from error
+
+
+def make(
+    scenes: Sequence[Path],
+    models: Sequence[str],
+    pages: Path,
+    live: Path,
+    told: Callable[[Iterable[Any], Sequence[Job]], Iterable[Any]] = lambda outcomes, _: outcomes,
+) -> None:
+    """Write the pages of scenes and models to a folder, and their live pages into the finished manual.
+
+    Args:
+        told: passes on the outcomes of jobs, and may tell of them.
+
+    Raises:
+        StickslipError: what fails, and every known value that is not met.
+    """
+    pictures = pages / PICTURES
+    for folder in (pages / "scenes", pages / "oscillators", pictures, live):
+        folder.mkdir(parents=True, exist_ok=True)
+    lives = {path.stem: _live_of(read_scene(path), live) for path in scenes}
+    lives |= {name: LiveJob(name, None, live / f"{name}.html") for name in models}
+    jobs: list[Job] = [
+        *dict.fromkeys(lives.values()),
+        *(SceneJob(path, pictures / f"{path.stem}.png") for path in scenes),
+        *(ModelJob(name, pictures / f"{name}.png") for name in models),
+    ]
+    outcomes = dict(told(in_processes(done, [(job,) for job in jobs], processes=_cores(), threads=1), jobs))
+    results = [outcomes[i] for i in range(len(jobs))]
+    faults = [f"{job}: {one}" for job, one in zip(jobs, results, strict=True) if isinstance(one, Exception)]
+    faults += [
+        f"scene {one.scene.name}: {fault}" for one in results if isinstance(one, SceneResult) for fault in missed(one)
+    ]
+    if faults:
+        raise StickslipError("The gallery does not hold:\n" + "\n".join(faults))
+    found = dict(zip(jobs, results, strict=True))
+    of_scenes = [one for one in results if isinstance(one, SceneResult)]
+    of_models = [one for one in results if isinstance(one, ModelResult)]
+    for one in of_scenes:
+        text = scene_page(one, found[lives[one.scene.name]])
+        (pages / "scenes" / f"{one.scene.name}.md").write_text(text, "utf-8")
+    for one in of_models:
+        text = model_page(one, found[lives[one.name]], [s for s in of_scenes if s.scene.model == one.name])
+        (pages / "oscillators" / f"{one.name}.md").write_text(text, "utf-8")
+    (pages / "index.md").write_text(index_page(of_scenes, of_models), "utf-8")
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _live_of(scene: Scene, folder: Path) -> LiveJob:
+    """The live page of a scene: that of its model with the contacts in use, or its own where it has other laws."""
+    if scene.laws:
+        return LiveJob(scene.path, None, folder / f"{scene.name}.html")
+    name = scene.model if scene.contacts is None else "-".join([scene.model, *(scene.contacts or ("free",))])
+    return LiveJob(scene.model, scene.contacts, folder / f"{name}.html")
+
+
+def missed(one: SceneResult) -> list[str]:
+    """The known values that a scene does not meet, in words."""
+    found = []
+    for c in one.comparisons:
+        if not c.passed:
+            at = "" if c.at is None else f" at {c.at:g}"
+            found.append(
+                f"{c.name}{at} is {c.found:.13g}, known is {c.known:.13g}, allowed an error of {c.tolerance:g}"
+            )
+    return found
+
+
+def scene_page(one: SceneResult, live: LiveResult) -> str:
+    """The page of a scene, as Markdown."""
+    over = one.scene.compute.over
+    toml = Path(one.scene.path).read_text("utf-8").strip()
+    values = [(name, _at(at), f"{value:.10g}") for at, found in one.values for name, value in found.items()]
+    return template("scene.md.j2").render(
+        scene=one.scene,
+        seen=_head(toml),
+        frame=frame(live, one.state),
+        notes="".join(f" In it {note}." for note in one.notes),
+        comparisons=comparison_table(one.comparisons, over) if one.comparisons else "",
+        values=table(("value", over or "", "found"), values),
+        code=one.code,
+        toml=toml,
+    )
+
+
+def model_page(one: ModelResult, live: LiveResult, scenes: Sequence[SceneResult]) -> str:
+    """The page of an oscillator, as Markdown."""
+    rows = [
+        (f"[{s.scene.title}](../scenes/{s.scene.name}.md)", *cells)
+        for s in scenes
+        for cells in (_cells(c, s.scene.compute.over) for c in s.comparisons)
+    ]
+    quantities = [(f"`{name}`", value, unit, meaning) for name, value, unit, meaning in one.quantities]
+    return template("oscillator.md.j2").render(
+        one=one,
+        until=RUN,
+        frame=frame(live, {}),
+        comparisons=table(("scene", *COLUMNS), rows) if rows else "",
+        quantities=table(("name", "value", "unit", "meaning"), quantities),
+    )
+
+
+def index_page(scenes: Sequence[SceneResult], models: Sequence[ModelResult]) -> str:
+    """The page that shows them all, as Markdown."""
+    papers = [
+        {
+            "title": paper.title,
+            "without": paper.without,
+            "scenes": thumbnails(
+                (f"scenes/{s.scene.name}", s.scene.title, figure_of(s.scene.source))
+                for s in sorted(scenes, key=lambda s: (_number(s.scene.source), s.scene.name))
+                if s.scene.model in paper.models
+            ),
+        }
+        for paper in PAPERS
+    ]
+    of_models = (
+        (f"oscillators/{name}", m.title, "") for p in PAPERS for name in p.models for m in models if m.name == name
+    )
+    return template("index.md.j2").render(
+        papers=papers, oscillators=thumbnails(of_models), known=sum(len(s.comparisons) for s in scenes)
+    )
+
+
+def figure_of(source: str) -> str:
+    """What a source says of figures and tables, as "figures 8 to 10"; empty if nothing."""
+    found = re.search(r"(figures? \d[^;]*|Table \d+(?!.*figure)[^;]*)", source)
+    return found[1] if found else ""
+
+
+def _number(source: str) -> int:
+    found = re.search(r"figures? (\d+)", source)
+    return int(found[1]) if found else 99
+
+
+def thumbnails(entries: Iterable[tuple[str, str, str]]) -> str:
+    """Pictures that lead to their pages: page, title, what its source calls it."""
+    shown = [
+        f"[![]({PICTURES}/{Path(page).name}.png) {title} *{called}*]({page}.md)" for page, title, called in entries
+    ]
+    return "\n\n".join(["::::{container} thumbnails", *(one.replace(" **]", "]") for one in shown), "::::"])
+
+
+def frame(live: LiveResult, values: dict[str, float]) -> str:
+    """A live page in a frame, told the values of a scene by its address."""
+    state = {"model": live.model, "version": live.version, "set": values}
+    address = f"../{LIVE}/{live.path.name}" + (f"#{quote(json.dumps(state))}" if values else "")
+    return (
+        "```{raw} html\n"
+        f'<iframe class="live" src="{address}" title="{html.escape(live.model)}, live" loading="lazy" '
+        'sandbox="allow-scripts allow-downloads"></iframe>\n'
+        f'<p><a href="{address}">The live page alone</a></p>\n'
+        "```"
+    )
+
+
+COLUMNS = ("value", "at", "known", "found", "error", "allowed")
+
+
+def comparison_table(comparisons: Sequence[Comparison], over: str | None) -> str:
+    """Known values beside those found."""
+    return table(COLUMNS, [_cells(c, over) for c in comparisons])
+
+
+def _cells(c: Comparison, over: str | None) -> tuple[str, ...]:
+    at = "" if c.at is None else f"{over} = {_at(c.at)}"
+    return (f"`{c.name}`", at, f"{c.known:.13g}", f"{c.found:.13g}", f"{c.error:.1e}", f"{c.tolerance:.0e}")
+
+
+def _at(value: float | None) -> str:
+    return "" if value is None else f"{value:g}"
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown, whose last columns are not broken."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    made = (f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
+    return "\n".join(["::::{container} whole-numbers", "", *made, "", "::::"])
+
+
+def _head(toml: str) -> str:
+    """The remark at the head of a scene: what is to be seen."""
+    lines = []
+    for line in toml.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("# "))
+    return " ".join(lines)

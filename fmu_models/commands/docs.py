@@ -1,0 +1,69 @@
+"""Command that builds the manual and opens it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.temporary import temporary_folder
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def docs(
+    folder: Annotated[Path | None, typer.Option("--output", "-o", help="Folder to put a copy into.")] = None,
+    opened: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
+    json: Json = False,
+) -> None:
+    """Open the manual: tutorials, how-to pages, explanation, reference, and a gallery of all models.
+
+    It is built the first time, in some minutes, and kept: its examples run, its pictures are computed. Needs
+    pip install 'stickslip\\[docs]'.
+
+    Example: stickslip docs
+
+    Example: stickslip docs --no-open -o manual
+    """
+    import webbrowser
+
+    from fmu_models.report.manual import Site, manual_site
+
+    if folder is not None and (folder.is_file() or (folder.is_dir() and any(folder.iterdir()))):
+        raise StickslipError(f"'{folder}' holds something already. Choose another folder for the manual.")
+    begin = time.monotonic()
+    with console.progress("building the manual") as progress:
+        site = manual_site(progress=progress)
+    seconds = time.monotonic() - begin
+    if folder is not None:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with temporary_folder("manual", folder.parent) as work:
+            shutil.copytree(site.folder, work / "site")
+            if folder.is_dir():
+                folder.rmdir()
+            (work / "site").rename(folder)
+        site = Site(folder, site.built)
+    shown = opened and webbrowser.open(site.index.resolve().as_uri())
+    content = {
+        "index": str(site.index),
+        "pages": site.pages,
+        "built": site.built,
+        "seconds": round(seconds, 3),
+        "opened": shown,
+    }
+
+    def show(out: Console) -> None:
+        out.print(
+            f"[bold]{site.index}[/bold]: {site.pages} pages" + (f", built in {seconds:.0f} s" if site.built else "")
+        )
+        if not shown:
+            out.print("Open it in a browser; it needs no network.")
+
+    console.say(json, content, show)

@@ -1,0 +1,119 @@
+"""The manual as a site: built from the sources that come along, once for each state of them, into the cache.
+
+    digest of the manual, the packages and data -> <cache>/manual-<digest>/index.html
+
+Sphinx runs in a process of its own upon a copy of the sources, since pages that are made from the code are written
+among them. A site appears under its name when it is whole.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from fmu_models.base import shipped
+from fmu_models.base.cache import cache_folder, digest
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.temporary import temporary_folder
+
+NEEDED = ("furo", "myst_nb", "sphinx")
+# what Sphinx says it does, and the share of a build after which it begins: pictures are computed, then cells run
+PHASES = {"making": (0.0, 0.5), "reading": (0.5, 0.85), "writing": (0.85, 1.0)}
+LAST_WORDS = 12  # lines of a build that failed
+# what an earlier build may have made among the sources
+MADE = shutil.ignore_patterns("__pycache__", "gallery", "python")
+
+
+@dataclass(frozen=True)
+class Site:
+    """A built manual. folder: where it is; built: now, or found in the cache."""
+
+    folder: Path
+    built: bool
+
+    @property
+    def index(self) -> Path:
+        """Its first page."""
+        return self.folder / "index.html"
+
+    @property
+    def pages(self) -> int:
+        """How many pages it has."""
+        return sum(1 for _ in self.folder.rglob("*.html"))
+
+
+def manual_site(*, strict: bool = False, progress: Callable[[float], None] = lambda _: None) -> Site:
+    """The manual of this very suite.
+
+    Args:
+        strict: warnings of Sphinx are errors, and a site in the cache is not taken.
+        progress: told the share that is done.
+
+    Raises:
+        StickslipError: the extra is not installed, or the build fails; says what its last words were.
+    """
+    target = cache_folder() / f"manual-{_state()}"
+    if target.is_dir() and not strict:
+        return Site(target, built=False)
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        raise StickslipError(
+            f"The manual is built by Sphinx, and {', '.join(missing)} is not installed. Install what it needs: "
+            "pip install 'stickslip[docs]'"
+        )
+    with temporary_folder("manual", target.parent) as work:
+        shutil.copytree(shipped.manual(), work / "source", ignore=MADE)
+        _build(work, strict, progress)
+        if target.is_dir():
+            shutil.rmtree(target)
+        os.replace(work / "site", target)
+    return Site(target, built=True)
+
+
+def _state() -> str:
+    """Digest of all that a page may show."""
+    return digest(*(part for path in sorted(_sources()) for part in (path.name, path.read_bytes())))
+
+
+def _sources() -> Iterator[Path]:
+    folders = (
+        shipped.manual(),
+        shipped.folder(),
+        *(shipped.ROOM / name for name in ("fmu_models", "identification", "rig_io")),
+    )
+    for folder in folders:
+        for path in folder.rglob("*"):
+            inside = path.relative_to(folder).parts
+            if path.is_file() and not MADE("", list(inside)):
+                yield path
+
+
+def _build(work: Path, strict: bool, progress: Callable[[float], None]) -> None:
+    line = [sys.executable, "-m", "sphinx", "-b", "html", "-j", "auto", "-d", str(work / "trees")]
+    line += [*(["-W", "--keep-going"] if strict else []), str(work / "source"), str(work / "site")]
+    paths = [str(shipped.ROOM), os.environ.get("PYTHONPATH", "")]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    with (
+        open(work / "said", "w+", encoding="utf-8", errors="replace") as said,
+        subprocess.Popen(
+            line, stdout=subprocess.PIPE, stderr=said, env=environment, text=True, encoding="utf-8", errors="replace"
+        ) as process,
+    ):
+        assert process.stdout is not None
+        for words in process.stdout:
+            if found := re.match(r"(making|reading|writing) .*\[ *(\d+)%\]", words):
+                begin, end = PHASES[found[1]]
+                progress(begin + (end - begin) * int(found[2]) / 100)
+        process.wait()
+        said.seek(0)
+        lines = [text.rstrip() for text in said if text.strip()]
+    if process.returncode:
+        complaints = [text for text in lines if re.search(": (WARNING|ERROR): ", text)] or lines
+        raise StickslipError("The manual cannot be built. Sphinx says: " + "\n".join(complaints[-LAST_WORDS:]))

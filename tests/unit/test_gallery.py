@@ -1,0 +1,122 @@
+"""The gallery of the manual: each scene and oscillator has its page; a known value that is not met stops the build."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections import Counter
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from made.gallery import PAPERS, figure_of, make, table
+
+from fmu_models import StickslipError, read_scene
+from fmu_models.oscillators import MODELS
+from fmu_models.scene.read import files, find
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+def test_every_oscillator_is_of_one_paper():
+    assert Counter(name for paper in PAPERS for name in paper.models) == Counter(MODELS.members())
+
+
+def test_every_oscillator_has_a_scene_with_known_values():
+    scenes = [read_scene(path) for path in files()]
+    assert {scene.model for scene in scenes if scene.references} == set(MODELS.members())
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    """The gallery of two scenes and a model."""
+    folder = tmp_path_factory.mktemp("gallery")
+    scenes = [find("planar_hopf_cycle"), find("planar_hopf_figure_2")]
+    make(scenes, ["planar_hopf"], folder / "pages", folder / "site" / "live")
+    return folder
+
+
+def test_pages_are_there_with_their_pictures_and_lead_to_one_another(made):
+    pages = made / "pages"
+    found = {str(page.relative_to(pages)): page.read_text("utf-8") for page in pages.rglob("*.md")}
+    assert set(found) == {
+        "index.md",
+        "oscillators/planar_hopf.md",
+        "scenes/planar_hopf_cycle.md",
+        "scenes/planar_hopf_figure_2.md",
+    }
+    for name, text in found.items():
+        for link in re.findall(r"\]\(([^)]+)\)", text):
+            if link not in ("../claims.md", "../return_maps.md"):
+                assert ((pages / name).parent / link).is_file(), f"{name}: {link}"
+    assert all(name in found["index.md"] for name in set(found) - {"index.md"})
+
+
+def test_known_values_stand_beside_those_found(made):
+    row = r"\| `period` \|  \| 7\.161378395771 \| 7\.161378395771 \| \d\.\de[+-]\d\d \| 1e-10 \|"
+    assert re.search(row, (made / "pages/scenes/planar_hopf_cycle.md").read_text("utf-8"))
+    oscillator = (made / "pages/oscillators/planar_hopf.md").read_text("utf-8")
+    assert (
+        "[Limit cycle after a discontinuous Hopf bifurcation](../scenes/planar_hopf_cycle.md) | `period`" in oscillator
+    )
+    assert "| `mu` | 1 | 1 | bifurcation parameter |" in oscillator
+
+
+def test_scenes_share_the_live_page_of_their_model_and_tell_it_their_values(made):
+    assert [page.name for page in (made / "site/live").iterdir()] == ["planar_hopf.html"]
+    text = (made / "pages/scenes/planar_hopf_cycle.md").read_text("utf-8")
+    address, state = re.findall(r'<iframe class="live" src="([^"#]+)#([^"]+)"', text)[0]
+    told = json.loads(unquote(state))
+    assert address == "../live/planar_hopf.html"
+    assert told["model"] == "planar_hopf" and told["set"] == {"mu": 1.0, "x1": 0.0, "x2": 2.0}
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, in which the page could be opened")
+def test_the_live_page_in_a_page_moves_as_the_scene(made):
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    text = (made / "pages/scenes/planar_hopf_cycle.md").read_text("utf-8")
+    page = made / "site/scenes/planar_hopf_cycle.html"
+    page.parent.mkdir(exist_ok=True)
+    page.write_text(re.findall(r"```\{raw\} html\n(.*?)```", text, re.S)[0], "utf-8")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        tab = browser.new_page()
+        tab.goto(page.as_uri())
+        frame = tab.query_selector("iframe").content_frame()
+        frame.wait_for_function("globalThis.page && page.motion")
+        assert frame.evaluate("document.getElementById('note').textContent") == ""
+        first = frame.evaluate("[...page.motion.rows[0].slice(0, 3)]")
+        browser.close()
+    assert first == [0.0, 0.0, 2.0]
+
+
+def test_the_code_of_a_page_is_what_ran(made, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    text = (made / "pages/scenes/planar_hopf_cycle.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.S)
+    exec(code, {})
+    assert (tmp_path / "planar_hopf_cycle.png").read_bytes() == (
+        made / "pages/pictures/planar_hopf_cycle.png"
+    ).read_bytes()
+
+
+def test_a_known_value_that_is_not_met_stops_the_build(tmp_path):
+    right = find("planar_hopf_cycle").read_text("utf-8")
+    wrong = tmp_path / "planar_hopf_cycle.toml"
+    wrong.write_text(right.replace("\nperiod = 7.161378395771368995", "\nperiod = 7.1613784"), "utf-8")
+    with pytest.raises(StickslipError, match=r"planar_hopf_cycle: period is 7\.161378395771, known is 7\.1613784, "):
+        make([wrong], [], tmp_path / "pages", tmp_path / "live")
+    assert not list(tmp_path.rglob("*.md"))
+
+
+def test_figures_are_told_as_their_source_tells_them():
+    assert figure_of("Leine and van Campen, equations (15), (16), figures 8 to 10") == "figures 8 to 10"
+    assert figure_of("Casini, Nonlinear Dynamics 46 (2006), class a, Table 1") == "Table 1"
+    assert figure_of("a study, Table 1, figure 6") == "figure 6"
+    assert figure_of("Ding et al., figure 7; the basins are of this project") == "figure 7"
+    assert figure_of("Lieberman and Lichtenberg, Physical Review A 5 (1972)") == ""
+
+
+def test_a_bar_in_a_cell_does_not_end_it():
+    assert r"| |x| |".replace("|x|", r"\|x\|") in table(["a"], [["|x|"]])

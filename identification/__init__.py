@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from identification.fit.posterior import posterior as posterior
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
+    from identification.fitted_model.machine import machine_with as machine_with
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
     from identification.machines.excite import excite as excite
@@ -48,6 +49,5 @@ if TYPE_CHECKING:
     from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report
     from identification.slips.statistics import slip_statistics as slip_statistics
-    from identification.transfer.machine import machine_with as machine_with
 else:
     __getattr__, __dir__ = exports(__name__)

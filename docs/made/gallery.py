@@ -192,7 +192,7 @@ def scene_page(one: SceneResult, live: LiveResult) -> str:
     return template("scene.md.j2").render(
         scene=one.scene,
         seen=_head(toml),
-        frame=frame(live, *one.state),
+        frame=frame(live, one.state),
         notes="".join(f" In it {note}." for note in one.notes),
         comparisons=comparison_table(one.comparisons, over) if one.comparisons else "",
         values=table(("value", over or "", "found"), values),
@@ -212,7 +212,7 @@ def model_page(one: ModelResult, live: LiveResult, scenes: Sequence[SceneResult]
     return template("oscillator.md.j2").render(
         one=one,
         until=RUN,
-        frame=frame(live, {}, None),
+        frame=frame(live, {}),
         comparisons=table(("scene", *COLUMNS), rows) if rows else "",
         quantities=table(("name", "value", "unit", "meaning"), quantities),
     )
@@ -259,9 +259,9 @@ def thumbnails(entries: Iterable[tuple[str, str, str]]) -> str:
     return "\n\n".join(["::::{container} thumbnails", *(one.replace(" **]", "]") for one in shown), "::::"])
 
 
-def frame(live: LiveResult, values: dict[str, float], until: float | None) -> str:
+def frame(live: LiveResult, values: dict[str, float]) -> str:
     """A live page in a frame, told the values of a scene by its address."""
-    state = {"model": live.model, "version": live.version, "set": values, "until": until}
+    state = {"model": live.model, "version": live.version, "set": values}
     address = f"../{LIVE}/{live.path.name}" + (f"#{quote(json.dumps(state))}" if values else "")
     return (
         "```{raw} html\n"

@@ -10,7 +10,7 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from fmu_models import Scene, explore, load, oscillators, simulate
+from fmu_models import Scene, explore, last_cycle, load, oscillators, simulate
 from fmu_models.explorer.subject import subject_of
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
@@ -36,7 +36,7 @@ class SceneResult:
         over: what is varied; None if nothing is.
         values: of what was found, by name, for each value of what is varied.
         comparisons: with what is known of it.
-        state: of the live page, that shows its motion: values by name, and the end of the run in s.
+        state: values by name with which the live page shows its motion, for as long as that page chooses.
         notes: what of the scene the live page leaves out.
     """
 
@@ -44,7 +44,7 @@ class SceneResult:
     code: str
     values: tuple[tuple[float | None, dict[str, float]], ...]
     comparisons: tuple[Comparison, ...]
-    state: tuple[dict[str, float], float | None]
+    state: dict[str, float]
     notes: tuple[str, ...]
 
 
@@ -92,9 +92,7 @@ class SceneJob:
         scene: Scene = made["scene"]
         subject = subject_of(str(self.path))
         values = tuple((row.at, dict(row.values)) for row in made["rows"])
-        return SceneResult(
-            scene, code, values, made["comparisons"], (dict(subject.values), subject.until), subject.notes
-        )
+        return SceneResult(scene, code, values, made["comparisons"], dict(subject.values), subject.notes)
 
 
 @dataclass(frozen=True)
@@ -108,10 +106,11 @@ class ModelJob:
         return f"model {self.name}"
 
     def done(self) -> ModelResult:
-        """Run it from its default start, and draw the first plane in which the motion stays."""
+        """Draw the cycle that its motion from the default start ends in, or else all of that motion."""
         declared = MODELS.load(self.name)
         across, up = _plane(self.name)
-        code = template("oscillator.py.j2").render(name=self.name, until=RUN, across=across, up=up)
+        cycle = last_cycle(load(self.name), RUN) is not None
+        code = template("oscillator.py.j2").render(name=self.name, until=RUN, across=across, up=up, cycle=cycle)
         ran(code, self.picture)
         quantities = tuple((p.name, f"{p.value:g}", p.unit, p.description) for p in declared.parameters) + tuple(
             (u.name, f"{u.value:g}", u.unit, u.description) for u in declared.inputs

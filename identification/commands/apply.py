@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,11 +15,12 @@ from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FitFile
+from identification.commands.machines import MachinePlace, read_machine, refuse_of_rigs
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from identification.fit.result import FrictionFit
+    from fmu_models.fmu.fmu import Fmu
     from identification.transfer.values import HandedValue
 
 TARGETS = (".fmu", ".toml", ".ssv", ".ssp")
@@ -39,11 +42,12 @@ def apply(
         list[str] | None,
         typer.Option("--name", metavar="NAME=ITS_NAME", help="What a parameter is called there; repeat for several."),
     ] = None,
+    machine: MachinePlace = None,
     fmi: Annotated[str, typer.Option(help="FMI version of a new FMU: 2.0 or 3.0.")] = "3.0",
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Write the fitted friction law and the rig's constants into an FMU, a scene or an SSP parameter set.
+    """Write the fitted friction law and the rig's constants, or a fitted machine, into an FMU, a scene or an SSP.
 
     Refused if a name or a unit does not match; units of the same quantity are converted.
 
@@ -53,20 +57,17 @@ def apply(
 
     Example: stickslip apply fit.json -o fitted.ssv
     """
-    from identification.fit.result import read_fit
-    from identification.transfer.values import handed_values
-
     if output is None:
         raise StickslipError(f"Say what to write with -o FILE; it ends in one of {', '.join(TARGETS)}.")
     kind = output.suffix.lower()
     _check_kinds(source, output, kind)
     refuse_existing(output, overwrite=overwrite)
-    found = read_fit(fitted)
     chosen = [name.strip() for name in (only or "").split(",") if name.strip()]
-    values = handed_values(found, only=chosen, renamed=_renamed(names))
     with console.progress("writing") as advance:
+        handed = _handed(fitted, machine, chosen, _renamed(names))
+        values = handed.values
         advance(0.1)
-        _write(found, values, source, output, kind, fmi, overwrite)
+        _write(handed, source, output, kind, fmi, overwrite)
     notes = _notes(source, kind)
     content = {
         "file": str(output),
@@ -108,17 +109,47 @@ def _renamed(names: list[str] | None) -> dict[str, str]:
     return found
 
 
+@dataclass(frozen=True)
+class _Handed:
+    """name: of the rig or machine; values: that are handed on; fmu: its own, in a version of FMI."""
+
+    name: str
+    values: tuple[HandedValue, ...]
+    fmu: Callable[[str], Fmu]
+
+
+def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[str, str]) -> _Handed:
+    from identification.machines.machine_fit import is_machine_fit
+
+    if is_machine_fit(fitted):
+        from fmu_models.codegen.package import built
+        from fmu_models.fmu.fmu import Fmu
+        from identification.fitted_model.machine import machine_with
+        from identification.transfer.values import machine_values
+
+        fit, mechanism = read_machine(fitted, machine)
+        made = machine_with(mechanism, fit)
+        values = machine_values(made, fit, only=only, renamed=renamed)
+        return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(made, fmi_version=fmi)))
+    from identification.fit.result import read_fit
+    from identification.fitted_model.model import fitted_model
+    from identification.transfer.values import handed_values
+
+    refuse_of_rigs(machine=machine)
+    found = read_fit(fitted)
+    values = handed_values(found, only=only, renamed=renamed)
+    return _Handed("rig", values, lambda fmi: fitted_model(found, fmi_version=fmi).fmu)
+
+
 def _write(
-    found: FrictionFit,
-    values: tuple[HandedValue, ...],
+    handed: _Handed,
     source: Path | None,
     output: Path,
     kind: str,
     fmi: str,
     overwrite: bool,
 ) -> None:
-    from identification.fitted_model.model import fitted_model
-
+    values = handed.values
     if kind == ".toml" and source is not None:
         from fmu_models.scene.read import find
         from identification.transfer.scene import write_scene
@@ -129,13 +160,16 @@ def _write(
         from fmu_models.fmu.start_values import copy_with_start_values
         from identification.transfer.values import check_targets
 
-        fmu = Fmu.open(source) if source is not None else fitted_model(found, fmi_version=fmi).fmu
+        fmu = Fmu.open(source) if source is not None else handed.fmu(fmi)
         copy_with_start_values(fmu, output, check_targets(values, fmu), overwrite=overwrite)
-    else:
-        from identification.transfer.ssp import write_parameter_set, write_ssp
+    elif kind == ".ssv":
+        from identification.transfer.ssp import write_parameter_set
 
-        write = write_parameter_set if kind == ".ssv" else write_ssp
-        write(output, values, fitted_model(found, fmi_version="2.0"), overwrite=overwrite)
+        write_parameter_set(output, values, handed.fmu("2.0"), overwrite=overwrite)
+    else:
+        from identification.transfer.ssp import write_ssp
+
+        write_ssp(output, values, handed.fmu("2.0"), name=handed.name, overwrite=overwrite)
 
 
 def _notes(source: Path | None, kind: str) -> list[str]:

@@ -11,6 +11,7 @@ from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FigurePath, FitFile, draw_families, print_comparison
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
+from identification.commands.machines import MachinePlace, Window, compare_machine, refuse_of_machines, refuse_of_rigs
 
 SceneOption = Annotated[
     str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
@@ -27,6 +28,8 @@ def compare(
     uncertainty: Annotated[
         bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
     ] = True,
+    machine: MachinePlace = None,
+    window: Window = None,
     figure: FigurePath = None,
     overwrite: Overwrite = False,
     json: Json = False,
@@ -35,9 +38,12 @@ def compare(
 
     Logs above the bifurcation, where the disc slides steadily, belong to the family.
 
+    A fitted machine is run beside its logs, from the measured state by the measured efforts.
+
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
     """
     from identification.fit.result import read_fit
+    from identification.machines.machine_fit import is_machine_fit
     from identification.model_check.families import compare_families
 
     refuse_existing(figure, overwrite=overwrite)
@@ -45,6 +51,11 @@ def compare(
         from fmu_models.report.figures import check_format
 
         check_format(figure)
+    if is_machine_fit(fitted):
+        refuse_of_machines(set=settings, repair=repair, scene=scene)
+        compare_machine(fitted, logs, machine, window, reader, figure, overwrite, json)
+        return
+    refuse_of_rigs(machine=machine, window=window)
     found = read_fit(fitted)
     chosen = None
     if scene:

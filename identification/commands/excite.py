@@ -11,17 +11,19 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from identification.commands.machines import Gravity, gravity_of
 
 
 def excite(
     machine: Annotated[
-        str, typer.Argument(metavar="MACHINE", help="Its declaration, my_robot.py.", show_default=False)
+        str, typer.Argument(metavar="MACHINE", help="Its declaration, my_robot.py, or a URDF.", show_default=False)
     ],
     limits: Annotated[
         list[str] | None,
         typer.Option("--limit", metavar="NAME=LOW:HIGH", help="Of a coordinate (all), velocity or effort; repeat."),
     ] = None,
     settings: Settings = None,
+    gravity: Gravity = None,
     period: Annotated[float, typer.Option(help="Of the motion, s.")] = 10.0,
     harmonics: Annotated[int, typer.Option(help="Of the period.", min=1)] = 5,
     rate: Annotated[float, typer.Option(help="Of the samples, Hz.")] = 250.0,
@@ -42,7 +44,7 @@ def excite(
     known = console.assignments(settings, "constant")
     with console.progress("searching") as advance:
         found = designed(
-            declared_machine(machine),
+            declared_machine(machine, gravity_of(gravity)),
             asked,
             known=known,
             period=period,

@@ -3,7 +3,8 @@ declaration."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +16,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.registry import is_place
 from identification.commands.fits import FigurePath, print_files
 from identification.commands.logs import ReaderOption, Repairs, repairs
+from identification.commands.machines import Gravity, gravity_of
 from identification.commands.recipes import ResultPath, check_targets, finish
 
 CUTOFF = 10.0  # Hz
@@ -30,6 +32,7 @@ def inverse(
         ),
     ],
     logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="A log of any kind; of a machine several.")],
+    gravity: Gravity = None,
     held_out: Annotated[
         list[Path] | None, typer.Option("--held-out", metavar="LOG", help="Score this log too; repeat for several.")
     ] = None,
@@ -66,7 +69,8 @@ def inverse(
             raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
         chosen = {"cutoff": cutoff or CUTOFF, "parallel_cutoff": parallel_cutoff, "method": method or "instruments"}
         paths = (logs, held_out or ())
-        found, compared = _machine(recipe, paths, settings, columns, reader, figure, overwrite, laws, **chosen)
+        machine = _Machine(recipe, gravity_of(gravity), _named(columns))
+        found, compared = _machine(machine, paths, settings, reader, figure, overwrite, laws, **chosen)
         said = {"laws": {joint: one.to_dict() for joint, one in compared.items()}} if laws else {}
         content = finish({**found.to_dict(), **said}, result, figure, overwrite)
 
@@ -80,10 +84,10 @@ def inverse(
 
         console.say(json, content, show)
         return
-    if settings or columns or cutoff or parallel_cutoff or method or laws:
+    if settings or columns or cutoff or parallel_cutoff or method or laws or gravity:
         raise StickslipError(
             f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, --cutoff, "
-            "--parallel-cutoff, --method and --laws are for declared machines, my_robot.py."
+            "--parallel-cutoff, --method, --laws and --gravity are for declared machines, my_robot.py."
         )
     if len(logs) != 1:
         raise StickslipError(f"A recipe is fitted to one log, found {len(logs)}. Score the others: --held-out LOG.")
@@ -96,10 +100,9 @@ def is_machine(reference: str) -> bool:
 
 
 def _machine(
-    reference: str,
+    machine: _Machine,
     paths: tuple[Sequence[Path], Sequence[Path]],
     settings: list[str] | None,
-    columns: list[str] | None,
     reader: ReaderOption,
     figure: Path | None,
     overwrite: bool,
@@ -112,14 +115,16 @@ def _machine(
     from identification.machines.read import declared_machine, read_machine_log
 
     with console.warnings_said(), console.progress("fitting") as advance:
-        mechanism = declared_machine(reference)
-        named = _named(columns)
+        mechanism = declared_machine(machine.declaration, machine.gravity)
         known = console.assignments(settings, "constant")
-        seen, others = ([read_machine_log(one, mechanism, named, reader=reader) for one in part] for part in paths)
+        seen, others = (
+            [read_machine_log(one, mechanism, machine.columns, reader=reader) for one in part] for part in paths
+        )
         advance(0.2)
         fit = identify_machine(
             mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.7 * done), **how
         )
+        fit = replace(fit, **vars(machine))
         if figure:
             from fmu_models.report.figures import save_figure
             from identification.machines.predicted import predict_efforts
@@ -128,6 +133,15 @@ def _machine(
             predicted = (predict_efforts(mechanism, fit, part) if part else [] for part in (seen, others))
             save_figure(machine_fit_figure(fit, *predicted), figure, overwrite=overwrite)
         return fit, compare_joint_laws(mechanism, fit, seen) if laws else {}
+
+
+@dataclass(frozen=True)
+class _Machine:
+    """What the command line says of a machine: its declaration, gravity (m/s^2; empty: its own), columns of logs."""
+
+    declaration: str
+    gravity: tuple[float, ...]
+    columns: Mapping[str, str]
 
 
 def _named(columns: list[str] | None) -> dict[str, str]:

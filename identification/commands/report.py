@@ -13,6 +13,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FitFile, print_files
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
+from identification.commands.machines import MachinePlace, refuse_of_machines, refuse_of_rigs, report_machine
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,6 +35,7 @@ def report(
     interactive: Annotated[
         bool, typer.Option(help="The fitted model live beside the measured portraits: sliders for law, N and k.")
     ] = False,
+    machine: MachinePlace = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -47,12 +49,18 @@ def report(
     Example: stickslip report fit.json data/rigs/paper_rubber --interactive -o live.html
     """
     from identification.fit.result import read_fit
+    from identification.machines.machine_fit import is_machine_fit
     from identification.report.findings import findings
     from identification.report.page import summary, write_report
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise StickslipError(f"'{output}' is to be a page: end it in .html.")
     refuse_existing(output, overwrite=overwrite)
+    if is_machine_fit(fitted):
+        refuse_of_machines(set=settings, repair=repair, interactive=interactive)
+        report_machine(fitted, logs, output, machine, reader, overwrite, json)
+        return
+    refuse_of_rigs(machine=machine)
     found = read_fit(fitted)
     with console.progress("reporting") as advance:
         read = read_logs(logs, stated(settings), repair, reader)

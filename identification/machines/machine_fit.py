@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from fmu_models.base.files import existing
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
 from identification.machines.base_parameters import Base, base_parameters
-from identification.machines.identify import METHODS, Solved, rows_of, solve_machine, weighted
+from identification.machines.identify import METHODS, Solved, rows_of, solve_machine, together, weighted
 from identification.machines.motion import Cutoffs, MachineLog, Motion, motions
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.simulated import Stretches, run
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 FREE_RUN = 1.0  # s
 BIASED = 3.0  # standard deviations between least squares and instruments
 UNKNOWN = 0.3  # of its value: a deviation that leaves a parameter open
+OPEN = 300.0  # condition of the columns: logs of good motion have 5 to 100
 POOR = 0.5  # of the effort: a residual that says the model or the log is wrong
 
 
@@ -64,8 +66,9 @@ class JointScore:
 @dataclass(frozen=True)
 class MachineFit(Tabular):
     """Base parameters of a machine. known: parameters that were taken as given; open: monomials that no effort shows;
-    condition: of the weighted columns, each scaled to one; efforts: names of the measured ones; rounds: of instruments;
-    verdicts: in words."""
+    condition: of the weighted columns, each scaled to one; rounds: of instruments; verdicts: in words; declaration:
+    where the machine is declared (empty: nowhere but in the program), read with ``gravity`` (m/s^2; empty: its own);
+    columns: of its logs by name of a coordinate or effort, where they differ."""
 
     machine: str
     title: str
@@ -81,6 +84,9 @@ class MachineFit(Tabular):
     condition: float
     rounds: int
     verdicts: tuple[str, ...]
+    declaration: str = ""
+    gravity: tuple[float, ...] = ()
+    columns: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -113,6 +119,15 @@ class MachineFit(Tabular):
         return dataclasses.asdict(self)
 
 
+def is_machine_fit(path: str | os.PathLike[str]) -> bool:
+    """Whether a file holds the fit of a machine; a file that cannot be read is left to those who read fits."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and "machine" in content
+
+
 def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:
     """A result of 'stickslip inverse MACHINE LOGS -o FILE.json'.
 
@@ -125,7 +140,7 @@ def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:
         taken = {one.name: content[one.name] for one in dataclasses.fields(MachineFit)}
         taken["joints"] = tuple(JointScore(**one) for one in content["joints"])
         taken["parameters"] = tuple(MachineParameter(**one) for one in content["parameters"])
-        for name in ("silent", "logs", "verdicts"):
+        for name in ("silent", "logs", "verdicts", "gravity"):
             taken[name] = tuple(content[name])
         return MachineFit(**taken)
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -179,8 +194,7 @@ def identify_machine(
         )
     )
     parameters = _parameters(base, solved)
-    columns = solved.rows.columns * solved.rows.weight[:, None]
-    condition = float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
+    condition, alike = together(base, solved.rows)
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,
@@ -196,6 +210,7 @@ def identify_machine(
         condition=condition,
         rounds=solved.best.rounds,
         verdicts=(
+            *_left_open(condition, alike),
             *_verdicts(mechanism, regressor, base, solved, parameters, joints),
             *(note for log in (*logs, *held_out) for note in log.notes),
         ),
@@ -271,6 +286,16 @@ def free_run(regressor: Regressor, base: Base, solved: Solved) -> list[float | N
     spread = np.std(np.concatenate([piece.position for piece in pieces]), axis=0)
     errors = np.sqrt(np.mean((position - measured) ** 2, axis=(0, 1))) / spread
     return [float(one) if np.isfinite(one) and one < 10 else None for one in errors]
+
+
+def _left_open(condition: float, alike: Sequence[str]) -> list[str]:
+    if condition < OPEN:
+        return []
+    return [
+        f"The logs hardly tell {', '.join(alike)} apart (condition {condition:.0f}): they show one combination, and "
+        "each value rests on noise, more than its deviation says. Record motion at several frequencies and poses "
+        "('stickslip excite' designs it), or take one of them as known."
+    ]
 
 
 def _verdicts(

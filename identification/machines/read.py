@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,10 @@ from fmu_models.base.unit_names import conversion_factor
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
 from fmu_models.oscillators import load
+from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import effort_inputs
-from identification.machines.urdf import mechanism_from_urdf
+from identification.machines.urdf import GRAVITY, mechanism_from_urdf
 from rig_io.logs.table import Table
 from rig_io.packages.datapackage import read_columns
 
@@ -26,20 +27,39 @@ LEAST = 100  # rows
 OTHER = 0.2  # relative: a recorded velocity that differs more is not the derivative of the position
 
 
-def declared_machine(reference: str) -> Mechanism:
-    """The machine that a declaration, in a file or a module, or a URDF stands for.
+def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism:
+    """The machine that a declaration, in a file or a module, or a URDF stands for. gravity: m/s^2 in the frame of the
+    base of a URDF; along -z if empty.
 
     Raises:
-        StickslipError: there is none, or it is declared without energies.
+        StickslipError: there is none, it is declared without energies, or gravity is given to one that declares it.
     """
     if reference.endswith(URDF):
-        return mechanism_from_urdf(reference)
+        return mechanism_from_urdf(reference, gravity=gravity or GRAVITY)
+    if gravity:
+        raise StickslipError(
+            f"'{reference}' declares its potential energy itself: turn gravity there. Of a URDF it can be given."
+        )
     found = load(reference)
     if not isinstance(found, Mechanism):
         raise StickslipError(
             f"'{reference}' is of class {type(found).__name__}: efforts follow from energies. Declare a Mechanism."
         )
     return found
+
+
+def machine_of(fit: MachineFit, declaration: str | None = None) -> Mechanism:
+    """The machine of a fit, where it was declared, or where it is now.
+
+    Raises:
+        StickslipError: it is not there, or the fit does not say where.
+    """
+    place = declaration or fit.declaration
+    if not place:
+        raise StickslipError(
+            f"The fit does not say where {fit.machine} is declared: name its declaration with --machine my_robot.py."
+        )
+    return declared_machine(place, fit.gravity)
 
 
 def read_machine_log(

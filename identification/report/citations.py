@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fmu_models.base.version import version
 from identification.fit.result import FrictionFit
+from identification.machines.machine_fit import MachineFit
 
 RIG = (
     "P. Casini, O. Giannini, F. Vestroni, Experimental evidence of non-standard bifurcations in non-smooth oscillator "
@@ -27,6 +28,20 @@ BY_COVARIANCE = {
     "(2005), 1130: covariance under autocorrelation, lags of 1/20 of the samples.",
     "bootstrap": "H. R. Kuensch, The Annals of Statistics 17 (1989), 1217: block bootstrap.",
 }
+
+
+BY_METHOD = {
+    "instruments": "A. Janot, P.-O. Vandanjon, M. Gautier, IEEE Transactions on Control Systems Technology 22 (2014), "
+    "132: instrumental variables from simulated motion.",
+    "least squares": "M. Gautier, ICRA (1997), 2278: weighted least squares with parallel decimation.",
+}
+
+
+def machine_citations(fit: MachineFit) -> list[str]:
+    """One sentence each: this program, and where the methods are from."""
+    base = "M. Gautier, Journal of Robotic Systems 8 (1991), 485: base parameters."
+    program = f"stickslip {version()}, identification of machines from logs of efforts."
+    return [program, BY_METHOD[fit.method], base, BY_COVARIANCE["hac"]]
 
 
 def citations(fit: FrictionFit) -> list[str]:

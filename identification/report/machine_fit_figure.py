@@ -1,4 +1,4 @@
-"""Figure of the fit of a machine of several joints: each joint's effort in time, measured and modelled.
+"""Figures of the fit of a machine of several joints: efforts in time, measured and modelled; runs beside its logs.
 
 matplotlib is imported only here, inside the functions.
 """
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from identification.machines.machine_fit import MachineFit
     from identification.machines.predicted import Predicted
+    from identification.model_check.machine_runs import MachineRun
 
 ONE_COLUMN = 3  # joints; more stand in two
 APART = 0.03  # of the whole time, between logs
@@ -63,6 +64,44 @@ def machine_fit_figure(fit: MachineFit, seen: Sequence[Predicted], held_out: Seq
         )
     figure.suptitle(_title(fit, pieces))
     return figure
+
+
+def machine_runs_figure(fit: MachineFit, runs: Sequence[MachineRun]) -> Figure:
+    """For each joint its position, measured and run by the engine; logs one after another."""
+    from matplotlib.figure import Figure
+
+    count = len(fit.joints)
+    columns = 1 if count <= ONE_COLUMN else 2
+    rows = -(-count // columns)
+    figure = Figure(figsize=(11.0 if columns == 1 else 15.0, 1.0 + 2.2 * rows), layout="constrained")
+    begins, end = [], 0.0
+    for run in runs:
+        begins.append(end - float(run.time[0]))
+        end = (1 + APART) * (float(run.time[-1]) + begins[-1])
+    time = _joined([run.time + begin for run, begin in zip(runs, begins, strict=True)])
+    above = None
+    for place, score in enumerate(runs[0].joints):
+        above = figure.add_subplot(rows, columns, place + 1, sharex=above)
+        above.plot(time, _joined([run.measured[:, place] for run in runs]), color=BLUE, linewidth=1.6, label="measured")
+        simulated = _joined([_parted(run)[:, place] for run in runs])
+        above.plot(time, simulated, color="black", linewidth=0.9, linestyle="--", label="simulated")
+        above.set_ylabel(f"{score.joint} ({score.unit})")
+        above.grid(alpha=0.25)
+        if place >= count - columns:
+            above.set_xlabel("time, logs one after another (s)" if len(runs) > 1 else "time (s)")
+    if above is not None:
+        figure.legend(
+            *above.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize="small", frameon=False
+        )
+    figure.suptitle(f"{fit.title}: begun anew every {runs[0].window:g} s from the measured state")
+    return figure
+
+
+def _parted(run: MachineRun) -> np.ndarray:
+    """Simulated positions with a gap at the end of each window."""
+    found = run.simulated.copy()
+    found[run.ends] = np.nan
+    return found
 
 
 def _places(pieces: Sequence[Predicted]) -> tuple[list[float], list[float]]:

@@ -84,18 +84,7 @@ def write_report(findings: Findings, path: str | os.PathLike[str], *, overwrite:
 
 def page(findings: Findings) -> str:
     """The page as text."""
-    import jinja2
-
     fit = findings.fit
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("identification.report"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters["shown"] = tables.shown
-    environment.filters["html"] = html
     families = [
         {
             "drawing": drawing,
@@ -105,8 +94,11 @@ def page(findings: Findings) -> str:
         }
         for family, drawing in zip(findings.families, _family_drawings(findings.families), strict=True)
     ]
-    return environment.get_template(TEMPLATE).render(
+    return rendered(
+        TEMPLATE,
+        findings.to_dict(),
         title=_title(fit),
+        about=f"{fit.law} law, estimator {fit.estimator}",
         fit=fit,
         summary=summary(findings),
         parameters=tables.parameter_table(fit),
@@ -121,10 +113,28 @@ def page(findings: Findings) -> str:
         other=tables.other_fields(fit),
         notes=findings.notes,
         citations=citations(fit),
+    )
+
+
+def rendered(template: str, data: Mapping[str, Any], **parts: Any) -> str:
+    """A page of a template. data: plain values, that go with it as JSON."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("identification.report"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["shown"] = tables.shown
+    environment.filters["html"] = html
+    return environment.get_template(template).render(
         version=version(),
         date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
         # "</" would end the element that holds it
-        data=json.dumps(findings.to_dict(), ensure_ascii=False).replace("</", "<\\/"),
+        data=json.dumps(data, ensure_ascii=False).replace("</", "<\\/"),
+        **parts,
     )
 
 
@@ -182,7 +192,7 @@ def _friction_drawing(findings: Findings) -> Drawing | None:
         "Friction coefficient against slip speed: local values from the measured motion (marks by log), the fitted law "
         "(line); below, what is left, with the means that the estimator used."
     )
-    return _drawing(friction_figure(findings.fit, findings.samples), "friction", caption)
+    return drawing(friction_figure(findings.fit, findings.samples), "friction", caption)
 
 
 def _residual_drawing(findings: Findings) -> Drawing | None:
@@ -192,7 +202,7 @@ def _residual_drawing(findings: Findings) -> Drawing | None:
 
     caption = "Residuals of the estimator: mean over the slip speed"
     caption += ", and correlation from value to value by log." if findings.evaluation is not None else "."
-    return _drawing(residual_figure(findings.fit, findings.evaluation), "residuals", caption)
+    return drawing(residual_figure(findings.fit, findings.evaluation), "residuals", caption)
 
 
 def _family_drawings(families: Sequence[FamilyComparison]) -> list[Drawing]:
@@ -202,10 +212,11 @@ def _family_drawings(families: Sequence[FamilyComparison]) -> list[Drawing]:
         "Measured (broad, grey) and modelled (dashed, rings) phase portraits by drive speed, below each when each disc "
         "sticks; at the bottom the share of stick over the drive speed with the bifurcations."
     )
-    return [_drawing(family_figure(family), f"family{i}", caption) for i, family in enumerate(families)]
+    return [drawing(family_figure(family), f"family{i}", caption) for i, family in enumerate(families)]
 
 
-def _drawing(figure: Figure, prefix: str, caption: str) -> Drawing:
+def drawing(figure: Figure, prefix: str, caption: str) -> Drawing:
+    """A figure for a page. prefix: of its ids there."""
     return Drawing(inline_svg(figure, prefix, caption), caption)
 
 

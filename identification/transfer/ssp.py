@@ -11,13 +11,11 @@ from fmu_models.base.files import write_whole
 from fmu_models.coupling import ssp_writer
 from fmu_models.coupling.ssp_writer import FITTED, Entry
 from fmu_models.coupling.system import CoupledSystem, Unit
-from identification.fitted_model.model import FittedModel
+from fmu_models.fmu.fmu import Fmu
 from identification.transfer.values import HandedValue
 
 
-def write_parameter_set(
-    path: Path, values: Sequence[HandedValue], model: FittedModel, *, overwrite: bool = False
-) -> Path:
+def write_parameter_set(path: Path, values: Sequence[HandedValue], fmu: Fmu, *, overwrite: bool = False) -> Path:
     """Write the values as an .ssv file, with units defined by base units and what is known of each in its description.
 
     Raises:
@@ -26,19 +24,22 @@ def write_parameter_set(
     if path.suffix != ".ssv":
         raise StickslipError(f"'{path}' must end in .ssv, as parameter sets do.")
     with write_whole(path, overwrite=overwrite) as temporary:
-        temporary.write_bytes(ssp_writer.parameter_set(FITTED, _entries(values), model.fmu))
+        temporary.write_bytes(ssp_writer.parameter_set(FITTED, _entries(values), fmu))
     return path
 
 
-def write_ssp(path: Path, values: Sequence[HandedValue], model: FittedModel, *, overwrite: bool = False) -> Path:
-    """Write the rig as an SSP: its FMU as the models come, and the fitted values as a parameter set bound to it.
+def write_ssp(
+    path: Path, values: Sequence[HandedValue], fmu: Fmu, *, name: str = "rig", overwrite: bool = False
+) -> Path:
+    """Write a rig or machine as an SSP: its FMU as the models come, and the fitted values as a parameter set bound to
+    it.
 
     Raises:
         StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written.
     """
     ssp_writer.check_path(path)
-    system = CoupledSystem("rig", {"rig": Unit(model.fmu)})
-    return ssp_writer.write(path, system, {"rig": {FITTED: _entries(values)}}, overwrite=overwrite)
+    system = CoupledSystem(name, {name: Unit(fmu)})
+    return ssp_writer.write(path, system, {name: {FITTED: _entries(values)}}, overwrite=overwrite)
 
 
 def _entries(values: Sequence[HandedValue]) -> list[Entry]:

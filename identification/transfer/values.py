@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.language.mechanism import Mechanism
 from identification.fit.parts import AT_LEAST
 from identification.fit.result import FrictionFit
+from identification.fitted_model.machine import identifier
 from identification.fitted_model.model import FittedModel, fitted_model
+from identification.machines.machine_fit import MachineFit
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -70,7 +73,29 @@ def handed_values(
         StickslipError: a name that the fit does not hand on, or two values for one name.
     """
     model = fitted_model(fit)
-    found = {name: _value(fit, model, name) for name in model.parameters}
+    return _chosen({name: _value(fit, model, name) for name in model.parameters}, only, renamed)
+
+
+def machine_values(
+    machine: Mechanism, fit: MachineFit, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
+) -> tuple[HandedValue, ...]:
+    """What a machine hands on, made of its fit by `machine_with`: base parameters and what was known; the rest is as
+    for `handed_values`.
+
+    Raises:
+        StickslipError: as for `handed_values`.
+    """
+    deviations = {identifier(one.name): one.standard_deviation for one in fit.parameters}
+    found = {
+        p.name: HandedValue(p.name, p.name, p.value, p.unit, deviations.get(p.name), p.description)
+        for p in machine.parameters
+    }
+    return _chosen(found, only, renamed)
+
+
+def _chosen(
+    found: Mapping[str, HandedValue], only: Sequence[str], renamed: Mapping[str, str] | None
+) -> tuple[HandedValue, ...]:
     for name in (*only, *(renamed or {})):
         if name not in found:
             raise StickslipError(f"The fit hands on no '{name}'.{nearest(name, found)}")

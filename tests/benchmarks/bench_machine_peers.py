@@ -13,6 +13,7 @@ links and to make its regressor, and a row of it, over Pinocchio's.
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import sys
 import tempfile
@@ -21,12 +22,12 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
 
-import pinocchio
 from emulated_arm import ARM, log, torques
 from scipy.signal import butter, decimate, sosfiltfilt
 from urdf_robots import arm, robot
@@ -36,6 +37,7 @@ from identification.machines.motion import MachineLog
 from identification.machines.regressor import regressor_of
 from identification.machines.urdf import mechanism_from_urdf
 
+pinocchio: Any = importlib.import_module("pinocchio")
 FRICTION = {"fv1": "b1", "fv2": "b2", "fs1": "f1", "fs2": "f2"}
 URDF = arm().replace("continuous", "revolute")  # which Pinocchio counts with two numbers
 THINNED = 5

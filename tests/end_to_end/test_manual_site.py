@@ -15,7 +15,9 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from fmu_models.oscillators import MODELS
 from fmu_models.report.manual import NEEDED, manual_site
+from fmu_models.scene.read import files
 
 # what a browser fetches by itself; a link in the text waits for a click
 FETCHED = {"img": "src", "script": "src", "iframe": "src", "link": "href", "source": "src", "object": "data"}
@@ -94,6 +96,8 @@ def test_the_manual_is_built_and_holds_together(stickslip) -> None:
     assert not faults(pages, site)
     named = {path.relative_to(site).as_posix() for path in pages}
     assert {"index.html", "search.html", "genindex.html", "reference/commands.html", "reference/scene.html"} <= named
+    assert {f"gallery/scenes/{path.stem}.html" for path in files()} <= named
+    assert {f"gallery/{part}/{name}.html" for name in MODELS.members() for part in ("oscillators", "live")} <= named
     index = json.loads(re.sub(r"^Search\.setIndex\((.*)\)$", r"\1", (site / "searchindex.js").read_text("utf-8")))
     assert len(index["docnames"]) >= len(named) - 10 and "grazing" in index["terms"]
     for sheet in site.rglob("*.css"):

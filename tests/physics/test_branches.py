@@ -12,6 +12,8 @@ import pytest
 from scipy.optimize import root
 
 from fmu_models import Iteration, StickslipError, Strobe, branch, branches, load, simulate
+from fmu_models.analyses.continuation.discontinuous import shrinking
+from fmu_models.analyses.continuation.growing_multiplier import why_huge
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
 POINTS = [
@@ -181,6 +183,17 @@ def test_the_ball_to_four_impacts(ball):
     for known in [*of("ball_e0.5_up"), *of("ball_e0.5_down")]:
         check(known, ball.special)
     assert "chatter" in [kind for kind, _ in ball.ends]
+
+
+def test_a_multiplier_that_grows_towards_a_grazing_is_told(ball):
+    """It is as the inverse of the speed of the impact that is about to be lost."""
+    place = max(one for one, met in zip(ball.places, ball.special, strict=True) if met.kind == "grazing, rigid")
+    node = max(ball.nodes[place - 1 : place + 1], key=lambda one: len(one.word))
+    event = min(node.seen.events, key=lambda one: one.value)
+    weaker = list(shrinking(node, event, 4, 1e-5))
+    said = why_huge([one for _, one in weaker])
+    assert f"as an event of 'table' weakens, to {weaker[-1][0].value:.2g}: a grazing is near" in said
+    assert why_huge(ball.nodes[:1]) == ""
 
 
 def symmetric_pair(speed):

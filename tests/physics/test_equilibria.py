@@ -99,6 +99,8 @@ def test_the_first_lyapunov_coefficient_tells_how_the_cycles_grow():
     found = smooth()
     hopf = found.special[0]
     cycles = cycles_of(hopf, points=40)
+    # towards the homoclinic motion, whose saddle's rates add up to about 2 1/s
+    assert "it grows with the period" in cycles.ends[1][1] and "a homoclinic motion is near" in cycles.ends[1][1]
     model, mu = load("planar_multiple_crossing_smooth"), float(cycles.values[0])
     begin = dict(zip(cycles.states, cycles.points[0].tolist(), strict=True))
     period = float(cycles.periods[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections import Counter
 from pathlib import Path
 from urllib.parse import unquote
@@ -14,6 +15,8 @@ from made.gallery import PAPERS, figure_of, make, table
 from fmu_models import StickslipError, read_scene
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.read import files, find
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 def test_every_oscillator_is_of_one_paper():
@@ -67,6 +70,25 @@ def test_scenes_share_the_live_page_of_their_model_and_tell_it_their_values(made
     told = json.loads(unquote(state))
     assert address == "../live/planar_hopf.html"
     assert told["model"] == "planar_hopf" and told["set"] == {"mu": 1.0, "x1": 0.0, "x2": 2.0}
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, in which the page could be opened")
+def test_the_live_page_in_a_page_moves_as_the_scene(made):
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    text = (made / "pages/scenes/planar_hopf_cycle.md").read_text("utf-8")
+    page = made / "site/scenes/planar_hopf_cycle.html"
+    page.parent.mkdir(exist_ok=True)
+    page.write_text(re.findall(r"```\{raw\} html\n(.*?)```", text, re.S)[0], "utf-8")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        tab = browser.new_page()
+        tab.goto(page.as_uri())
+        frame = tab.query_selector("iframe").content_frame()
+        frame.wait_for_function("globalThis.page && page.motion")
+        assert frame.evaluate("document.getElementById('note').textContent") == ""
+        first = frame.evaluate("[...page.motion.rows[0].slice(0, 3)]")
+        browser.close()
+    assert first == [0.0, 0.0, 2.0]
 
 
 def test_the_code_of_a_page_is_what_ran(made, monkeypatch, tmp_path):

@@ -77,7 +77,7 @@ def test_a_deviation_that_lacks_a_constant_says_at_least_wherever_it_goes(fit, t
     for known, said in ((fit, False), (open_ended, True)):
         values = handed_values(known, only=["mu_s0", "k"])
         assert {one.name: one.at_least for one in values} == {"mu_s0": said, "k": False}
-        path = write_parameter_set(tmp_path / f"{said}.ssv", values, fitted_model(known, fmi_version="2.0"))
+        path = write_parameter_set(tmp_path / f"{said}.ssv", values, fitted_model(known, fmi_version="2.0").fmu)
         assert ("standard deviation at least" in path.read_text("utf-8")) == said
 
 
@@ -157,7 +157,7 @@ def test_a_scene_without_the_parameter_is_refused(fit, tmp_path) -> None:
 
 
 def test_a_parameter_set_follows_the_schema_and_says_units(fit, tmp_path) -> None:
-    path = write_parameter_set(tmp_path / "fitted.ssv", handed_values(fit), fitted_model(fit, fmi_version="2.0"))
+    path = write_parameter_set(tmp_path / "fitted.ssv", handed_values(fit), fitted_model(fit, fmi_version="2.0").fmu)
     content = path.read_bytes()
     check_schema("SystemStructureParameterValues.xsd", content)
     space = {"v": "http://ssp-standard.org/SSP1/SystemStructureParameterValues"}
@@ -171,7 +171,7 @@ def test_a_parameter_set_follows_the_schema_and_says_units(fit, tmp_path) -> Non
 
 def test_a_whole_ssp_runs_as_the_fmu_with_these_values(fit, tmp_path) -> None:
     model = fitted_model(fit, fmi_version="2.0")
-    path = write_ssp(tmp_path / "rig.ssp", handed_values(fit), model)
+    path = write_ssp(tmp_path / "rig.ssp", handed_values(fit), model.fmu)
     with zipfile.ZipFile(path) as archive:
         check_schema("SystemStructureDescription.xsd", archive.read("SystemStructure.ssd"))
         check_schema("SystemStructureParameterValues.xsd", archive.read("fitted.ssv"))
@@ -182,7 +182,7 @@ def test_a_whole_ssp_runs_as_the_fmu_with_these_values(fit, tmp_path) -> None:
 
 def test_a_parameter_set_beside_a_description_is_read(fit, tmp_path) -> None:
     """An .ssd of the user's own that refers to the .ssv."""
-    write_parameter_set(tmp_path / "fitted.ssv", handed_values(fit, only=["mu_s0"]), fitted_model(fit))
+    write_parameter_set(tmp_path / "fitted.ssv", handed_values(fit, only=["mu_s0"]), fitted_model(fit).fmu)
     (tmp_path / "rig.fmu").write_bytes(built("disc_rig", contacts=("disc0",)).read_bytes())
     (tmp_path / "mine.ssd").write_text(
         '<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '

@@ -20,6 +20,7 @@ from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side
 from fmu_models.analyses.continuation.discontinuous import SAME, Touch, repeats
 from fmu_models.analyses.continuation.equilibrium import amplitude, hopf_of
+from fmu_models.analyses.continuation.growing_multiplier import why_huge
 from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.same_motion import CLOSED, begun_at, between, images
@@ -69,13 +70,8 @@ class Follower:
         tell: Callable[[Node], None] = lambda node: None,
         pieces: Pieces | None = None,
     ) -> None:
-        self.begin, self.between, self.points, self.pieces, self.tell = (
-            begin,
-            sorted(between),
-            points,
-            pieces or Pieces(),
-            tell,
-        )
+        self.begin, self.between, self.points, self.tell = begin, sorted(between), points, tell
+        self.pieces = pieces or Pieces()
         self.way = Way()
         self.hidden = 0
         self.whole = not repeats(begin, SAME)
@@ -120,7 +116,10 @@ class Follower:
         while self.way.end[0] == "unfinished":
             self._keep(step, grows)
             if len(self.way.nodes) >= self.points:
-                self.way.end = ("points", f"{self.points} motions were followed; ask for more")
+                self.way.end = (
+                    "points",
+                    f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}",
+                )
                 return
             after = self._stepped(node, step)
             if isinstance(after, Ahead):
@@ -201,7 +200,7 @@ class Follower:
             self.way.end = (
                 "unresolved",
                 f"no motion of the same events follows at {at}, and no change of them explains it"
-                f"{f' ({said})' if said else ''}",
+                f"{f' ({said})' if said else ''}{why_huge(self.way.nodes)}",
             )
 
     def _refused(self, node: Node) -> str:

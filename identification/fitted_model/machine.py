@@ -45,6 +45,11 @@ def machine_with(mechanism: Mechanism, fit: MachineFit) -> Mechanism:
     )
 
 
+def identifier(name: str) -> str:
+    """Of a base parameter, as declarations have it: "m2_r2" for "m2 r2"."""
+    return re.sub(r"\W", "_", name, flags=re.ASCII)
+
+
 class _Found:
     """Expressions of a declaration in base parameters."""
 
@@ -81,8 +86,7 @@ class _Found:
                 f"{one.combination} = {one.value:.4g} {one.unit} is friction that drives: no machine moves so. "
                 f"Identify it with {monomial[0][0].name} = 0 as known."
             )
-        name = re.sub(r"\W", "_", one.name, flags=re.ASCII)
-        return Parameter(name, one.value, monomial_unit(monomial), one.combination, minimum=minimum)
+        return Parameter(identifier(one.name), one.value, monomial_unit(monomial), one.combination, minimum=minimum)
 
     def contact(self, contact: Friction) -> Friction | None:
         """A contact; None where the fit has no friction for it."""

@@ -1,0 +1,137 @@
+"""What commands do with declared machines and their fits: options, reading, comparing, reporting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.errors import StickslipError
+from identification.commands.fits import print_files
+from identification.commands.logs import ReaderOption
+
+if TYPE_CHECKING:
+    from fmu_models.language.mechanism import Mechanism
+    from identification.machines.machine_fit import MachineFit
+    from identification.machines.motion import MachineLog
+
+Gravity = Annotated[
+    str | None,
+    typer.Option(metavar="X,Y,Z", help="m/s2 in the frame of the base of a URDF, on a wall say (default: 0,0,-9.81)."),
+]
+MachinePlace = Annotated[
+    str | None,
+    typer.Option("--machine", metavar="FILE", help="Where the machine of the fit is declared, if it moved since."),
+]
+Window = Annotated[
+    float | None, typer.Option(help="s, of the runs of a machine from its measured state (default: 1).", min=0)
+]
+
+
+def gravity_of(text: str | None) -> tuple[float, ...]:
+    """Three numbers, m/s^2; none if nothing was said."""
+    if text is None:
+        return ()
+    try:
+        found = tuple(float(one) for one in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != 3:
+        raise StickslipError(f"--gravity takes three numbers in m/s2, such as 0,-9.81,0; found '{text}'.")
+    return found
+
+
+def refuse_of_rigs(**given: Any) -> None:
+    """Refuse options of machines for the fit of a rig."""
+    _refuse("a rig", "a machine", given)
+
+
+def refuse_of_machines(**given: Any) -> None:
+    """Refuse options of rigs for the fit of a machine."""
+    _refuse("a machine", "a rig", given)
+
+
+def _refuse(one: str, other: str, given: dict[str, Any]) -> None:
+    said = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
+    if said:
+        raise StickslipError(f"The fit is that of {one}; {', '.join(said)}: for that of {other}. Leave it out.")
+
+
+def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Mechanism]:
+    """A fit and its machine."""
+    from identification.machines.machine_fit import read_machine_fit
+    from identification.machines.read import machine_of
+
+    fit = read_machine_fit(path)
+    return fit, machine_of(fit, declaration)
+
+
+def read_logs_of(fit: MachineFit, mechanism: Mechanism, logs: Sequence[Path], reader: ReaderOption) -> list[MachineLog]:
+    """Logs with the columns that the fit knows."""
+    from identification.machines.read import read_machine_log
+
+    return [read_machine_log(one, mechanism, fit.columns, reader=reader) for one in logs]
+
+
+def compare_machine(
+    fitted: Path,
+    logs: Sequence[Path],
+    declaration: str | None,
+    window: float | None,
+    reader: ReaderOption,
+    figure: Path | None,
+    overwrite: bool,
+    json: bool,
+) -> None:
+    """Run a machine beside logs and tell how far they come apart."""
+    from identification.machines.machine_fit import FREE_RUN
+    from identification.model_check.machine_runs import machine_runs
+    from identification.report.machine_fit_tables import runs_report
+
+    with console.progress("comparing") as advance:
+        fit, mechanism = read_machine(fitted, declaration)
+        read = read_logs_of(fit, mechanism, logs, reader)
+        runs = machine_runs(mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done))
+        if figure:
+            from fmu_models.report.figures import save_figure
+            from identification.report.machine_fit_figure import machine_runs_figure
+
+            save_figure(machine_runs_figure(fit, runs), figure, overwrite=overwrite)
+    files = [str(figure)] if figure else []
+
+    def show(out: Any) -> None:
+        out.print(runs_report(fit, runs))
+        print_files(files, out)
+
+    console.say(json, {"machine": fit.machine, "logs": [one.to_dict() for one in runs], "files": files}, show)
+
+
+def report_machine(
+    fitted: Path,
+    logs: Sequence[Path],
+    output: Path,
+    declaration: str | None,
+    reader: ReaderOption,
+    overwrite: bool,
+    json: bool,
+) -> None:
+    """Write the page of a machine."""
+    from identification.report.machine_page import machine_findings, machine_summary, write_machine_report
+
+    with console.progress("reporting") as advance:
+        fit, mechanism = read_machine(fitted, declaration)
+        read = read_logs_of(fit, mechanism, logs, reader)
+        made = machine_findings(fit, mechanism, read, progress=lambda done: advance(0.9 * done))
+        write_machine_report(made, output, overwrite=overwrite)
+    said = machine_summary(made)
+    content = {"file": str(output), "bytes": output.stat().st_size, "summary": said, **made.to_dict()}
+
+    def show(out: Any) -> None:
+        for sentence in said:
+            out.print(console.plain(sentence))
+        print_files([str(output)], out)
+
+    console.say(json, content, show)

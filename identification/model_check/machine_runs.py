@@ -1,0 +1,140 @@
+"""A machine with what logs said of it, run beside logs: the engine moves it by the measured efforts, from the measured
+state at the begin of every window."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
+from fmu_models.language.mechanism import Mechanism
+from identification.fitted_model.machine import machine_with
+from identification.machines.machine_fit import FREE_RUN, MachineFit
+from identification.machines.motion import Cutoffs, MachineLog, Motion, motions
+from identification.machines.regressor import effort_inputs
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.trajectory import Trajectory
+
+    Runs = Callable[..., Trajectory]
+
+EVERY = 0.01  # s, between samples that are compared
+
+
+@dataclass(frozen=True)
+class JointRun:
+    """rms error of a simulated position, in its unit, and over the standard deviation of the measured one; None where
+    every run was given up."""
+
+    joint: str
+    unit: str
+    error: float | None
+    relative: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class MachineRun(Shown):
+    """A log beside the machine. time: (n,) s; measured, simulated: (n, joints), NaN where a run was given up; ends: of
+    windows, among the samples; window: s; joints: how far they are apart; given_up: why runs ended early."""
+
+    log: str
+    window: float
+    time: np.ndarray
+    measured: np.ndarray
+    simulated: np.ndarray
+    ends: np.ndarray
+    joints: tuple[JointRun, ...]
+    given_up: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values, without the motion."""
+        return {
+            "log": self.log,
+            "window": self.window,
+            "joints": [dataclasses.asdict(one) for one in self.joints],
+            "given_up": list(self.given_up),
+        }
+
+
+def machine_runs(
+    mechanism: Mechanism,
+    fit: MachineFit,
+    logs: Sequence[MachineLog],
+    *,
+    window: float = FREE_RUN,
+    progress: Callable[[float], None] | None = None,
+) -> list[MachineRun]:
+    """Run the machine beside each log, window (s) after window.
+
+    Raises:
+        StickslipError: as in `machine_with` and `motions`, or a log holds no window.
+    """
+    from fmu_models.codegen.package import built
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.simulation.run import KeptRun
+
+    if not window > 0:
+        raise StickslipError(f"A window of {window:g} s holds no motion: give it a length, such as 1 s.")
+    told = progress if progress is not None else lambda _: None
+    pieces = motions(logs, [q.name for q in mechanism.coordinates], Cutoffs(fit.cutoff, fit.parallel_cutoff))
+    values = {p.name: p.value for p in machine_with(mechanism, fit).parameters}
+    # one FMU for all fits of the machine, which is compiled once
+    plain = dataclasses.replace(fit, parameters=tuple(dataclasses.replace(one, value=1.0) for one in fit.parameters))
+    fmu = Fmu.open(built(machine_with(mechanism, plain)))
+    found = []
+    with KeptRun(fmu) as kept:
+        run = partial(kept, parameters=values)
+        for number, log in enumerate(logs):
+            mine = [piece for piece in pieces if piece.log == number]
+            found.append(_run(mechanism, run, log.name, mine, window))
+            told((number + 1) / len(logs))
+    return found
+
+
+def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], window: float) -> MachineRun:
+    times, measured, simulated, said = [], [], [], []
+    for piece in pieces:
+        length = round(window / piece.step)
+        for begin in range(piece.kept.start, piece.kept.stop - length, length):
+            rows = slice(begin, begin + length + 1)
+            motion, why = _window(mechanism, run, piece, rows)
+            every = max(round(EVERY / piece.step), 1)
+            times.append(piece.time[rows][::every])
+            measured.append(piece.position[rows][::every])
+            simulated.append(motion[::every])
+            said += why
+    if not times:
+        raise StickslipError(f"'{name}' holds no window of {window:g} s. Give a shorter one: --window.")
+    there, here = np.concatenate(measured), np.concatenate(simulated)
+    spread = np.std(there, axis=0)
+    joints = []
+    for place, q in enumerate(mechanism.coordinates):
+        off = (here - there)[:, place]
+        error = float(np.sqrt(np.nanmean(off**2))) if np.isfinite(off).any() else None
+        joints.append(JointRun(q.name, q.unit, error, None if error is None else error / float(spread[place])))
+    ends = np.cumsum([len(one) for one in times]) - 1
+    return MachineRun(name, window, np.concatenate(times), there, here, ends, tuple(joints), tuple(said))
+
+
+def _window(mechanism: Mechanism, run: Runs, piece: Motion, rows: slice) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Positions (n, joints) of one run, and why it was given up."""
+    from fmu_models.simulation.signal import Signal
+
+    time = piece.time[rows] - piece.time[rows][0]
+    start = {}
+    for place, q in enumerate(mechanism.coordinates):
+        start |= {q.name: float(piece.position[rows][0, place]), q.v.name: float(piece.velocity[rows][0, place])}
+    inputs = {
+        drive.name: Signal(time, piece.effort[rows][:, place]) for place, drive in enumerate(effort_inputs(mechanism))
+    }
+    try:
+        found = run(float(time[-1]), start=start, inputs=inputs, output_times=time)
+    except StickslipError as error:
+        return np.full((len(time), len(start) // 2), np.nan), (f"From {piece.time[rows][0]:.3g} s: {error}",)
+    return np.stack([found[q.name] for q in mechanism.coordinates], axis=1), ()

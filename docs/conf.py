@@ -51,8 +51,8 @@ _home = tempfile.TemporaryDirectory(prefix="stickslip-docs-")
 _startup = Path(_home.name) / "profile_default" / "startup"
 _startup.mkdir(parents=True)
 (_startup / "cells.py").write_text((HERE / "kernel" / "cells.py").read_text("utf-8"), "utf-8")
-os.environ |= {"IPYTHONDIR": _home.name, "COLUMNS": "110", "PYDEVD_DISABLE_FILE_VALIDATION": "1"}
-# `!stickslip` is the one of the Python that builds
+os.environ |= {"IPYTHONDIR": _home.name, "COLUMNS": "110", "TTY_COMPATIBLE": "0", "PYDEVD_DISABLE_FILE_VALIDATION": "1"}
+# `!stickslip` is the one of the Python that builds; TTY_COMPATIBLE=0: its progress is no bar that moves
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 
 autodoc_member_order = "bysource"

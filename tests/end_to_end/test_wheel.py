@@ -22,7 +22,10 @@ ROOT = Path(__file__).parents[2]
 PARTS = ("pyproject.toml", "README.md", "LICENSE", "fmu_models", "identification", "rig_io", "data", "docs")
 
 # what a command of the manual needs that does not come along
-ABSENT = {"ball.fmu", "pump.fmu", "my_logs", "new_logs", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"}
+ABSENT = {
+    *("ball.fmu", "pump.fmu", "my_logs", "new_logs", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"),
+    *("my_system.py", "my_robot.urdf"),
+}
 # minutes of work in parts that other commands here have shown to be in the wheel
 LONG = (
     *("demo", "laws", "stress", "bench", "fit two", "emulate two", "export disc_rig --platform", "fit worn"),

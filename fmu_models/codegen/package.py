@@ -15,6 +15,7 @@ bytes.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import re
 import shutil
@@ -395,8 +396,13 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
 
 def _sources_digest() -> str:
     """Hash of every file of this package that an FMU depends on, and of the versions of the tools."""
+    return digest(_files_digest(), *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), version())
+
+
+@functools.cache  # a process goes on with the modules that it began with
+def _files_digest() -> str:
     root = Path(__file__).parent.parent
     folders = ("base", "codegen", "engine", "language", "lowering", "oscillators", "toolchain")
     files = sorted(path for folder in folders for path in (root / folder).rglob("*") if path.suffix != ".pyc")
     texts = [part for path in files if path.is_file() for part in (str(path.relative_to(root)), path.read_bytes())]
-    return digest(*texts, *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), version())
+    return digest(*texts)

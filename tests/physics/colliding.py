@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import sympy
 from numpy.typing import NDArray
+from quick_export import quick_export
 
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.mechanism import Mechanism
@@ -28,7 +28,7 @@ mu2 = Parameter("mu2", 0.3, "1", "coefficient of friction, second contact")
 
 def opened(mechanism: Mechanism) -> Fmu:
     with tempfile.TemporaryDirectory() as folder:
-        return Fmu.open(export(mechanism, Path(folder) / f"{mechanism.name}.fmu"))
+        return Fmu.open(quick_export(mechanism, Path(folder) / f"{mechanism.name}.fmu"))
 
 
 @functools.cache

@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 
 import sympy
+from quick_export import quick_export
 
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
@@ -29,7 +29,7 @@ DAMPING = Parameter("c", 1.0, "N s/m", "damping", minimum=0.0)
 def opened(mechanism: Mechanism) -> Fmu:
     """Its FMU, built anew."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        return Fmu.open(export(mechanism, Path(folder) / f"{mechanism.name}.fmu"))
+        return Fmu.open(quick_export(mechanism, Path(folder) / f"{mechanism.name}.fmu"))
 
 
 def mechanism(name: str, coordinates: list[Coordinate], T: sympy.Expr, U: sympy.Expr, contacts: list) -> Mechanism:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import sympy
 from pendulums import acceleration, angles, energy, lengths, mass_matrix, pendulum
+from quick_export import quick_export
 from scipy.integrate import solve_ivp
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.impacts import Impact, Newton
@@ -28,7 +28,7 @@ UNTIL = 2.0
 
 
 def built(mechanism: Mechanism, folder: Path) -> Fmu:
-    return Fmu.open(export(mechanism, folder / f"{mechanism.name}.fmu"))
+    return Fmu.open(quick_export(mechanism, folder / f"{mechanism.name}.fmu"))
 
 
 def states(run, n: int) -> np.ndarray:

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 import sympy
 from closed_form import root
+from quick_export import quick_export
 from scipy.linalg import expm
 
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.quantities import TIME, Parameter, State
@@ -40,7 +40,7 @@ def exported(folder: Path, states: list[State], flows: list[Any], *switches: Swi
         flows=dict(zip(states, flows, strict=True)),
         switches=switches,
     )
-    return Fmu.open(export(automaton, folder / "sliding.fmu"))
+    return Fmu.open(quick_export(automaton, folder / "sliding.fmu"))
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import sympy
 from compiled_model import CompiledModel
+from quick_export import quick_export
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton, Reset, Switch
 from fmu_models.language.declaration import Output
@@ -148,7 +148,7 @@ def test_generated_code_of_an_automaton():
 
 
 def run(automaton: Any, folder: Any, stop_time: float, **options: Any) -> Any:
-    path = export(automaton, folder / f"{automaton.name}.fmu")
+    path = quick_export(automaton, folder / f"{automaton.name}.fmu")
     return simulate(Fmu.open(path), stop_time, **options)
 
 

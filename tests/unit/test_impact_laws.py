@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
+from quick_export import quick_export
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.mechanism import Mechanism
@@ -122,7 +122,7 @@ class Built(dict[Structure, Fmu]):
     def __missing__(self, structure: Structure) -> Fmu:
         path = self.folder / str(structure) / "walls.fmu"
         path.parent.mkdir()
-        export(mechanism(structure), path)
+        quick_export(mechanism(structure), path)
         self[structure] = Fmu.open(path)
         return self[structure]
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from quick_export import quick_export
 
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.jobs import ESCAPED, FINISHED, Jobs
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.lane_tables import lane_obstacles
-from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from fmu_models.language.impacts import Impact, Newton
@@ -96,7 +96,7 @@ def beaten(**more: Any) -> Mechanism:
 
 @pytest.fixture(scope="module")
 def strobe(tmp_path_factory: pytest.TempPathFactory) -> Strobe:
-    path = export(beaten(), tmp_path_factory.mktemp("beaten") / "beaten_mass.fmu")
+    path = quick_export(beaten(), tmp_path_factory.mktemp("beaten") / "beaten_mass.fmu")
     return Strobe(Fmu.open(path), forcing="w")
 
 

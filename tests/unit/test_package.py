@@ -9,12 +9,16 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+from quick_export import quick_export
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen import package
 from fmu_models.codegen.package import built, export, variant
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
+from fmu_models.simulation.tangent import flow_derivative
 from fmu_models.toolchain.platforms import this_platform
 
 
@@ -89,6 +93,19 @@ def test_contacts_and_laws_choose_the_variant() -> None:
     names = {fmu.description.modelName for fmu in (whole, one, bristles)}
     assert len(names) == 3
     assert Fmu.open(built("disc_rig", contacts=[])).contacts == []
+
+
+@pytest.mark.parametrize(("name", "until"), [("disc_rig", 20.0), ("woodpecker", 2.0), ("two_domain_oscillator", 20.0)])
+def test_optimization_leaves_every_bit_of_a_run(tmp_path: Path, name: str, until: float) -> None:
+    """Dry friction, rigid contacts, switches: no operation is fused or put in another order."""
+    runs, derivatives = [], []
+    for path in (built(name), quick_export(variant(name), tmp_path / f"{name}.fmu")):
+        fmu = Fmu.open(path)
+        run = simulate(fmu, until)
+        runs.append([run[column] for column in (*fmu.states, *fmu.outputs)])
+        derivatives.append(flow_derivative(fmu, until / 10).by_start)
+    assert np.array_equal(runs[0], runs[1]) and np.array_equal(derivatives[0], derivatives[1])
+    assert built(name).stat().st_size != path.stat().st_size
 
 
 def test_the_order_of_contacts_does_not_matter() -> None:

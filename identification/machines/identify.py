@@ -33,6 +33,7 @@ LOW = 5.0  # times the usual frequency of the motion: cutoff of the first values
 WEIGHTS = 3  # rounds
 HOLD = 2.0  # periods of the observer that a simulated stretch is used for, after one to settle
 FINE = 40.0  # steps of a simulation per period of the cutoff of what drives it
+INDISTINGUISHABLE = 1e8  # condition from which on base parameters are one
 METHODS = ("instruments", "least squares")
 
 
@@ -167,19 +168,25 @@ def check_excited(base: Base, rows: Rows) -> None:
     Raises:
         StickslipError: which.
     """
-    columns = rows.columns * rows.weight[:, None]
-    sizes = np.linalg.norm(columns, axis=0)
+    sizes = np.linalg.norm(rows.columns, axis=0)
     idle = [one.name for one, size in zip(base.parameters, sizes, strict=True) if size == 0]
     if not idle:
-        _, singular, directions = np.linalg.svd(columns / sizes, full_matrices=False)
-        if singular[-1] > 1e-8 * singular[0]:
+        condition, idle = together(base, rows)
+        if condition < INDISTINGUISHABLE:
             return
-        shares = np.abs(directions[-1])
-        idle = [one.name for one, share in zip(base.parameters, shares, strict=True) if share > 0.1 * shares.max()]
     raise StickslipError(
         f"The motion in the logs does not show {', '.join(idle)} (one by one): record one that excites all joints, at "
         "several speeds, or take some of them as known."
     )
+
+
+def together(base: Base, rows: Rows) -> tuple[float, list[str]]:
+    """Condition of the weighted columns, each scaled to one, and the base parameters that they tell apart least."""
+    columns = rows.columns * rows.weight[:, None]
+    _, singular, directions = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
+    shares = np.abs(directions[-1])
+    names = [one.name for one, share in zip(base.parameters, shares, strict=True) if share > 0.1 * shares.max()]
+    return float(singular[0] / max(singular[-1], 1e-300)), names
 
 
 def least_squares(rows: Rows) -> Estimated:

@@ -88,13 +88,14 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
             )
     every = (lagrangian, dissipation, *(force for force, _, _ in forces), *applied)
     monomials = sorted({m for part in every for m in part}, key=lambda m: [(p.declared, n) for p, n in m])
-    inertial = set(lagrangian)
+    frictional = {m for part in (dissipation, *(force for force, _, _ in forces)) for m in part}
+    frictional -= {m for part in (lagrangian, *applied) for m in part}
     return Regressor(
         tuple(q.name for q in mechanism.coordinates),
         tuple(drive.name for drive in drives),
         tuple(monomial_name(m) for m in monomials),
         tuple(monomial_unit(m) for m in monomials),
-        np.array([m not in inertial for m in monomials]),
+        np.array([m in frictional for m in monomials]),
         np.array([float(np.prod([p.value**power for p, power in m])) for m in monomials]),
         _Terms(mechanism, monomials, lagrangian, dissipation, forces, applied),
     )

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.codegen.c_structures import declarations
+from fmu_models.explorer.description import describe
 from fmu_models.explorer.module import COMPILED, module_sources, wasm
+from fmu_models.explorer.subject import subject_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.engine import EVENT
 from fmu_models.toolchain.compiler import FLAGS, compile_shared
@@ -52,6 +54,40 @@ console.log(JSON.stringify({{
   seconds,
 }}));
 """
+
+_ENDS = """
+import {{ readFileSync, writeFileSync }} from "node:fs";
+import {{ Engine }} from "{engine}";
+const {{ base, ends }} = JSON.parse(readFileSync("{asked}"));
+const engine = new Engine(new WebAssembly.Module(readFileSync("{wasm}")));
+const cpu = () => process.cpuUsage().user / 1000;
+const answers = ends.map(([name, place, value]) => {{
+  const values = Float64Array.from(base), begin = cpu();
+  values[place] = value;
+  engine.start(values);
+  const until = engine.period > 0 ? 60 * engine.period : 20;
+  engine.ask(Float64Array.from({{ length: 1000 }}, (_, i) => (i * until) / 999));
+  engine.go(() => cpu() - begin > {budget});
+  const work = cpu() - begin;
+  const rows = engine.rows;
+  return [name, value, engine.refused, engine.steps, rows.length / engine.n.columns, rows.every(Number.isFinite), work];
+}});
+writeFileSync("{answers}", JSON.stringify(answers));
+"""
+BUDGET = 14  # ms: FRAME of the page
+
+
+class Answer(NamedTuple):
+    """What the engine says within the budget of a picture with a quantity at an end of its slider; work: CPU time,
+    ms."""
+
+    name: str
+    value: float
+    refused: str | None
+    steps: int
+    rows: int
+    finite: bool
+    work: float
 
 
 class Motion(NamedTuple):
@@ -98,6 +134,24 @@ def in_node(
     columns = 1 + len(fmu.states) + len(fmu.memories) + len(fmu.outputs) + len(fmu.contacts)
     rows, crossings = (np.fromfile(files[name]).reshape(-1, columns) for name in ("rows", "crossings"))
     return Motion(rows, crossings, np.fromfile(files["events"]).reshape(-1, 5), **said)
+
+
+def answers_at_ends(model: str, folder: Path) -> list[Answer]:
+    """Of the engine under node, for every parameter and input at both ends of both its scales."""
+    subject = subject_of(model)
+    described = describe(subject)
+    ends = [
+        [q["name"], place, value]
+        for place, q in enumerate([*described["parameters"], *described["inputs"]])
+        for value in sorted({q["low"], q["high"], *(q["log"] or ())})
+    ]
+    files = {name: folder / name for name in ("asked", "wasm", "answers")}
+    files["wasm"].write_bytes(wasm(subject.fmu))
+    files["asked"].write_text(json.dumps({"base": values_of(subject.fmu), "ends": ends}))
+    script = folder / "ends.mjs"
+    script.write_text(_ENDS.format(engine=WEB / "engine.mjs", budget=BUDGET, **files))
+    subprocess.run([str(NODE), str(script)], check=True)
+    return [Answer(*one) for one in json.loads(files["answers"].read_text())]
 
 
 class Twin:

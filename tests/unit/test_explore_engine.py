@@ -11,7 +11,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from explored import NODE, Twin, in_node, values_of
+from explored import NODE, Twin, answers_at_ends, in_node, values_of
 
 from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
@@ -53,6 +53,19 @@ def test_a_page_has_the_bits_of_its_native_twin_and_the_motion_of_the_engine(nam
     assert page.refused is None and page.steps == twin.steps
     for part in ("rows", "crossings", "events"):
         assert getattr(page, part).tobytes() == getattr(twin, part).tobytes()
+
+
+@pytest.mark.skipif(NODE is None, reason="node is not installed: the module cannot be run outside a browser")
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_parameter_at_an_end_of_its_range_moves_or_is_refused_in_words(name: str, tmp_path: Path):
+    answers = answers_at_ends(name, tmp_path)  # how long they take, and those of all models: benchmarks/bench_explorer
+    for one in answers:
+        assert one.refused is None or len(one.refused.split()) > 4, one
+        assert one.finite and (one.refused or (one.rows > 1 and one.steps > 0)), one
+    zero = [one for one in answers if one.value == 0.0 and one.refused and "must be > 0" in one.refused]
+    assert (
+        len(answers) > 20 and (zero or name == "hinge_clearance") and sum(one.refused is None for one in answers) > 10
+    )
 
 
 def test_the_engine_refuses_in_its_own_words(tmp_path: Path):

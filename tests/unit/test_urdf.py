@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -133,4 +134,37 @@ def test_the_command_takes_a_urdf(tmp_path: Path):
     asked = [str(tmp_path / "arm.urdf"), str(tmp_path / "log.csv"), "--method", "least squares", "--json"]
     done = CliRunner().invoke(app, ["inverse", *asked, "-o", str(tmp_path / "found.json")])
     assert done.exit_code == 0, done.output
-    assert '"fs1"' in done.stdout and '"machine": "two_link_arm"' in done.stdout
+    found = json.loads(done.stdout)
+    assert found["machine"] == "two_link_arm"
+    frictional = {one["name"] for one in found["parameters"] if one["frictional"]}
+    assert frictional == {"fv1", "fs1", "fv2", "fs2"}  # an offset may have either sign
+
+
+def test_a_robot_on_a_wall_has_its_gravity_from_the_command(tmp_path: Path):
+    """The same arm in logs where gravity acts along its base's x: weight follows the cosine of where a link points."""
+    (tmp_path / "arm.urdf").write_text(arm())
+    one = log(1)
+    q, p = one.position, ARM
+    both = np.cumsum(q, axis=1)
+    moments = np.array([p["m1"] * p["r1"] + p["m2"] * p["l1"], p["m2"] * p["r2"]]) * p["g"]
+
+    def weight(of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        lower = moments[1] * of(both[:, 1])
+        return np.stack([moments[0] * of(q[:, 0]) + lower, lower], axis=1)
+
+    turned = one.effort - weight(np.sin) + weight(np.cos)
+    rows = np.column_stack([one.time, q, turned])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="time,q1,q2,tau1,tau2", comments="")
+    asked = ["inverse", str(tmp_path / "arm.urdf"), str(tmp_path / "log.csv"), "--method", "least squares", "--json"]
+
+    def found(*more: str) -> float:
+        done = CliRunner().invoke(app, [*asked, *more])
+        assert done.exit_code == 0, done.output
+        return max(one["seen"] for one in json.loads(done.stdout)["joints"])
+
+    assert found("--gravity", "9.81,0,0") < 0.03 and found() > 0.1
+    for text, said in (("9.81", "--gravity takes three numbers"), ("0,0,x", "found '0,0,x'")):
+        done = CliRunner().invoke(app, [*asked, "--gravity", text])
+        assert done.exit_code != 0 and said in f"{done.exception}"
+    with pytest.raises(StickslipError, match="declares its potential energy itself"):
+        declared_machine("my_robot.py", (0.0, 0.0, -1.0))

@@ -4,7 +4,7 @@ const SIZE = { parameters: 0, inputs: 1, states: 2, outputs: 3, contacts: 4, val
 const BUFFER = { values: 5, times: 6, rows: 7, crossings: 8, events: 9, message: 10 };
 const COUNT = { rows: 7, crossings: 8, events: 9, steps: 13 };
 const DONE = 0, MORE = 1;
-const SLICE = 512; // steps of one call: well below a millisecond of most models, so that a budget of time is kept
+const SLICE = 256; // steps of one call: a millisecond or two, so that a budget of time is kept
 
 export class Engine {
   constructor(module) {

@@ -6,7 +6,7 @@ import { Picture, brief } from "./plot.mjs";
 import { element, make, palette } from "./elements.mjs";
 import { LAST, Pictures } from "./pictures.mjs";
 
-const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
+const FRAME = 14; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
 // steps of the section: of a run, of what is drawn of its beginning, of its settled part
 const PERIODS = 60, OPENING = 6, SHOWN = 12;

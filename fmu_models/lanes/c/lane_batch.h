@@ -36,14 +36,14 @@ static INLINE void NAME(gather_mode)(NAME(Batch) * b)
     }
 }
 
-/* the first of a queue; the last take their places, so that none waits long */
+/* the last of a queue */
 static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
 {
     Queue *q = &pool->queue[which];
     b->count = q->count < LANES_W ? (int)q->count : LANES_W;
     q->count -= b->count;
     for (int l = 0; l < LANES_W; l++) {
-        const int64_t slot = q->slot[l < b->count ? l : 0];
+        const int64_t slot = q->slot[q->count + (l < b->count ? l : 0)];
         b->slot[l] = slot;
         b->lane[l] = &pool->lanes[slot];
         b->table[l] = &pool->tables[slot];
@@ -51,8 +51,6 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->before[l] = b->lane[l]->mode;
         b->there[l] = l < b->count ? -1 : 0;
     }
-    const int64_t moved = q->count < b->count ? q->count : b->count;
-    memcpy(q->slot, q->slot + b->count + q->count - moved, (size_t)moved * sizeof *q->slot);
     for (int j = 0; j < LANES_Z; j++) {
         EACH(b->z[j], b->lane[l]->z[j])
     }

@@ -6,8 +6,7 @@
  *     for each point of the grid    all motions at home: one exact step, certified to meet nothing (lane_home.h)
  *                                   the others (a guard may fall, or a contact touches) are queued, and go through
  *                                   batches until they are at home at a point of the grid; each takes as many motions
- *                                   as there are lanes, of those that want the same; fewer wait for others, and when
- *                                   they come home the steps of their group are made up for
+ *                                   as there are lanes, of those that want the same
  *     QUEUE_EVENT    series of the states over a sub-step, its guards are polynomials: to the earliest root, where the
  *                    mode changes, or to the end (lane_fall.h, lane_roots.h)
  *     QUEUE_SERIES   the same where probably none falls, up to a time that is given: if one may, to QUEUE_EVENT
@@ -25,8 +24,8 @@
 #include "lane_fall.h"
 #include "lane_stride.h"
 
-/* queued lanes to their next points of the grid, while at least so many want the same */
-static __attribute__((noinline)) void NAME(events)(Pool *pool, int64_t least)
+/* all queued lanes, to their next points of the grid */
+static __attribute__((noinline)) void NAME(events)(Pool *pool)
 {
     while (1) {
         Queue *fullest = &pool->queue[0];
@@ -34,7 +33,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool, int64_t least)
             Queue *one = &pool->queue[q];
             fullest = one->count > fullest->count ? one : fullest;
         }
-        if (fullest->count < least) {
+        if (fullest->count == 0) {
             return;
         }
         switch ((int)(fullest - pool->queue)) {
@@ -48,6 +47,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool, int64_t least)
 /* all motions that want it, by one period */
 static void NAME(period)(Pool *pool, LaneMotion *motions)
 {
+    const int64_t groups = (pool->motions + LANES_W - 1) / LANES_W;
     int most = 0;
     for (int64_t slot = 0; slot < pool->motions; slot++) {
         NAME(Group) *g = NAME(group)(pool, slot);
@@ -69,14 +69,13 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         }
         most = steps > most ? steps : most;
     }
+    NAME(events)(pool);
     for (int at = LANES_GRID - most; at < LANES_GRID; at++) {
-        NAME(events)(pool, LANES_W);
-        NAME(advance_all)(pool, at);
+        for (int64_t group = 0; group < groups; group++) {
+            NAME(advance)(pool, group, at);
+        }
+        NAME(events)(pool);
     }
-    do {
-        NAME(events)(pool, 1);
-        NAME(advance_all)(pool, LANES_GRID - 1);
-    } while (pool->queue[QUEUE_EVENT].count + pool->queue[QUEUE_SERIES].count + pool->queue[QUEUE_STRIDE].count > 0);
     for (int64_t slot = 0; slot < pool->motions; slot++) {
         const NAME(Group) *g = NAME(group)(pool, slot);
         Lane *lane = &pool->lanes[slot];

@@ -3,7 +3,6 @@
 typedef struct {
     V x[MODEL_NX];
     V at[LANES_HOMES]; /* the point where it is at home in this mode; -1: in another, or away */
-    int next;          /* all that are at home are there, or farther */
 } NAME(Group);
 
 /* numbers of the steps of a group in one home mode, a column per motion */
@@ -65,7 +64,6 @@ static void NAME(clear_groups)(Pool *pool)
         for (int h = 0; h < LANES_HOMES; h++) {
             g->at[h] = NAME(fill)(-1.0);
         }
-        g->next = LANES_GRID;
     }
 }
 
@@ -83,9 +81,7 @@ static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
     }
-    const int at = LANES_GRID - t->steps + lane->goal;
-    AT(g->at[home], slot % LANES_W) = at;
-    g->next = at < g->next ? at : g->next;
+    AT(g->at[home], slot % LANES_W) = LANES_GRID - t->steps + lane->goal;
 }
 
 /* the same with states from its record */
@@ -172,17 +168,5 @@ static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
     }
     if (NAME(any)(stopped)) {
         NAME(from_group)(pool, group, stopped, at);
-    }
-}
-
-/* all groups past a point of the grid, from where the last of their motions are */
-static INLINE void NAME(advance_all)(Pool *pool, int at)
-{
-    for (int64_t group = 0; group * LANES_W < pool->motions; group++) {
-        NAME(Group) *g = NAME(group)(pool, group * LANES_W);
-        for (int k = g->next; k <= at; k++) {
-            NAME(advance)(pool, group, k);
-        }
-        g->next = at + 1 > g->next ? at + 1 : g->next;
     }
 }

@@ -17,7 +17,16 @@ from fmu_models.base.files import existing
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
 from identification.machines.base_parameters import Base, base_parameters
-from identification.machines.identify import METHODS, Solved, rows_of, solve_machine, together, weighted
+from identification.machines.identify import (
+    LOW,
+    METHODS,
+    Solved,
+    rows_of,
+    solve_machine,
+    together,
+    usual_frequency,
+    weighted,
+)
 from identification.machines.motion import Cutoffs, MachineLog, Motion, motions
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.simulated import Stretches, run
@@ -29,6 +38,7 @@ FREE_RUN = 1.0  # s
 BIASED = 3.0  # standard deviations between least squares and instruments
 UNKNOWN = 0.3  # of its value: a deviation that leaves a parameter open
 OPEN = 300.0  # condition of the columns: logs of good motion have 5 to 100
+ROUGH = 0.1  # of its value: a deviation of friction that a lower cutoff would mend
 POOR = 0.5  # of the effort: a residual that says the model or the log is wrong
 
 
@@ -312,6 +322,13 @@ def _verdicts(
         said.append(
             f"Least squares is biased in {', '.join(biased)} (more than {BIASED:g} deviations from the instruments): "
             "the noise of the positions is in its columns. Take the values by instruments, or lower the cutoff."
+        )
+    rough = [one.name for one in parameters if one.frictional and one.standard_deviation > ROUGH * abs(one.value)]
+    if biased and rough:
+        enough = LOW * usual_frequency(solved.pieces)
+        said.append(
+            f"{', '.join(rough)} rest on the velocity near its turns, where noise of the positions is strongest: they "
+            f"scatter more than their deviations say. Lower the cutoff; {enough:.2g} Hz pass the motion of these logs."
         )
     positive = {p.name for p in mechanism.parameters if p.positive or p.minimum == 0}
     for one, spec in zip(parameters, base.parameters, strict=True):

@@ -41,7 +41,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "auto"
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
-nb_execution_timeout = 240
+nb_execution_timeout = 400  # s of a cell
 nb_merge_streams = True
 # a command in a cell that goes on on the next line is no Python to the highlighter, and needs no colours
 suppress_warnings = ["misc.highlighting_failure"]
@@ -51,7 +51,7 @@ _home = tempfile.TemporaryDirectory(prefix="stickslip-docs-")
 _startup = Path(_home.name) / "profile_default" / "startup"
 _startup.mkdir(parents=True)
 (_startup / "cells.py").write_text((HERE / "kernel" / "cells.py").read_text("utf-8"), "utf-8")
-os.environ |= {"IPYTHONDIR": _home.name, "COLUMNS": "110", "TTY_COMPATIBLE": "0", "PYDEVD_DISABLE_FILE_VALIDATION": "1"}
+os.environ |= {"IPYTHONDIR": _home.name, "COLUMNS": "96", "TTY_COMPATIBLE": "0", "PYDEVD_DISABLE_FILE_VALIDATION": "1"}
 # `!stickslip` is the one of the Python that builds; TTY_COMPATIBLE=0: its progress is no bar that moves
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 

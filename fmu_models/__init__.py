@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.fmu_sections import Strobe as Strobe
     from fmu_models.analyses.homoclinic import homoclinic as homoclinic
     from fmu_models.analyses.iteration import Iteration as Iteration
+    from fmu_models.analyses.iteration import find_iterate_crossings as find_iterate_crossings
     from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.manifolds import manifolds as manifolds
     from fmu_models.analyses.orbits import Orbit as Orbit
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
+    from fmu_models.codegen.package import variant as variant
     from fmu_models.coupling.run import couple as couple
     from fmu_models.coupling.system import CoupledSystem as CoupledSystem
     from fmu_models.coupling.toml_system import read_system as read_system
@@ -86,6 +88,7 @@ if TYPE_CHECKING:
     from fmu_models.language.quantities import State as State
     from fmu_models.language.smoothing import Smoothed as Smoothed
     from fmu_models.language.stops import Stop as Stop
+    from fmu_models.maps import MAPS as MAPS
     from fmu_models.scene.read import read_scene as read_scene
     from fmu_models.scene.scene import Scene as Scene
     from fmu_models.simulation.accuracy import simulate_with_error as simulate_with_error

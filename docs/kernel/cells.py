@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from typing import Any
 
-
-def _checked(shell: Any) -> None:
-    run = shell.system
-
-    def system(line: str) -> None:
-        run(line)
-        if shell.user_ns["_exit_code"]:
-            raise RuntimeError(f"exit code {shell.user_ns['_exit_code']}: {line}")
-
-    shell.system = system
+PROGRESS = re.compile(r"^stickslip: .*: \d+%.*\n", re.MULTILINE)  # of slow machines alone
 
 
-_checked(get_ipython())  # type: ignore[name-defined]  # noqa: F821  (IPython's own name)
-get_ipython().run_line_magic("config", "InlineBackend.figure_formats = ['svg']")  # type: ignore[name-defined]  # noqa: F821
+def _command(line: str) -> None:
+    """Run a command as in a pipe, where nobody answers, and print what it says."""
+    found = subprocess.run(
+        line,
+        shell=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    print(PROGRESS.sub("", found.stdout), end="")
+    if found.returncode:
+        raise RuntimeError(f"exit code {found.returncode}: {line}")
+
+
+def _prepare(shell: Any) -> None:
+    # names of Python in braces, as IPython's own does it
+    shell.system = lambda line: _command(shell.var_expand(line, depth=1))
+    shell.run_line_magic("config", "InlineBackend.figure_formats = ['svg']")
+
+
+_prepare(get_ipython())  # type: ignore[name-defined]  # noqa: F821  (IPython's own name)

@@ -40,11 +40,14 @@ def _first(package: str, name: str) -> str:
 
 
 def _room(package: str, room: str, names: list[str]) -> str:
-    said = (importlib.import_module(f"{package}.{room}").__doc__ or "").strip().splitlines()
-    text = [f"# {package}: {room}", *said[:1]]
+    head = (importlib.import_module(f"{package}.{room}").__doc__ or "").strip().splitlines()
+    text = [f"# {package}: {room}", *head[:1]]
     for name in names:
         found = getattr(importlib.import_module(package), name)
-        kind = "autoclass" if inspect.isclass(found) else "autofunction"
-        options = f"\n{INDENT}:members:" if inspect.isclass(found) else ""
-        text.append(f"## {name}\n\n```{{eval-rst}}\n.. {kind}:: {package}.{name}{options}\n```")
+        if callable(found):
+            options = f"\n{INDENT}:members:" if inspect.isclass(found) else ""
+            said = f".. {'autoclass' if options else 'autofunction'}:: {package}.{name}{options}"
+        else:  # a value, whose docstring is that of its class
+            said = f".. py:data:: {package}.{name}\n\n{INDENT}{_first(package, name)}"
+        text.append(f"## {name}\n\n```{{eval-rst}}\n{said}\n```")
     return "\n\n".join(text) + "\n"

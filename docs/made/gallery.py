@@ -256,6 +256,8 @@ def thumbnails(entries: Iterable[tuple[str, str, str]]) -> str:
     shown = [
         f"[![]({PICTURES}/{Path(page).name}.png) {title} *{called}*]({page}.md)" for page, title, called in entries
     ]
+    if not shown:
+        return ""
     return "\n\n".join(["::::{container} thumbnails", *(one.replace(" **]", "]") for one in shown), "::::"])
 
 

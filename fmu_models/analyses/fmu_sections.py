@@ -16,6 +16,7 @@ from fmu_models.analyses.fmu_section import ON_LEVEL, PATIENCE, FmuSection, Vect
 from fmu_models.analyses.importer_steps import Begin
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.flow import Flow
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.run import check_names
@@ -62,6 +63,16 @@ class Strobe(FmuSection):
             return None
         length = self.every * float(self.periods({}, 1)[0])
         return np.array([volume_change(self.fmu, length, **self.as_run(point)) for point in points])
+
+    def told(self, point: Vector) -> Flow:
+        """The step of an FMU of others from a point (n,), with its events and misses.
+
+        Raises:
+            StickslipError: it cannot be made.
+        """
+        assert self._importer is not None
+        begin = self._begin(point, self.values, float(self.periods({}, 1)[0]))
+        return self._importer.flow(point, begin, told=True)
 
     def _phase(self, place: int) -> list[tuple[str, int]]:
         return []

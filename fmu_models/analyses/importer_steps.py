@@ -82,15 +82,17 @@ class ImporterSteps:
             finally:
                 self._idle.append(driver)
 
-    def flow(self, x: Vector, begin: Begin, *, derivative: bool = False) -> Flow:
-        """The motion from states (n,).
+    def flow(self, x: Vector, begin: Begin, *, derivative: bool = False, told: bool = False) -> Flow:
+        """The motion from states (n,), with its events and misses if they are to be told.
 
         Raises:
             StickslipError: it cannot be continued; says why.
         """
         values = {**begin.values, **dict(zip(self.fmu.states, x.tolist(), strict=True))}
         with self._driver() as driver:
-            return driver.follow(values, begin.time, begin.latest, section=begin.section, derivative=derivative)
+            return driver.follow(
+                values, begin.time, begin.latest, section=begin.section, derivative=derivative, told=told
+            )
 
     def derivative(self, x: Vector, begin: Begin, flow: Flow, sizes: Vector) -> Vector:
         """(n + 1, n + 1) of the states and the time of the end, by those of the begin; sizes (n,) of the states.

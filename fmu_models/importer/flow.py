@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,9 @@ class Flow(Shown):
         slopes: (n, n) derivatives of the rates by the states where it began; as ``derivative``.
         indicators: (m,) of its events, where it arrived.
         recorded: (k,) what is read where it began.
+        events: those of indicators on the way, in order: numbers of the indicators.
+        misses: (m, 2) least value of each indicator on its side, of those with a minimum between events, and its time,
+            s; infinite where there is none.
     """
 
     time: float
@@ -51,6 +54,8 @@ class Flow(Shown):
     slopes: Vector
     indicators: Vector
     recorded: Vector
+    events: tuple[int, ...] = ()
+    misses: Vector = field(default_factory=lambda: np.empty((0, 2)))
 
 
 class FlowDriver(Driver):
@@ -81,7 +86,7 @@ class FlowDriver(Driver):
         n = len(self._states)
         self._ends, self._tangents, self._slopes = np.zeros((4, n)), np.zeros((n, n)), np.zeros((n, n))
         self._room, self._pivots = np.zeros(20 * n * n + 4 * n), np.zeros(4 * n, np.int32)
-        self._last = np.zeros(len(self._indicators))
+        self._last, self._misses = np.zeros(len(self._indicators)), np.zeros((len(self._indicators), 2))
         self._blank.event_capacity = 0
         self._blank.indicators = request.address(self._last)
         self._blank.ends = request.address(self._ends)
@@ -100,6 +105,7 @@ class FlowDriver(Driver):
         section: Section | None = None,
         derivative: bool = False,
         slopes: bool = False,
+        told: bool = False,
     ) -> Flow:
         """The motion from the start time on, to the section or, if it is not met, to the stop time.
 
@@ -109,6 +115,7 @@ class FlowDriver(Driver):
             section: where it ends.
             derivative: follow it.
             slopes: make them, of a derivative that is followed.
+            told: of events and misses.
 
         Raises:
             MotionError: the motion cannot be continued, or the FMU ends it; says when and why.
@@ -124,10 +131,14 @@ class FlowDriver(Driver):
             c.tangents, c.tangent_room = request.address(self._tangents), request.address(self._room)
             c.tangent_pivots = request.address(self._pivots)
             c.slopes = request.address(self._slopes) if slopes else None
+        if told:
+            c.event_capacity, c.misses = len(self._events), request.address(self._misses)
         self._ends[:] = math.nan
-        status = RUN.MORE
+        status, events = RUN.MORE, []
         while status == RUN.MORE:
             status = self._call(prepared)
+            events += [one for one in self._events_of(c.n_events) if one.kind == "state"]
+            c.n_events = 0
         if status not in (RUN.DONE, RUN.CROSSED):
             raise StickslipError(self._end(c)) if status == RUN.TERMINATED else self._error(status, c)
         known = np.empty((0, 0))
@@ -138,6 +149,7 @@ class FlowDriver(Driver):
         return Flow(
             float(c.report_time), status == RUN.CROSSED, start, start_rates, states, rates, known, slope,
             self._last.copy(), prepared.values.ravel(),
+            tuple(one.indicator for one in events), self._misses.copy(),
         )  # fmt: skip
 
 

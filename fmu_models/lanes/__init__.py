@@ -18,6 +18,11 @@
     engine/ensemble/lane_stepper.h    the contract; engine/ensemble/lane_runs.c makes runs with it, and those steps by
                                       series that lanes leave
 
+Only strobes are made this way. Single runs stay with the series, and with them inputs that are ramps or linear between
+knots, which no strobe repeats: lanes have a state at each strobe, and a run also has its events, its outputs from the
+series of each step and a watch on its energy, which cost as much as the steps do from some ten samples a period on
+(tests/benchmarks/bench_lanes.py).
+
 What happens at events is told twice: in full for one lane (``lane_event``), and for all lanes of a batch where it is
 the plain case of an impact or a switch (``impacts``, ``switches``). A further contact state is a digit of a mode
 (``_digits``, ``state_of``), its guards (``full_guard``) and its transition (``lane_transition``). A step that lanes

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # of what is special on a branch
 MARKS = {
     **{"fold": "s", "flip": "D", "Neimark-Sacker": "*", "pitchfork": "P", "branch point": "p", "Hopf": "h"},
-    **{"grazing, compliant": "o", "grazing, rigid": "v", "grazing-sliding corner": "^", "touch": "<"},
+    **{"grazing, compliant": "o", "grazing, rigid": "v", "grazing": "o", "grazing-sliding corner": "^", "touch": "<"},
     **{"sliding exchange": ">", "detachment": "o", "tie": "v", "jump": "X", "flip of the parent": "d"},
     **{"discontinuous Hopf": "H", "discontinuous fold": "8", "multiple crossing": "*", "boundary equilibrium": "o"},
     **{"end at a surface": "X"},

@@ -27,7 +27,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem, loose
-from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
+from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening, windows
 from identification.inference.problem import TOLERANCE, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw
@@ -149,13 +149,13 @@ def joint_equations(
         slip, force = _of_discs(segment, speed, rig)
         spare = len(smooth) - count
         stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
-        angles = _windows(segment.angle, count, stride)
+        angles = windows(segment.angle, count, stride)
         rows = len(angles)
-        columns["slip"].append(np.stack([_windows(one, count, stride)[:, nodes] for one in slip], axis=-1))
+        columns["slip"].append(np.stack([windows(one, count, stride)[:, nodes] for one in slip], axis=-1))
         columns["measured"].append(angles @ weights)
         columns["force"].append(np.tile(force, (rows, 1)))
-        columns["angle"].append(_windows(smooth, count, stride)[:, nodes])
-        columns["turn"].append(np.maximum(np.abs(_windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
+        columns["angle"].append(windows(smooth, count, stride)[:, nodes])
+        columns["turn"].append(np.maximum(np.abs(windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
         columns["always"].append(np.full(rows, _always(segment.motion.log)))
         whiten.append(whitening(weights, stride, rows, segment.motion.memory / step))
     made: dict[str, Any] = {name: np.concatenate(parts) for name, parts in columns.items()}
@@ -183,11 +183,6 @@ def _of_discs(segment: SlipSegment, speed: np.ndarray, rig: RigValues) -> tuple[
 def _always(log: RigLog) -> bool:
     """Whether the discs of a log touch at every angle."""
     return len(log.contacts) == 1 or log.experiment.arrangement == "together"
-
-
-def _windows(values: np.ndarray, count: int, stride: int) -> np.ndarray:
-    """Every ``stride``-th window (rows, count) of (n,) values."""
-    return np.lib.stride_tricks.sliding_window_view(values, count)[::stride]
 
 
 def first_guess(these: JointRegression, law: JointLaw) -> np.ndarray:

@@ -31,7 +31,7 @@ from identification.estimators.regression import (
     whereabouts,
 )
 from identification.estimators.savitzky_golay import STRUCTURE
-from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
+from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening, windows
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import odd_count, savitzky_golay
@@ -73,26 +73,29 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     count = odd_count(WINDOW * period, step)
     average, weights = bump(count, step, rig)
     slips, measured, clusters, whiten, places = [], [], [], [], []
+    white: dict[tuple[int, int, float], np.ndarray] = {}  # slips of one length share it
     for number, (segment, where) in enumerate(zip(segments, whereabouts(segments, logs, rig.N), strict=True)):
         speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
         slip = segment.sign * (rig.r * segment.drive - rig.R * speed)
         spare = len(slip) - count
         stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
-        rows = np.lib.stride_tricks.sliding_window_view(slip, count)[::stride]
-        angles = np.lib.stride_tricks.sliding_window_view(segment.angle, count)[::stride]
+        rows, angles = (windows(values, count, stride) for values in (slip, segment.angle))
         slips.append(np.abs(rows))
         measured.append(segment.sign * (angles @ weights))
         clusters.append(np.full(len(rows), number))
-        whiten.append(whitening(weights, stride, len(rows), segment.motion.memory / step))
+        overlap = stride, len(rows), segment.motion.memory / step
+        if overlap not in white:
+            white[overlap] = whitening(weights, *overlap)
+        whiten.append(white[overlap])
         begins = np.arange(len(rows)) * stride
         middle = begins[:, None] + count // 2
         places.append(
             Place(
-                np.lib.stride_tricks.sliding_window_view(where.turned, count)[begins],
+                windows(where.turned, count, stride).copy(),
                 angles,
                 where.share[middle],
                 where.log[middle],
-                np.lib.stride_tricks.sliding_window_view(where.load, count)[begins],
+                windows(where.load, count, stride).copy(),
             )
         )
     cluster = np.concatenate(clusters)

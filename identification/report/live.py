@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.version import version
 from fmu_models.explorer.bundle import WEB, framed, single_file
 from fmu_models.explorer.module import wasm
 from identification.fitted_model.model import (
@@ -100,7 +101,9 @@ def _page(families: Sequence[Mapping[str, Any]], modules: Sequence[bytes]) -> st
     style = (WEB / "page.css").read_text("utf-8") + (HERE / "live.css").read_text("utf-8")
     title = "The fitted model over the measured portraits"
     packed = {"data": data, **{f"engine{i}": module for i, module in enumerate(modules)}}
-    page = single_file(HERE / "live.html.j2", SCRIPTS, style, packed, title=title, engines=len(modules))
+    page = single_file(
+        HERE / "live.html.j2", SCRIPTS, style, packed, title=title, engines=len(modules), version=version()
+    )
     return framed(page, title, HEIGHT)
 
 

@@ -30,6 +30,7 @@ from explored import Twin, answers_at_ends, in_node, values_of  # noqa: E402  be
 
 from fmu_models.explorer.page import explore  # noqa: E402
 from fmu_models.fmu.load import load  # noqa: E402
+from fmu_models.oscillators import MODELS as OSCILLATORS  # noqa: E402  the same
 
 MODELS = ("forced_stick_slip", "block_on_belt", "discontinuous_support", "hinge_clearance", "woodpecker")
 UNTIL = {"forced_stick_slip": 236.0, "block_on_belt": 56.0, "discontinuous_support": 377.0, "woodpecker": 8.76}

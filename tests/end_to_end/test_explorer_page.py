@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from fmu_models.explorer.page import explore
 from fmu_models.fmu.load import load
@@ -209,6 +210,37 @@ def test_what_it_draws_is_saved_as_svg(opened: Opened, tmp_path: Path):
     download.value.save_as(tmp_path / "portrait.svg")
     text = (tmp_path / "portrait.svg").read_text()
     assert text.startswith("<svg") and "x (m)" in text and text.count("<path") >= 4
+
+
+def test_what_it_draws_is_saved_as_png(opened: Opened, tmp_path: Path):
+    with opened.tab.expect_download() as download:
+        opened.tab.get_by_label("save time series as PNG").click()
+    download.value.save_as(tmp_path / "series.png")
+    picture = imread(tmp_path / "series.png")
+    size = opened.tab.evaluate("(({ width, height }) => [height, width])(page.pictures.series.canvas)")
+    assert list(picture.shape[:2]) == size and np.ptp(picture[:, :, :3], axis=(0, 1)).min() > 0.1
+
+
+def test_nothing_moves_by_itself_where_that_is_asked_for(browser: Any, belt: Path):
+    moves = """[...document.querySelectorAll("*")].filter((one) => {
+      const { transitionDuration, animationName, scrollBehavior } = getComputedStyle(one);
+      return parseFloat(transitionDuration) > 0 || animationName !== "none" || scrollBehavior !== "auto";
+    }).length"""
+    found = {}
+    for asked in ("reduce", "no-preference"):
+        page = Opened(browser, belt.as_uri(), reduced_motion=asked).ready()
+        found[asked] = page.tab.evaluate(moves)
+        assert page.tab.evaluate("document.getAnimations().length") == 0
+        page.tab.close()
+    assert found["reduce"] == 0 < found["no-preference"]
+
+
+def test_without_webassembly_it_shows_a_picture_and_says_why(browser: Any, belt: Path):
+    tab = browser.new_context().new_page()
+    tab.add_init_script("delete globalThis.WebAssembly")
+    tab.goto(belt.as_uri())
+    assert "cannot be computed here: this browser has no WebAssembly." in tab.inner_text("#why")
+    assert tab.is_visible("#still svg") and not tab.is_visible("#live")
 
 
 def test_without_scripts_it_shows_a_picture_and_says_why(browser: Any, belt: Path):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from made_fit import made_fit
 
+from fmu_models.base.version import version
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import TRANSIENT, FittedModel, fitted_model
@@ -136,6 +137,7 @@ def test_sliders_move_the_model_within_the_intervals(frame: Any, families: Any):
         agree(found, replace(one, model=moved, verdicts=compare_motions(one.measured, moved)))
     frame.locator("#log").press("ArrowRight")
     assert "log1.2" in frame.inner_text("#which")
+    assert f"stickslip {version()}" in frame.inner_text("figure")
     assert frame.inner_text("#verdict") == "FAIL: period" and frame.inner_text("#note") == ""
     frame.click("#fitted")
     agree(results(frame)[1], families[0].members[1])

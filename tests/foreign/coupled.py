@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import sympy
+from quick_export import quick_export
 
-from fmu_models.codegen.package import export
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection
 from fmu_models.fmu.fmu import Fmu
@@ -54,7 +54,7 @@ def link() -> Automaton:
 def exported(name: str, folder: Path, fmi: str = "3.0") -> Fmu:
     declared: Any = {"mass": mass, "link": link}[name]()
     path = folder / f"{name}{fmi}.fmu"
-    export(declared, path, fmi_version=fmi, overwrite=True)
+    quick_export(declared, path, fmi_version=fmi, overwrite=True)
     return Fmu.open(path)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from fmu_models import Iteration, StickslipError, Strobe, branch, branches, load, simulate
+from fmu_models import Iteration, Map, Parameter, State, StickslipError, Strobe, branch, branches, load, simulate
 from fmu_models.analyses.continuation.discontinuous import shrinking
 from fmu_models.analyses.continuation.growing_multiplier import why_huge
 from fmu_models.maps.logistic import MAP as LOGISTIC
@@ -158,6 +158,18 @@ def test_the_normal_form_of_a_map():
     found = branch(Iteration.of(LOGISTIC, {"r": 2.8}), "r", (2.5, 3.2), start={"x": 0.64})
     (flip,) = found.special
     assert flip.normal_form == pytest.approx(9.0, rel=1e-9)
+
+
+def test_a_closed_loop_of_a_map():
+    """x -> x + (1 - (mu/2)^2 - x^2)/4: fixed points on an ellipse, of slope 1 - x/2."""
+    mu, x = Parameter("mu", 0.0, "1", "parameter"), State("x", "1", "state", start=0.9)
+    rule = {x: x + (1 - mu**2 / 4 - x**2) / 4}
+    ellipse = Map(name="ellipse", title="ellipse", source="here", states=[x], rule=rule, box={x: (-2.0, 2.0)})
+    found = branch(Iteration.of(ellipse), "mu", (-3.0, 3.0))
+    assert [kind for kind, _ in found.ends] == ["closed", "closed"]
+    assert [(one.kind, one.value) for one in found.special] == [("fold", pytest.approx(v, abs=1e-11)) for v in (2, -2)]
+    assert found.values**2 / 4 + found.points[:, 0] ** 2 == pytest.approx(np.ones(len(found.values)), abs=1e-11)
+    assert found.multipliers[:, 0].real == pytest.approx(1 - found.points[:, 0] / 2, abs=1e-11)
 
 
 def test_what_branches_off_stick_slip(stick_slip):

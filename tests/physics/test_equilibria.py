@@ -163,6 +163,21 @@ def test_a_pitchfork_of_equilibria():
         assert np.abs(branch.points[:, 0]) == pytest.approx(np.sqrt(branch.values), abs=1e-12)
 
 
+@pytest.mark.parametrize("switches", [False, True])
+def test_closed_loops_of_equilibria(switches):
+    """mu^2 + x^2 = 1, with folds; mu^2 + |x| = 1, whose corners lie on a surface."""
+    mu, x = Parameter("mu", 0.0, "1", "parameter"), State("x", "1", "state", start=1.0)
+    kink = Switch(name="kink", function=x)
+    rate = x * kink.sign if switches else x**2
+    found = equilibria(made("loop", {x: 1 - mu**2 - rate}, [kink] if switches else (), [x]), "mu", (-2, 2))
+    assert [kind for kind, _ in found.ends] == ["closed", "closed"]
+    assert [one.kind for one in found.special] == ["discontinuous fold" if switches else "fold"] * 2
+    assert [one.value for one in found.special] == pytest.approx([1.0, -1.0], abs=1e-12)
+    height = np.abs(found.points[:, 0])
+    assert found.values**2 + (height if switches else height**2) == pytest.approx(np.ones(len(height)), abs=1e-12)
+    assert (found.stable == (found.points[:, 0] > 0.0)).all()
+
+
 def test_folds_and_hopf_points_meet_at_a_bogdanov_takens_point():
     """x' = y, y' = b1 + b2 x + x^2 + x y: folds at b1 = b2^2/4, Hopf points at b1 = 0, b2 < 0 with omega^2 = -b2."""
     b1, b2 = Parameter("b1", -0.1, "1", "first"), Parameter("b2", -1.0, "1", "second")

@@ -14,11 +14,12 @@ from functools import cache
 import numpy as np
 import pytest
 import woodpecker_impacts as wp
+from quick_export import quick_export
 from scipy.optimize import brentq
 
 from fmu_models.analyses.crossings import find_crossings
 from fmu_models.analyses.return_map import ReturnMap
-from fmu_models.codegen.package import built, export
+from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.oscillators.woodpecker import MODEL
@@ -337,7 +338,7 @@ def test_poisson_never_gains_energy(tmp_path):
         if isinstance(contact, Impact)
     ]
     mechanism = dataclasses.replace(MODEL, name="woodpecker_poisson", contacts=contacts)
-    fmu = Fmu.open(export(mechanism, tmp_path / "woodpecker_poisson.fmu"))
+    fmu = Fmu.open(quick_export(mechanism, tmp_path / "woodpecker_poisson.fmu"))
     assert [impacts_that_gain(fmu, e) for e in (0.7, 0.9, 1.0)] == [0, 0, 0]
 
 

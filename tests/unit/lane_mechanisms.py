@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+import tempfile
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import sympy
+from quick_export import quick_export
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.load import load
 from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Contact
 from fmu_models.language.impacts import Impact, Newton
@@ -72,7 +74,8 @@ MADE: dict[str, Callable[[], Mechanism]] = {one.__name__: one for one in (hinge,
 @functools.cache
 def opened(name: str) -> Fmu:
     """One of these, ready to run."""
-    return load(MADE[name]())
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        return Fmu.open(quick_export(MADE[name](), Path(folder) / f"{name}.fmu"))
 
 
 def _made(

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+MADE = ("reference", "python", "gallery", "scenes", "oscillators")
 
 
 def pages() -> list[Path]:
-    """The README first, then the pages by name, without those of the gallery that a build has left: they are made."""
-    written = (page for page in (ROOT / "docs").rglob("*.md") if page.parts[len(ROOT.parts) + 1] != "gallery")
+    """The README first, then the pages by name; not those that are made when the manual is built."""
+    written = [page for page in (ROOT / "docs").rglob("*.md") if page.parent.name not in MADE]
     return [ROOT / "README.md", *sorted(written)]
 
 

@@ -20,9 +20,9 @@ if "-linux-" in this_platform().target:
     QUICK = (*QUICK, "-rtlib=none", "-Wl,-z,defs")
 
 
-def quick_export(declared: Any, path: Path) -> Path:
+def quick_export(declared: Any, path: Path, **options: Any) -> Path:
     """``export`` of a declaration, not of a name: what is kept under a name is what users get."""
     assert not isinstance(declared, str | Path)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(package, "compile_shared", partial(compile_shared, options=QUICK))
-        return package.export(declared, path)
+        return package.export(declared, path, **options)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick_export import QUICK
 from typer.testing import CliRunner
 
 from fmu_models import oscillators
@@ -58,7 +59,7 @@ def with_fault(path: Path, file: str, old: str, new: str, folder: Path) -> Fmu:
     files[source] = text.replace(old, new).encode()
     (binary,) = (name for name in files if name.startswith("binaries/"))
     c_files = {n.removeprefix("sources/"): t for n, t in files.items() if n.endswith((".c", ".h"))}
-    files[binary] = compile_shared(c_files, folder / f"library{this_platform().suffix}").read_bytes()
+    files[binary] = compile_shared(c_files, folder / f"library{this_platform().suffix}", options=QUICK).read_bytes()
     target = folder / path.name
     with zipfile.ZipFile(target, "w") as archive:
         for name, data in files.items():

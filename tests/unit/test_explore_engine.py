@@ -119,6 +119,8 @@ def test_functions_with_the_same_bits_everywhere_are_right_to_the_last_digits(tm
             # near the product, where all but its last digits vanish; far above and far below it
             z = rng.choice([-x * y, math.nextafter(-x * y, 0.0), x * y * 2.0 ** rng.randint(-120, 70), -1.0])
             assert product(x, y, z) == float(Fraction(x) * Fraction(y) + Fraction(z)), (x, y, z)
+        # 1 - 2^-104 is all but half of the last digit, above an odd one: rounded twice it would go up
+        assert product(1.0 + 2.0**-52, 1.0 - 2.0**-52, 2.0**53 + 2.0) == 2.0**53 + 2.0
     inf = math.inf
     for x, y in (
         (-2.0, 3.0),

@@ -75,8 +75,8 @@ def test_scenes_share_the_live_page_of_their_model_and_tell_it_their_values(made
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, in which the page could be opened")
 def test_the_live_page_in_a_page_moves_as_the_scene(made):
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    text = (made / "pages/scenes/planar_hopf_cycle.md").read_text("utf-8")
-    page = made / "site/scenes/planar_hopf_cycle.html"
+    text = (made / "pages/scenes/planar_hopf_figure_2.md").read_text("utf-8")
+    page = made / "site/scenes/planar_hopf_figure_2.html"
     page.parent.mkdir(exist_ok=True)
     page.write_text(re.findall(r"```\{raw\} html\n(.*?)```", text, re.S)[0], "utf-8")
     with playwright.sync_playwright() as started:
@@ -88,7 +88,7 @@ def test_the_live_page_in_a_page_moves_as_the_scene(made):
         assert frame.evaluate("document.getElementById('note').textContent") == ""
         first = frame.evaluate("[...page.motion.rows[0].slice(0, 3)]")
         browser.close()
-    assert first == [0.0, 0.0, 2.0]
+    assert first == [0.0, -1.5, 0.0]
 
 
 def test_the_code_of_a_page_is_what_ran(made, monkeypatch, tmp_path):

@@ -13,9 +13,10 @@ import pytest
 import sympy
 from hypothesis import given
 from hypothesis import strategies as st
+from quick_export import quick_export
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built, export
+from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
@@ -102,7 +103,7 @@ def test_events_that_speed_up_without_end_are_refused_early(tmp_path: Path) -> N
             Friction(name="right", slip=q.v + w, law=Coulomb(F, sympy.S.One), where=q),
         ],
     )
-    fmu = Fmu.open(export(mechanism, tmp_path / "two_belts.fmu"))
+    fmu = Fmu.open(quick_export(mechanism, tmp_path / "two_belts.fmu"))
     start = {"q": 0.0, "v": 1.0}
     assert len(simulate(fmu, 1.9, start=start).events) > 500
     with pytest.raises(

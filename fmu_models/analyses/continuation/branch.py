@@ -41,6 +41,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.follow import Follower
+from fmu_models.analyses.continuation.imported_follower import ImportedFollower
+from fmu_models.analyses.continuation.imported_problem import ImportedProblem
 from fmu_models.analyses.continuation.kept import Keeper
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
@@ -191,8 +193,13 @@ def _switched(special: Special, points: int) -> tuple[Branch, ...]:
     return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
 
 
+def follower_of(begin: Node) -> type[Follower]:
+    """What follows motions of its kind."""
+    return ImportedFollower if isinstance(begin.problem, ImportedProblem) else Follower
+
+
 def followed_from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
-    way = Follower(begin, between, points, pieces=keeper.pieces() if keeper else None).follow()
+    way = follower_of(begin)(begin, between, points, pieces=keeper.pieces() if keeper else None).follow()
     return made(begin.problem, way, None, between, time.process_time() - clock)

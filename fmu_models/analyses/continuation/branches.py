@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
-from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch, followed_from, made
+from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch, followed_from, follower_of, made
 from fmu_models.analyses.continuation.curve import Curve, Curves
-from fmu_models.analyses.continuation.follow import Follower
 from fmu_models.analyses.continuation.kept import Keeper
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
@@ -107,10 +106,10 @@ def all_branches(
             progress((node.value - low) / (high - low))
 
         begin = first_piece.known[0]
-        forward = Follower(begin, (low, high), points, tell, keeper.pieces()).follow()
+        forward = follower_of(begin)(begin, (low, high), points, tell, keeper.pieces()).follow()
         backward = None
         if forward.end[0] not in ("closed", "interrupted"):
-            backward = Follower(begin.turned(), (low, high), points, tell, keeper.pieces()).follow()
+            backward = follower_of(begin)(begin.turned(), (low, high), points, tell, keeper.pieces()).follow()
         first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
         found = _with_others(first, longest, points, of, switch, keeper)
         if not found.interrupted:

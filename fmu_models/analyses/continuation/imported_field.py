@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fmu_models.analyses.continuation.imported_problem import indicator
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
@@ -46,7 +47,7 @@ class ImportedField:
         ]
         self._driver = FlowDriver(fmu, record=discrete)
         count = int(fmu.description.numberOfEventIndicators or 0)
-        self.contacts = (*(f"indicator {i + 1}" for i in range(count)), *discrete)
+        self.contacts = (*(indicator(i) for i in range(count)), *discrete)
 
     @property
     def directional(self) -> bool:

@@ -1,8 +1,9 @@
 """What a branch of somebody else's FMU is followed of: the periodic motions of a strobe, stepped by the importer.
 
 Derivatives by the states are those of the strobe, by the FMU's directional derivatives where it offers them; those by
-the parameter are differences of motions. No events are told: the branch goes over what comes and goes, and its smooth
-points alone are located. How near they are is measured, by a motion of ten times the tolerance.
+the parameter are differences of motions. Events are those of indicators; a miss is the least value of an indicator that
+has a minimum between events, its gradient by differences of motions too, on one side where a neighbour has the event.
+How near motions are is measured, by one of ten times the tolerance.
 """
 
 from __future__ import annotations
@@ -12,15 +13,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.analyses.continuation.discontinuous import SAME_TIME
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
-from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
+from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError
+from fmu_models.importer.flow import Flow
 
+# the state of a contact of which nothing is known but that its indicator passes zero: its sign after an event may be
+# rounding
+PASSED = 1
 # of a parameter, for a central difference, which loses two thirds of the digits
 CHANGE = 1e-4
 # times the tolerance, for the motion that shows how near another one is
 COARSER = 10.0
+
+
+def indicator(i: int) -> str:
+    """What an event indicator is called, by its number from 0."""
+    return f"indicator {i + 1}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +67,40 @@ class ImportedProblem(FlowProblem):
             start, end = strobe.along(np.array([x, made.points[0]]))
             columns.insert(len(columns) - 1, end)
             jacobian = np.vstack([np.column_stack(columns), np.append(start, np.zeros(self.size - n))])
-            return Seen(np.append(residual, 0.0), jacobian, monodromy, float(made.times[0]))
-        return Seen(residual, np.column_stack(columns), monodromy, float(made.times[0]))
+            residual = np.append(residual, 0.0)
+        else:
+            jacobian = np.column_stack(columns)
+        flow = strobe.told(x)
+        word = tuple((indicator(i), PASSED, PASSED) for i in flow.events)
+
+        def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+            found = (self._miss(z, int(i), flow) for i in np.flatnonzero(np.isfinite(flow.misses[:, 0])))
+            return (), tuple(one for one in found if one is not None)
+
+        return Seen(residual, jacobian, monodromy, float(made.times[0]), word, passings)
+
+    def _miss(self, z: Vector, i: int, flow: Flow) -> Passing | None:
+        """With its gradient; None if neighbours on both sides lose it."""
+        value, time = flow.misses[i].tolist()
+        sizes = np.append(np.maximum(np.abs(z[:-1]), 1.0), abs(z[-1]) or 1.0) * CHANGE
+
+        def beside(j: int, steps: float) -> float:
+            moved = z.copy()
+            moved[j] += steps * sizes[j]
+            found = self._at(moved).told(moved[: len(self.states)]).misses[i]
+            return float(found[0]) if abs(found[1] - time) < SAME_TIME * self.length(z) else np.nan
+
+        gradient = np.zeros_like(z)
+        for j in range(len(z)):
+            up, down = beside(j, 1.0), beside(j, -1.0)
+            slopes = [(up - down) / 2.0]
+            if not np.isfinite(slopes[0]):
+                slopes = [s * (4.0 * one - beside(j, 2.0 * s) - 3.0 * value) / 2.0 for s, one in ((1, up), (-1, down))]
+            known = [one for one in slopes if np.isfinite(one)]
+            if not known:
+                return None
+            gradient[j] = known[0] / sizes[j]
+        return Passing(indicator(i), 0, 0, PASSED, PASSED, time, value, gradient)
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
         return None
@@ -85,6 +128,6 @@ class ImportedProblem(FlowProblem):
         multiplier = max(abs(one - both[1]).min() for one in both[0])
         return (
             f"{self.strobe.how}; by the parameter by differences of motions; at the start motions are within "
-            f"{max(state, 1e-15):.1g}, multipliers within {max(multiplier, 1e-15):.1g}; events are not told, and where "
-            "they come or go is not located"
+            f"{max(state, 1e-15):.1g}, multipliers within {max(multiplier, 1e-15):.1g}; where events come or go "
+            "is located by the least value of their indicators"
         )

@@ -89,11 +89,15 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
         from_node = known[nearest[0]]
         if nearest[0] == place:
             return from_node
-        guess = from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)
+        guesses = [from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)]
         if len(nearest) == NEAREST:
-            guess = extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest]))
+            guesses.insert(0, extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest])))
         border = arclength(before.u, before.tangent, before.scales, place)
-        found = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
+        how: Any = {"towards": before.tangent, "word": before.word}
+        try:
+            found = solved(before.problem, before.scales, guesses[0], border, **how)
+        except Lost:  # of motions that are too near to one another the polynomial goes astray
+            found = solved(before.problem, before.scales, guesses[-1], border, **how)
         known[place] = found
         return found
 

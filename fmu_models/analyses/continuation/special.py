@@ -36,7 +36,8 @@ class Special(Shown):
             twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
             "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "detachment", where a contact
             begins to leave its wall at once after an impact without rebound, or to stay at it; "tie", where two events
-            come at one instant; "jump", where no motion goes on.
+            come at one instant; "jump", where no motion goes on; "grazing", where an indicator of an FMU of others
+            begins to reach zero.
         parameter, value: name and value of the parameter.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
@@ -143,7 +144,8 @@ def special_of(
     if touch is None:
         if kind == "branch point":
             kind = "flip of the parent" if repeats(node) else branch_kind(node)
-        words = (node.word, node.word)
+        words = (found.before.word if found.before else node.word, found.after.word if found.after else node.word)
+        common["contact"] = found.contact
     else:
         value = float(touch.z[-1])
         before, after = found.before, found.after

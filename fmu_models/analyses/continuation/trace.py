@@ -60,6 +60,8 @@ def curve_of(
     """
     if second == node.problem.over:
         raise StickslipError(f"The branch is followed over '{second}' already; name another parameter.")
+    if kind not in (*SMOOTH, *CROSSING) and miss is None:
+        raise StickslipError(f"A {kind} of an FMU of others has no curve: folds, flips and other smooth points have.")
     problem = node.problem.opened(second)
     value, n = problem.present(second), len(problem.states)
     low, high = sorted(float(one) for one in between or (value / 2, 2 * value))

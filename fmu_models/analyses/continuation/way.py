@@ -12,7 +12,7 @@ from fmu_models.analyses.continuation.node import Node
 @dataclass(frozen=True, eq=False)
 class Found:
     """Something special on the way: its kind, the motion there, and, where the word changes, the point, the motions on
-    both sides, and the point as it was found from the other one, if it was."""
+    both sides, and the point as it was found from the other one, if it was; of an FMU of others the contact alone."""
 
     kind: str
     node: Node
@@ -20,6 +20,7 @@ class Found:
     before: Node | None = None
     after: Node | None = None
     other: Touch | None = None
+    contact: str = ""
 
 
 @dataclass(eq=False)

@@ -104,6 +104,9 @@ Outcome begin_run(Master *m)
     m->pace_time = r->start;
     m->slide_time = -INFINITY;
     m->quick_slides = 0;
+    for (int i = 0; i < 2 * m->nz && r->misses; i++) {
+        r->misses[i] = INFINITY;
+    }
     Outcome outcome = initialize(m);
     r->begun = 1;
     if (outcome != FINE || !integrates) {

@@ -140,6 +140,12 @@ Outcome events_locate(Master *m, double latest, double *theta)
             halvings++;
             continue;
         }
+        if (m->run->misses && !m->slide.n) {
+            outcome = search_lowest(m, from, width, finding == BRACKET ? low : from + width);
+            if (outcome != FINE) {
+                return outcome;
+            }
+        }
         if (finding == BRACKET) {
             *theta = high;
             /* a step without any error has none in its dense output either */

@@ -216,6 +216,8 @@ typedef struct {
     int64_t missed;          /* parts of the way of which the tangents know nothing */
     double *slopes;          /* (n_states, n_states): derivatives of the rates by the states at the start, by rows */
     double *indicators;      /* (n_indicators): where the run ends */
+    double *misses; /* (n_indicators, 2): least value on the side that holds, of those with a minimum between events,
+                       and its time; infinite where there is none */
     /* progress, kept over RUN_MORE; next_time counts the rows written */
     int64_t begun, next_time, n_events, n_ticks;
     int64_t looks; /* inside the steps of a co-simulation */

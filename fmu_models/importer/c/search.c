@@ -221,21 +221,58 @@ static int certainly_clear(const Search *search, double mismatch, double scale, 
            && lower_bound(search->p + 1, DEGREE - 1, end) > search->near_zero;
 }
 
+/* the polynomial of indicator i through the nodes, positive on its side; its largest value there */
+static double through_nodes(const Master *m, int i, double *p)
+{
+    double v[NODES], scale = 0.0;
+    for (int k = 0; k < NODES; k++) {
+        v[k] = m->side[i] * m->samples[k * m->slots + i];
+        scale = fmax(scale, fabs(v[k]));
+    }
+    for (int j = 0; j < NODES; j++) {
+        p[j] = 0.0;
+        for (int k = 0; k < NODES; k++) {
+            p[j] += m->node_inverse[j * NODES + k] * v[k];
+        }
+    }
+    return scale;
+}
+
+Outcome search_lowest(Master *m, double from, double width, double to)
+{
+    double *misses = m->run->misses, *there = m->samples + NODES * m->slots;
+    for (int i = 0; i < m->nz; i++) {
+        double p[NODES], slope[NODES] = {0.0}, s = 0.0;
+        through_nodes(m, i, p);
+        for (int k = 0; k < DEGREE; k++) {
+            slope[k] = (k + 1) * p[k + 1];
+        }
+        for (int zone = 0; zone < NODES && s < 1.0; zone++) {
+            const double falls = falls_below(slope, s, 0.0, 1.0);
+            const double lowest = minimum_from(p, falls);
+            const double place = from + lowest * width;
+            if (lowest > falls && lowest < 1.0 && place < to) {
+                /* the error of the place counts by its square */
+                const Outcome outcome = search_sample(m, place, there);
+                if (outcome != FINE) {
+                    return outcome;
+                }
+                if (m->side[i] * there[i] < misses[2 * i]) {
+                    misses[2 * i] = m->side[i] * there[i];
+                    misses[2 * i + 1] = m->t + place * m->length;
+                }
+            }
+            s = fmax(falls, lowest) + 1e-3;
+        }
+    }
+    return FINE;
+}
+
 static Outcome search_one(Master *m, Search *search, const double *check, int may_halve, Finding *finding)
 {
     const int i = search->i;
     const double side = m->side[i];
-    double v[NODES], scale = 0.0;
-    for (int k = 0; k < NODES; k++) {
-        v[k] = side * m->samples[k * m->slots + i];
-        scale = fmax(scale, fabs(v[k]));
-    }
-    for (int j = 0; j < NODES; j++) {
-        search->p[j] = 0.0;
-        for (int k = 0; k < NODES; k++) {
-            search->p[j] += m->node_inverse[j * NODES + k] * v[k];
-        }
-    }
+    const double scale = through_nodes(m, i, search->p);
     const double mismatch = fabs(polynomial_value(search->p, DEGREE, CHECK) - side * check[i]);
     search->near_zero = fmax(master_tolerances.graze * scale, 8.0 * mismatch);
     *finding = CLEAR;

@@ -11,6 +11,7 @@ Outcome search_sample(Master *m, double theta, double *z);
 /* first bracket of all indicators in [from, from + width]; UNSURE: halve it */
 Outcome search_interval(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low,
                         double *high);
+Outcome search_lowest(Master *m, double from, double width, double to); /* of an interval that was searched, up to */
 Outcome search_close(Master *m, int i, double *low,
                      double *high); /* the bracket of indicator i, down to the resolution of time */
 

@@ -86,8 +86,8 @@ def inverse(
         return
     if settings or columns or cutoff or parallel_cutoff or method or laws or gravity:
         raise StickslipError(
-            f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, --cutoff, "
-            "--parallel-cutoff, --method, --laws and --gravity are for declared machines, my_robot.py."
+            f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, "
+            "--gravity, --cutoff, --parallel-cutoff, --method and --laws are for declared machines, my_robot.py."
         )
     if len(logs) != 1:
         raise StickslipError(f"A recipe is fitted to one log, found {len(logs)}. Score the others: --held-out LOG.")

@@ -17,6 +17,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
 
+ROUNDING = 1e-12  # of the end of a range, in the scale of its parameter
+
 
 @dataclass(frozen=True, eq=False)
 class CurvePoint(Shown):
@@ -85,11 +87,14 @@ class Curve(Pictured):
         """The points of the curve at a value of the second parameter."""
         place = len(self.states)
         found = []
+        end = min((self.nodes[k].z[place] for k in (0, -1)), key=lambda one: abs(one - second))
+        # an end of the curve is at that of its range but for rounding
+        there = end if abs(end - second) <= ROUNDING * self.nodes[0].scales[place] else second
         for before, after in pairwise(self.nodes):
             low, high = before.z[place], after.z[place]
-            if not min(low, high) <= second <= max(low, high) or (second == high and after is not self.nodes[-1]):
+            if not min(low, high) <= there <= max(low, high) or (there == high and after is not self.nodes[-1]):
                 continue
-            share = (second - low) / (high - low) if high != low else 0.0
+            share = (there - low) / (high - low) if high != low else 0.0
             near = before if share < 0.5 or before.problem is not after.problem else after
             guess = near.u + (second - near.z[place]) / near.scales[place] * near.tangent / near.tangent[place]
             step = float(np.linalg.norm(guess - near.u))

@@ -30,6 +30,8 @@ from fmu_models.analyses.continuation.problem import Passing
 AHEAD = 3.0
 # of an event, in parts of what it is a unit of u away
 LEAST_SPEED = 1e-5
+# by how much more than before a curve bends where its tangent is lost: two curves cross at the point
+LOST = 10.0
 
 
 def met(kind: str, condition: Condition, node: Node, step: float) -> tuple[str, str, Node] | None:
@@ -65,14 +67,19 @@ def _coming(condition: Condition, node: Node, step: float) -> Iterator[tuple[flo
 
 def _without(condition: Condition, node: Node, miss: Passing) -> Node:
     """From the side of the miss."""
+    bend = np.inf
     while True:
         found = nearest(node.seen.misses, miss, miss.time, node.seen.length)
         if found is None:
             raise Lost("the near miss is gone")
         miss, least = found, LEAST_MISS * size_of(found, node.scales)
         if miss.value <= 1.5 * least:
-            return _at_end(node, miss.value / node.along(miss.gradient))
-        node = _shrunk(condition, node, miss, max(least, 0.03 * miss.value))
+            return _at_end(node, miss.value / _rate(node, miss))
+        after = _shrunk(condition, node, miss, max(least, 0.03 * miss.value))
+        turned = float(np.linalg.norm(after.tangent - node.tangent) / np.linalg.norm(after.u - node.u))
+        if turned > LOST * bend:
+            return _at_end(node, miss.value / _rate(node, miss))
+        node, bend = after, turned
 
 
 def _with(condition: Condition, node: Node, event: Passing) -> Node:
@@ -84,7 +91,15 @@ def _with(condition: Condition, node: Node, event: Passing) -> Node:
         if found is None:
             raise Lost("the event is gone")
         event = found
-    return _at_end(node, event.value / (2.0 * node.along(event.gradient)))
+    return _at_end(node, event.value / (2.0 * _rate(node, event)))
+
+
+def _rate(node: Node, passing: Passing) -> float:
+    """How fast the value of a passing changes along the curve."""
+    rate = node.along(passing.gradient)
+    if rate == 0.0:  # as that of the curve's own condition does
+        raise Lost("it does not change along the curve")
+    return rate
 
 
 def _at_end(node: Node, step: float) -> Node:
@@ -94,9 +109,7 @@ def _at_end(node: Node, step: float) -> Node:
 
 def _shrunk(condition: Condition, node: Node, passing: Passing, target: float) -> Node:
     """The motion on the curve where the value of a passing is a target, or nearer to it."""
-    rate = node.along(passing.gradient)
-    if rate == 0.0:
-        raise Lost("it does not change along the curve")
+    rate = _rate(node, passing)
     for _ in range(8):
         guess = node.u + node.tangent * (target - passing.value) / rate
         try:

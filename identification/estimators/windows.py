@@ -29,7 +29,7 @@ def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarra
 def windows(values: np.ndarray, count: int, stride: int) -> np.ndarray:
     """The (rows, count) windows ``stride`` samples apart of (n,) values; a view.
 
-    What `sliding_window_view` gives, for a fiftieth of its time: a fit asks for tens of thousands.
+    What `sliding_window_view` gives, in less time: a fit asks for tens of thousands.
     """
     values = np.ascontiguousarray(values)
     shape = (len(values) - count) // stride + 1, count

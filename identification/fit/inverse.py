@@ -13,13 +13,13 @@ import numpy as np
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Pictured
-from identification.estimators.inverse_dynamics import PARTS, InverseProblem, inverse_problem, law_problems, regressors
-from identification.estimators.inverse_terms import KINDS, Term, check_terms, read_model
 from identification.inference.choice import coloured_covariance
 from identification.inference.comparison import Comparing, LawComparison, compare_problems
 from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import Solution, among, searched, solve
 from identification.inference.uncertainty import LAG_RULE, autocorrelation, inflation, plain_covariance
+from identification.machines.axis_problem import PARTS, InverseProblem, inverse_problem, law_problems, regressors
+from identification.machines.axis_terms import KINDS, Term, check_terms, read_model
 from identification.measurement.recipe import Recipe
 from identification.measurement.signals import Prepared, prepare
 from rig_io.packages.datapackage import read_columns

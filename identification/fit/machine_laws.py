@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmu_models.language.mechanism import Mechanism
-from identification.estimators.inverse_dynamics import law_problems
-from identification.estimators.inverse_terms import BY_DIRECTION, Model, Term
 from identification.fit.inverse import compared_laws
 from identification.inference.comparison import LawComparison
+from identification.machines.axis_problem import law_problems
+from identification.machines.axis_terms import BY_DIRECTION, Model, Term
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import PER_PERIOD, Cutoffs, MachineLog, Motion, motions
 from identification.machines.regressor import Regressor, regressor_of

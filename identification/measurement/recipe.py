@@ -2,7 +2,7 @@
 
 A recipe is a TOML file without data; the log is named beside it. Every signal is a column (times a gain) or the
 derivative of another signal, then perhaps filtered. What is to be found in them stands in tables that others read:
-[terms] and [friction] (estimators.inverse_terms), [slips] (slips.statistics). Which keys there are: data/README.md.
+[terms] and [friction] (machines.axis_terms), [slips] (slips.statistics). Which keys there are: data/README.md.
 """
 
 from __future__ import annotations

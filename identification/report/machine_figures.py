@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.estimators.inverse_terms import KINDS
+from identification.machines.axis import Signals, columns_of
+from identification.machines.axis_terms import KINDS
+from identification.measurement.recipe import VELOCITY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,23 +66,18 @@ def draw_effort(axes: Axes, run: InverseRun) -> None:
 
 def _friction(axes: Axes, run: InverseRun) -> None:
     prepared, terms, values = run.prepared, run.problem.terms, run.solved.solution.values
-    friction = [KINDS[term.kind].friction for term in terms]
-    modelled = prepared.thinned(
-        lambda s: sum(
-            (v * t.regressor(s) for t, v, of_friction in zip(terms, values, friction, strict=True) if of_friction),
-            np.zeros_like(s["velocity"]),
-        )
-    )
+    friction = np.array([KINDS[term.kind].friction for term in terms])
+    columns = columns_of(terms, prepared.turning)
+
+    def of_friction(signals: Signals) -> np.ndarray:
+        return columns(signals) @ (values * friction)
+
+    modelled = prepared.thinned(of_friction)
     speed = prepared.speed
     every = max(len(speed) // MARKS, 1)
     axes.plot(speed[::every], (modelled + run.residual)[::every], ".", color=BLUE, markersize=2, alpha=0.5)
     line = np.linspace(speed.min(), speed.max(), 801)
-    signals = {"velocity": line, "position": np.zeros_like(line), "acceleration": np.zeros_like(line)}
-    curve = sum(
-        (v * t.regressor(signals) for t, v, of_friction in zip(terms, values, friction, strict=True) if of_friction),
-        np.zeros_like(line),
-    )
-    axes.plot(line, curve, color="black", linewidth=1.6, label="model")
+    axes.plot(line, of_friction({VELOCITY: line}), color="black", linewidth=1.6, label="model")
     axes.set_xlabel(f"speed ({prepared.speed_unit})")
     axes.set_ylabel(f"friction: effort less the other terms ({prepared.effort_unit})")
 

@@ -14,10 +14,10 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
-from identification.estimators.inverse_dynamics import inverse_problem
-from identification.estimators.inverse_terms import read_model
 from identification.inference.problem import solve
 from identification.inference.uncertainty import QUANTILE, bartlett, newey_west, plain_covariance
+from identification.machines.axis_problem import inverse_problem
+from identification.machines.axis_terms import read_model
 from identification.measurement.recipe import read_recipe
 from identification.measurement.signals import prepare
 from rig_io.readers import read_table

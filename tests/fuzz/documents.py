@@ -34,8 +34,8 @@ from fmu_models.scene.check import checked_scene
 from fmu_models.scene.explain import left_out
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.results import read_trajectory
-from identification.estimators.inverse_terms import read_model
 from identification.fit.result import read_fit
+from identification.machines.axis_terms import read_model
 from identification.measurement.recipe import read_recipe, recipes
 from identification.slips.statistics import read_slips
 from rig_io.packages.datapackage import read_package

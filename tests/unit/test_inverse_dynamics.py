@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from machine_log import LINEAR, MEASURED, RATE, coloured, log_of, motion, recipe_of, slide, table_of
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.inverse_dynamics import inverse_problem
-from identification.estimators.inverse_terms import read_model
 from identification.fit.inverse import InverseResult, inverse_dynamics
 from identification.inference.choice import coloured_covariance
 from identification.inference.problem import solve
 from identification.inference.uncertainty import plain_covariance
+from identification.machines.axis_problem import inverse_problem
+from identification.machines.axis_terms import read_model
 from identification.measurement.recipe import Filter, Recipe, read_recipe
 from identification.measurement.signals import filtered, prepare
 from rig_io.logs.table import Table

@@ -9,10 +9,10 @@ import pytest
 from machine_log import LINEAR, MEASURED, motion, recipe_of, table_of
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.inverse_dynamics import inverse_problem
-from identification.estimators.inverse_terms import check_terms, read_model
 from identification.fit.inverse import inverse_dynamics
 from identification.inference.problem import Solution, solve
+from identification.machines.axis_problem import inverse_problem
+from identification.machines.axis_terms import check_terms, read_model
 from identification.measurement.recipe import Recipe, read_recipe, recipes
 from identification.measurement.signals import prepare
 from identification.slips.statistics import read_slips
@@ -71,6 +71,7 @@ def test_every_recipe_that_comes_along_is_read(path):
         ('column = "F"', 'column = "F"\nfilter = { cutof = 3 }', 21, "Did you mean 'cutoff'"),
         ('M = "inertia"', 'M = "inertai"', 24, "'inertai' is not a term.* Did you mean 'inertia'"),
         ('M = "inertia"', "M = 5", 24, "must be the name of a term"),
+        ('Fc = "coulomb"', '"\u00b5" = "coulomb"', 26, "cannot name a parameter of a machine: use letters from a to z"),
         ('Fc = "coulomb"', 'Fc = "coulomb-tanh"', 26, "needs 'speed', the speed over which it turns"),
         ('Fc = "coulomb"', 'Fc = { term = "coulomb", speed = 1 }', 26, "has no 'speed'"),
         ("[terms]", "[sampling]\ndecimate = 0\n[terms]", 24, "whole number from 1 on"),

@@ -1,47 +1,76 @@
 """Terms of a linear inverse-dynamics model of one degree of freedom, and how a recipe names them.
 
-    effort = sum_i parameter_i regressor_i(q, q', q'')
+    effort = sum_i parameter_i column_i(q, q', q'')
 
-| term | regressor | | term | regressor |
-|---|---|---|---|---|
-| inertia | q'' | | coulomb | sgn q' |
-| viscous | q' | | coulomb-arctan | atan(q'/speed) |
-| quadratic | q' abs(q') | | coulomb-tanh | tanh(q'/speed) |
-| offset | 1 | | coulomb+, coulomb- | max(sgn q', 0), min(sgn q', 0) |
-| stiffness | q | | viscous+, viscous- | max(q', 0), min(q', 0) |
-| gravity | g sin q | | | |
+| term | column | declared as | | term | column | declared as |
+|---|---|---|---|---|---|---|
+| inertia | q'' | T = p v^2/2 | | coulomb | sgn q' | dry friction |
+| viscous | q' | D = p v^2/2 | | coulomb-arctan | atan(q'/speed) | smoothed friction |
+| quadratic | q' abs(q') | dry friction | | coulomb-tanh | tanh(q'/speed) | smoothed friction |
+| offset | 1 | applied force | | coulomb+, coulomb- | max(sgn q', 0), min(sgn q', 0) | dry friction |
+| stiffness | q | U = p q^2/2 | | viscous+, viscous- | max(q', 0), min(q', 0) | dry friction |
+| gravity | g sin q | U = -p g cos q | | | | |
 
-Source of the form: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), chapter 12.
+`axis` declares the machine and derives the columns. Source of the form: Khalil, Dombre, Modeling, Identification and
+Control of Robots (2002), chapter 12.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
+from typing import Any
 
 import numpy as np
+import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.language.laws.arctan import Arctan
+from fmu_models.language.laws.coulomb import Coulomb
+from fmu_models.language.laws.tanh import Tanh
+from identification.inference.problem import identifier
 from identification.laws import slip_laws
 from identification.measurement.recipe import EFFORT, VELOCITY, Recipe, Speed, speed
 from identification.measurement.signals import GRAVITY, Prepared
 
-Signals = Mapping[str, np.ndarray]  # position, velocity, acceleration, each (n,)
+
+class Part(Enum):
+    """The part of a declaration that a term stands in, and what its shape is there, over its parameter p."""
+
+    KINETIC = "energy by q and v"
+    POTENTIAL = "energy by q"
+    DISSIPATION = "half the power by v"
+    APPLIED = "constant force that the effort meets"
+    DRY = "friction by slip speed and its sign"
+    SMOOTHED = "friction law of p and the speed over which it turns"
+
+
+FRICTION = (Part.DISSIPATION, Part.DRY, Part.SMOOTHED)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of term. regressor(signals, speed) -> (n,); unit for a body that slides and for one that turns (None: has
-    no such term); needs: signals; friction: part of the friction law; positive: a value below zero has no meaning."""
+    """A kind of term. part, shape: how it is declared; unit for a body that slides and for one that turns (None: has no
+    such term); needs: signals; positive: a value below zero has no meaning."""
 
-    regressor: Callable[[Signals, float], np.ndarray]
+    part: Part
+    shape: Callable[[Any, Any], Any]
     sliding_unit: str | None
     turning_unit: str
     needs: str | None
     meaning: str
-    friction: bool = False
     positive: bool = False
-    smoothed: bool = False
+
+    @property
+    def friction(self) -> bool:
+        """Whether it is part of the friction law."""
+        return self.part in FRICTION
+
+    @property
+    def smoothed(self) -> bool:
+        """Whether it turns over a speed."""
+        return self.part is Part.SMOOTHED
 
 
 @dataclass(frozen=True)
@@ -52,49 +81,51 @@ class Term:
     kind: str
     speed: Speed | None = None
 
-    def regressor(self, signals: Signals) -> np.ndarray:
-        """Values (n,)."""
-        return KINDS[self.kind].regressor(signals, self.speed.value if self.speed else 0.0)
+    @property
+    def width(self) -> float:
+        """That speed in SI units, 0 for a term that has none."""
+        return self.speed.value if self.speed else 0.0
 
     def unit(self, turning: bool) -> str | None:
         """Of its parameter; None if there is no such term for this kind of motion."""
         return KINDS[self.kind].turning_unit if turning else KINDS[self.kind].sliding_unit
 
 
-def _viscous(units: tuple[str, str], part: Callable[[np.ndarray], np.ndarray], meaning: str) -> Kind:
-    return Kind(lambda s, _: part(s["velocity"]), *units, "velocity", meaning, friction=True, positive=True)
+def _friction_kind(part: Part, shape: Callable[[Any, Any], Any], units: tuple[str, str], meaning: str) -> Kind:
+    return Kind(part, shape, *units, "velocity", meaning, positive=True)
 
 
-def _coulomb(part: Callable[[np.ndarray, float], np.ndarray], meaning: str, smoothed: bool = False) -> Kind:
-    return Kind(
-        lambda s, speed: part(s["velocity"], speed),
-        "N",
-        "N m",
-        "velocity",
-        meaning,
-        friction=True,
-        positive=True,
-        smoothed=smoothed,
-    )
-
-
-_VISCOUS = ("N s/m", "N m s/rad")
+_FORCE, _VISCOUS = ("N", "N m"), ("N s/m", "N m s/rad")
+# shapes by direction are polynomials in the sign, zero at rest
 KINDS: Mapping[str, Kind] = {
-    "inertia": Kind(lambda s, _: s["acceleration"], "kg", "kg m2", "acceleration", "inertia", positive=True),
-    "viscous": _viscous(_VISCOUS, lambda v: v, "viscous friction"),
-    "viscous+": _viscous(_VISCOUS, lambda v: np.maximum(v, 0), "viscous friction, forwards"),
-    "viscous-": _viscous(_VISCOUS, lambda v: np.minimum(v, 0), "viscous friction, backwards"),
-    "quadratic": _viscous(("N s2/m2", "N m s2/rad2"), lambda v: v * np.abs(v), "quadratic friction"),
-    "coulomb": _coulomb(lambda v, _: np.sign(v), "Coulomb friction"),
-    "coulomb+": _coulomb(lambda v, _: np.maximum(np.sign(v), 0), "Coulomb friction, forwards"),
-    "coulomb-": _coulomb(lambda v, _: np.minimum(np.sign(v), 0), "Coulomb friction, backwards"),
-    "coulomb-arctan": _coulomb(lambda v, w: np.arctan(v / w), "Coulomb friction times 2/pi, smoothed", True),
-    "coulomb-tanh": _coulomb(lambda v, w: np.tanh(v / w), "Coulomb friction, smoothed", True),
-    "offset": Kind(lambda s, _: np.ones_like(s["velocity"]), "N", "N m", None, "offset of the effort"),
-    "gravity": Kind(
-        lambda s, _: GRAVITY * np.sin(s["position"]), None, "kg m", "position", "mass times its distance", positive=True
+    "inertia": Kind(Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "acceleration", "inertia", positive=True),
+    "viscous": _friction_kind(Part.DISSIPATION, lambda q, v: v**2 / 2, _VISCOUS, "viscous friction"),
+    "viscous+": _friction_kind(Part.DRY, lambda v, s: v * (1 + s) / 2, _VISCOUS, "viscous friction, forwards"),
+    "viscous-": _friction_kind(Part.DRY, lambda v, s: v * (1 - s) / 2, _VISCOUS, "viscous friction, backwards"),
+    "quadratic": _friction_kind(Part.DRY, lambda v, s: s * v**2, ("N s2/m2", "N m s2/rad2"), "quadratic friction"),
+    "coulomb": _friction_kind(Part.DRY, lambda v, s: s, _FORCE, "Coulomb friction"),
+    "coulomb+": _friction_kind(Part.DRY, lambda v, s: s * (1 + s) / 2, _FORCE, "Coulomb friction, forwards"),
+    "coulomb-": _friction_kind(Part.DRY, lambda v, s: s * (1 - s) / 2, _FORCE, "Coulomb friction, backwards"),
+    "coulomb-arctan": _friction_kind(
+        Part.SMOOTHED,
+        lambda p, width: Arctan(Coulomb(sympy.pi / 2, p), width),
+        _FORCE,
+        "Coulomb friction times 2/pi, smoothed",
     ),
-    "stiffness": Kind(lambda s, _: s["position"], "N/m", "N m/rad", "position", "stiffness", positive=True),
+    "coulomb-tanh": _friction_kind(
+        Part.SMOOTHED, lambda p, width: Tanh(Coulomb(sympy.S.One, p), width), _FORCE, "Coulomb friction, smoothed"
+    ),
+    "offset": Kind(Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, None, "offset of the effort"),
+    "gravity": Kind(
+        Part.POTENTIAL,
+        lambda q, v: -GRAVITY * sympy.cos(q),
+        None,
+        "kg m",
+        "position",
+        "mass times its distance",
+        positive=True,
+    ),
+    "stiffness": Kind(Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True),
 }
 
 # a friction law that is no function of slip speed alone, as the terms that it is the sum of, by their parameters
@@ -155,11 +186,11 @@ def check_terms(recipe: Recipe, prepared: Prepared, terms: tuple[Term, ...]) -> 
 def sign_of(terms: tuple[Term, ...]) -> Callable[[np.ndarray], np.ndarray]:
     """The sign function that goes with the Coulomb term of a model, with the limits -1 and 1."""
     for term in terms:
-        speed = term.speed.value if term.speed else 0.0
+        width = term.width
         if term.kind == "coulomb-arctan":
-            return lambda v: 2 / np.pi * np.arctan(v / speed)
+            return lambda v: 2 / np.pi * np.arctan(v / width)
         if term.kind == "coulomb-tanh":
-            return lambda v: np.tanh(v / speed)
+            return lambda v: np.tanh(v / width)
     return np.sign
 
 
@@ -184,6 +215,10 @@ def _term(recipe: Recipe, name: str) -> Term:
     if KINDS[kind].smoothed != (over is not None) or (over is not None and over.value <= 0):
         what = "needs 'speed', the speed over which it turns, above 0" if KINDS[kind].smoothed else "has no 'speed'"
         raise document.fault(f"term '{name}' ({kind}) {what}.", *place)
+    if not identifier(name).isascii():
+        raise document.fault(
+            f"'{name}' cannot name a parameter of a machine: use letters from a to z, digits and underscores.", *place
+        )
     return Term(name, kind, over)
 
 

@@ -2,9 +2,9 @@
 
     D (effort - sum_i parameter_i regressor_i(motion) - sgn(v) F(|v|; q)) = residual,    D = diag(weights)
 
-Terms: `inverse_terms`. F: a law of friction coefficients times the normal force, or, where none is known, times the
-root mean square effort; its parameters are then forces. Regressors and friction go through the same filter as the
-effort. Residuals may depend on one another inside a block of the log (a cluster).
+Terms: `axis_terms`; their regressors: `axis`. F: a law of friction coefficients times the normal force, or, where none
+is known, times the root mean square effort; its parameters are then forces. Regressors and friction go through the same
+filter as the effort. Residuals may depend on one another inside a block of the log (a cluster).
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.inverse_terms import BY_DIRECTION, DIRECTIONS, KINDS, Model, Term, sign_of
 from identification.inference.problem import Evaluation, Problem, Unknown
 from identification.laws import find_law
 from identification.laws.law import FittableLaw, unknowns
+from identification.machines.axis import columns_of
+from identification.machines.axis_terms import BY_DIRECTION, DIRECTIONS, KINDS, Model, Term, sign_of
 from identification.measurement.recipe import VELOCITY
 from identification.measurement.signals import Prepared
 
@@ -88,7 +89,7 @@ class InverseProblem(Problem):
 
 def regressors(prepared: Prepared, terms: Sequence[Term]) -> np.ndarray:
     """Decimated regressors (k, m), not weighted."""
-    return prepared.thinned(lambda s: np.stack([term.regressor(s) for term in terms], axis=1))
+    return prepared.thinned(columns_of(tuple(terms), prepared.turning))
 
 
 def inverse_problem(prepared: Prepared, terms: tuple[Term, ...], law: FittableLaw | None = None) -> InverseProblem:

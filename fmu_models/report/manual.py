@@ -27,6 +27,7 @@ NEEDED = ("furo", "myst_nb", "sphinx")
 # what Sphinx says it does, and the share of a build after which it begins: pictures are computed, then cells run
 PHASES = {"making": (0.0, 0.5), "reading": (0.5, 0.85), "writing": (0.85, 1.0)}
 LAST_WORDS = 12  # lines of a build that failed
+KEPT = 3  # sites in the cache: of other versions or checkouts
 # what an earlier build may have made among the sources
 MADE = shutil.ignore_patterns("__pycache__", "gallery", "python")
 
@@ -74,7 +75,15 @@ def manual_site(*, strict: bool = False, progress: Callable[[float], None] = lam
         if target.is_dir():
             shutil.rmtree(target)
         os.replace(work / "site", target)
+    forget_old(target.parent)
     return Site(target, built=True)
+
+
+def forget_old(folder: Path) -> None:
+    """Remove all sites there but those built last."""
+    sites = sorted(folder.glob("manual-*"), key=lambda site: site.stat().st_mtime)
+    for site in sites[:-KEPT]:
+        shutil.rmtree(site, ignore_errors=True)
 
 
 def _state() -> str:

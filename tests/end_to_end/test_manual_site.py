@@ -16,7 +16,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from fmu_models.oscillators import MODELS
-from fmu_models.report.manual import NEEDED, manual_site
+from fmu_models.report.manual import KEPT, NEEDED, forget_old, manual_site
 from fmu_models.scene.read import files
 
 # what a browser fetches by itself; a link in the text waits for a click
@@ -125,6 +125,16 @@ def test_faults_of_pages_are_seen(tmp_path) -> None:
         "a.html fetches https://e.org/f.png",
         "b.html has no title",
     ]
+
+
+def test_the_sites_built_last_are_kept(tmp_path) -> None:
+    for number in range(KEPT + 2):
+        site = tmp_path / f"manual-{9 - number}"
+        site.mkdir()
+        (site / "index.html").touch()
+        os.utime(site, (number, number))
+    forget_old(tmp_path)
+    assert {site.name for site in tmp_path.iterdir()} == {f"manual-{9 - number}" for number in range(2, KEPT + 2)}
 
 
 def test_without_sphinx_the_command_says_what_to_install(tmp_path) -> None:

@@ -3,7 +3,7 @@ declaration."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -47,7 +47,10 @@ def inverse(
     parallel_cutoff: Annotated[
         float | None, typer.Option(help="Hz, of that over its efforts and columns (default: the same).", min=0)
     ] = None,
-    method: Annotated[str | None, typer.Option(help="instruments (default) or 'least squares', of a machine.")] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(help="instruments (default of a machine) or 'least squares'; of a recipe: as a machine."),
+    ] = None,
     laws: Annotated[bool, typer.Option("--laws", help="Compare friction laws, joint by joint of a machine.")] = False,
     repair: Repairs = None,
     reader: ReaderOption = None,
@@ -60,17 +63,25 @@ def inverse(
 
     A machine of any number of joints is declared in Python (my_robot.py, MODEL = Mechanism(...), an input as the effort
     of each joint) or read from a URDF (joints q1, q2, ..., efforts tau1, tau2, ...); --set gives what is known of it.
+    With --method the terms of a recipe are identified as such a machine, from its columns without its filters.
 
     Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
     check_targets(result, figure, overwrite)
-    if is_machine(recipe):
-        if repair:
+    declared = is_machine(recipe)
+    if declared or method:
+        if declared and repair:
             raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
+        if not declared:
+            _refuse(recipe, settings or columns or gravity)
         chosen = {"cutoff": cutoff or CUTOFF, "parallel_cutoff": parallel_cutoff, "method": method or "instruments"}
         paths = (logs, held_out or ())
-        machine = _Machine(recipe, gravity_of(gravity), _named(columns))
-        found, compared = _machine(machine, paths, settings, reader, figure, overwrite, laws, **chosen)
+        machine = _Machine(recipe, gravity_of(gravity), _named(columns)) if declared else _Machine("", (), {})
+
+        def read() -> tuple[Any, Any, Any]:
+            return _declared(machine, paths, reader) if declared else _of_recipe(recipe, paths, reader, repair)
+
+        found, compared = _machine(machine, read, settings, figure, overwrite, laws, **chosen)
         said = {"laws": {joint: one.to_dict() for joint, one in compared.items()}} if laws else {}
         content = finish({**found.to_dict(), **said}, result, figure, overwrite)
 
@@ -84,11 +95,7 @@ def inverse(
 
         console.say(json, content, show)
         return
-    if settings or columns or cutoff or parallel_cutoff or method or laws or gravity:
-        raise StickslipError(
-            f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, "
-            "--gravity, --cutoff, --parallel-cutoff, --method and --laws are for declared machines, my_robot.py."
-        )
+    _refuse(recipe, settings or columns or cutoff or parallel_cutoff or laws or gravity)
     if len(logs) != 1:
         raise StickslipError(f"A recipe is fitted to one log, found {len(logs)}. Score the others: --held-out LOG.")
     _by_recipe(recipe, logs[0], held_out or (), repair, reader, result, figure, overwrite, json)
@@ -99,11 +106,40 @@ def is_machine(reference: str) -> bool:
     return reference.endswith(".urdf") or (is_place(reference) and not reference.endswith(".toml"))
 
 
+def _refuse(recipe: str, given: Any) -> None:
+    if given:
+        raise StickslipError(
+            f"'{recipe}' is a recipe, which says its columns, filters and constants itself: --set, --column, "
+            "--gravity and, without --method, --cutoff, --parallel-cutoff and --laws are for declared machines, "
+            "my_robot.py."
+        )
+
+
+def _declared(machine: _Machine, paths: tuple[Sequence[Path], Sequence[Path]], reader: ReaderOption) -> Any:
+    """A declared machine, logs to fit and logs to score."""
+    from identification.machines.read import declared_machine, read_machine_log
+
+    mechanism = declared_machine(machine.declaration, machine.gravity)
+    seen, others = (
+        [read_machine_log(one, mechanism, machine.columns, reader=reader) for one in part] for part in paths
+    )
+    return mechanism, seen, others
+
+
+def _of_recipe(recipe: str, paths: tuple[Sequence[Path], Sequence[Path]], reader: ReaderOption, repair: Repairs) -> Any:
+    """The same of the machine that a recipe's terms declare."""
+    from identification.machines.axis_log import axis_with_logs
+    from identification.measurement.recipe import read_recipe
+
+    seen, others = paths
+    mechanism, logs = axis_with_logs(read_recipe(recipe), [*seen, *others], reader=reader, repair=repairs(repair))
+    return mechanism, logs[: len(seen)], logs[len(seen) :]
+
+
 def _machine(
     machine: _Machine,
-    paths: tuple[Sequence[Path], Sequence[Path]],
+    read: Callable[[], tuple[Any, Any, Any]],
     settings: list[str] | None,
-    reader: ReaderOption,
     figure: Path | None,
     overwrite: bool,
     laws: bool,
@@ -112,14 +148,10 @@ def _machine(
     """The fit, and laws compared by joint."""
     from identification.fit.machine_laws import compare_joint_laws
     from identification.machines.machine_fit import identify_machine
-    from identification.machines.read import declared_machine, read_machine_log
 
     with console.warnings_said(), console.progress("fitting") as advance:
-        mechanism = declared_machine(machine.declaration, machine.gravity)
         known = console.assignments(settings, "constant")
-        seen, others = (
-            [read_machine_log(one, mechanism, machine.columns, reader=reader) for one in part] for part in paths
-        )
+        mechanism, seen, others = read()
         advance(0.2)
         fit = identify_machine(
             mechanism, seen, known=known, held_out=others, progress=lambda done: advance(0.2 + 0.7 * done), **how

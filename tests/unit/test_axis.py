@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_log import LINEAR, MEASURED, log_of, motion, recipe_of, slide
+from typer.testing import CliRunner
 
+from fmu_models.base.errors import StickslipError
+from identification.commands.application import app
 from identification.machines.axis import columns_of, declared_axis
-from identification.machines.axis_terms import KINDS, Term, read_model
-from identification.machines.machine_fit import identify_machine
-from identification.machines.motion import MachineLog
+from identification.machines.axis_log import axis_with_logs
+from identification.machines.axis_terms import KINDS, Term
 from identification.measurement.recipe import Speed, read_recipe
-from rig_io.readers import read_table
 
 AXIS = Path(__file__).parents[2] / "data" / "machines" / "axis.csv"
 TRUTH = {"M": 20.0, "Fv": 60.0, "Fc": 12.0, "offset": -1.5}  # data/README.md
@@ -67,11 +70,31 @@ def test_friction_at_rest_holds_what_the_terms_of_each_direction_say():
 
 
 def test_the_machine_of_a_recipe_is_identified_by_instruments_as_any_other():
-    columns = read_table(AXIS).columns
-    log = MachineLog("axis", columns["time"], 1e-3 * columns["position"][:, None], columns["force"][:, None])
-    axis = declared_axis(read_model(read_recipe("axis")).terms, turning=False)
-    fit = identify_machine(axis, [log], cutoff=30.0)
-    assert [one.name for one in fit.parameters] == [*TRUTH]
-    for name, value in TRUTH.items():
-        assert abs(fit[name].value - value) < 3 * fit[name].standard_deviation < 0.15 * abs(value)
-    assert fit.verdicts == ()
+    asked = ["inverse", "axis", str(AXIS), "--held-out", str(AXIS), "--cutoff", "30", "--json"]
+    fit = json.loads(CliRunner().invoke(app, [*asked, "--method", "instruments"]).stdout)
+    assert [one["name"] for one in fit["parameters"]] == [*TRUTH]
+    for one, value in zip(fit["parameters"], TRUTH.values(), strict=True):
+        assert abs(one["value"] - value) < 3 * one["standard_deviation"] < 0.15 * abs(value)
+    (joint,) = fit["joints"]
+    assert joint["held_out"] == pytest.approx(joint["seen"], rel=1e-9) and joint["free_run"] < 0.03
+    assert fit["verdicts"] == []
+    refused = CliRunner().invoke(app, [*asked, "--method", "instruments", "--set", "M=20"])
+    assert refused.exit_code != 0 and "--set, --column" in f"{refused.exception}"
+
+
+def test_columns_units_and_gains_are_the_recipe_s_and_its_filters_are_left_out(tmp_path):
+    text = MEASURED.replace('unit = "m"', 'unit = "mm"\nfilter = { cutoff = "3 Hz" }')
+    text = text.replace('unit = "N"', 'unit = "V"\ngain = 2\ngain_unit = "N/V"')
+    log, columns = log_of(tmp_path), motion()
+    axis, (read,) = axis_with_logs(read_recipe(recipe_of(tmp_path, text + LINEAR)), [log])
+    assert [p.name for p in axis.parameters] == ["M", "Fv", "Fc", "offset"]
+    assert read.position[:, 0] == pytest.approx(1e-3 * columns["x"])
+    assert read.effort[:, 0] == pytest.approx(2 * slide(columns["x"], columns["v"], columns["a"]))
+
+
+def test_a_recipe_of_no_machine_is_refused(tmp_path):
+    with pytest.raises(StickslipError, match=r"no \[terms\]"):
+        axis_with_logs(read_recipe("slider"), [AXIS])
+    text = MEASURED.replace("signals.position", "signals.travel") + LINEAR
+    with pytest.raises(StickslipError, match=r"no signal 'position'. Add \[signals.position\]"):
+        axis_with_logs(read_recipe(recipe_of(tmp_path, text)), [log_of(tmp_path)])

@@ -135,15 +135,23 @@ def test_faults_are_said_on_one_line_and_leave_nothing(stickslip, slide, saw, tm
     assert {path.name for path in tmp_path.iterdir()} == before
 
 
-def test_without_a_figure_neither_matplotlib_nor_sympy_is_loaded(slide):
-    recipe, log = slide
+@pytest.mark.parametrize(
+    ("command", "heavy"),
+    # the terms of a machine are declared, and declarations are SymPy's; a slider is simulated as an FMU
+    [
+        (("inverse", "axis", "axis.csv"), {"matplotlib", "fmpy"}),
+        (("slips", "slider", "slider.csv"), {"matplotlib", "sympy"}),
+    ],
+)
+def test_without_a_figure_what_is_heavy_is_not_loaded(command, heavy):
+    name, recipe, log = command
     code = (
-        f"import sys; sys.argv = ['stickslip', 'inverse', {str(recipe)!r}, {str(log)!r}]\n"
+        f"import sys; sys.argv = ['stickslip', {name!r}, {recipe!r}, {str(DATA / log)!r}]\n"
         "from identification import cli\n"
         "try: cli.main()\n"
         "except SystemExit as end: assert not end.code\n"
         # nor jinja2, but that pint loads dask where it is installed, and dask loads it
-        "heavy = {'matplotlib', 'sympy', 'fmpy'} & set(sys.modules)\n"
+        f"heavy = {heavy!r} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)

@@ -139,9 +139,9 @@ class FlowProblem(Problem):
         """Of the period of the motion at z, s."""
         if self.autonomous:
             return float(z[-2])
-        return self.strobe.every * float(
-            self.strobe.periods({name: np.array([one]) for name, one in self.values(z).items()}, 1)[0]
-        )
+        with np.errstate(divide="ignore"):  # a guess may be of no frequency, which has no motion
+            periods = self.strobe.periods({name: np.array([one]) for name, one in self.values(z).items()}, 1)
+        return self.strobe.every * float(periods[0])
 
     def see(self, z: Vector) -> Seen:
         """One run with tangents along states and parameters."""

@@ -89,15 +89,14 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
         from_node = known[nearest[0]]
         if nearest[0] == place:
             return from_node
-        guesses = [from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)]
+        guess = from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)
         if len(nearest) == NEAREST:
-            guesses.insert(0, extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest])))
+            better = extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest]))
+            # through motions that are too near to one another the polynomial goes astray
+            if np.linalg.norm(better - guess) < abs(place - nearest[0]):
+                guess = better
         border = arclength(before.u, before.tangent, before.scales, place)
-        how: Any = {"towards": before.tangent, "word": before.word}
-        try:
-            found = solved(before.problem, before.scales, guesses[0], border, **how)
-        except Lost:  # of motions that are too near to one another the polynomial goes astray
-            found = solved(before.problem, before.scales, guesses[-1], border, **how)
+        found = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
         known[place] = found
         return found
 

@@ -19,6 +19,7 @@ from fmu_models.analyses.continuation.equilibrium_curve import still
 from fmu_models.analyses.continuation.equilibrium_follower import AtSurface, EquilibriumFollower
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of
 from fmu_models.analyses.continuation.leaving import beside_branch_point
+from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.normal_form import coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.analyses.continuation.special import branch_kind
@@ -242,23 +243,15 @@ def branch_of_ways(
 ) -> EquilibriumBranch:
     """The branch of one way, or of two from the same begin."""
     nodes, found, ends = joined(forward, backward)
-    problem = nodes[0].problem
-    return EquilibriumBranch(
-        problem.name,
-        problem.over,
-        problem.states[0],
-        problem.states,
-        np.array([node.value for node in nodes]),
-        np.array([node.z[:-1] for node in nodes]),
-        np.array([eigenvalues_of(node) for node in nodes]),
-        np.array([bool((eigenvalues_of(node).real < 0.0).all()) for node in nodes]),
-        tuple(node.word for node in nodes),
-        tuple(_special(one, between, turned) for _, one, turned in found),
-        tuple(place for place, *_ in found),
-        ends,
-        units=problem.units,
+    eigenvalues = np.array([eigenvalues_of(node) for node in nodes])
+    return _branch(
+        nodes,
+        eigenvalues,
+        np.asarray((eigenvalues.real < 0.0).all(axis=1)),
+        special=tuple(_special(one, between, turned) for _, one, turned in found),
+        places=tuple(place for place, *_ in found),
+        ends=ends,
         seconds=seconds,
-        how=problem.how(nodes[0].z, nodes[0].seen),
     )
 
 
@@ -267,26 +260,30 @@ def branch_of_sets(
 ) -> EquilibriumBranch:
     """The branch of intervals of equilibria, in the order of the parameter."""
     nodes = [one.middle for one in sets]
-    problem, eigenvalues = nodes[0].problem, np.array([eigenvalues_of(node) for node in nodes])
+    eigenvalues = np.array([eigenvalues_of(node) for node in nodes])
     neutral = np.abs(eigenvalues) == np.abs(eigenvalues).min(axis=1, keepdims=True)
     eigenvalues[neutral] = 0.0
+    stable = ((eigenvalues.real < 0.0) | neutral).all(axis=1)
+    intervals = np.array([one.ends[:, :-1] for one in sets])
+    return _branch(nodes, eigenvalues, stable, special=(), places=(), ends=ends, intervals=intervals, seconds=seconds)
+
+
+def _branch(nodes: Sequence[Node], eigenvalues: Complex, stable: NDArray[np.bool_], **others: Any) -> EquilibriumBranch:
+    """A branch through these points. others: what they do not tell, as its fields."""
+    problem = nodes[0].problem
     return EquilibriumBranch(
-        problem.name,
-        problem.over,
-        problem.states[0],
-        problem.states,
-        np.array([node.value for node in nodes]),
-        np.array([node.z[:-1] for node in nodes]),
-        eigenvalues,
-        ((eigenvalues.real < 0.0) | neutral).all(axis=1),
-        tuple(node.word for node in nodes),
-        (),
-        (),
-        ends,
-        np.array([one.ends[:, :-1] for one in sets]),
+        model=problem.name,
+        over=problem.over,
+        of=problem.states[0],
+        states=problem.states,
+        values=np.array([node.value for node in nodes]),
+        points=np.array([node.z[:-1] for node in nodes]),
+        eigenvalues=eigenvalues,
+        stable=stable,
+        words=tuple(node.word for node in nodes),
         units=problem.units,
-        seconds=seconds,
         how=problem.how(nodes[0].z, nodes[0].seen),
+        **others,
     )
 
 

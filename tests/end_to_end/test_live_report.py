@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,9 +22,6 @@ from identification.report.live import MOST, live_frame
 from identification.report.page import Findings, write_report
 from rig_io.bench.emulator import emulate, standard_set
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, in which the page could be opened")
 FIT = made_fit(discs=2)
 LENGTH, STEP = 14.0, 2e-3
 FAST = 2.1  # rad/s, where steady sliding of disc0 is stable and a cycle with stick exists as well
@@ -72,20 +68,17 @@ def report(families: tuple[FamilyComparison, ...], tmp_path_factory: pytest.Temp
 
 
 @pytest.fixture(scope="module")
-def frame(report: Path) -> Iterator[Any]:
-    with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        tab = browser.new_page()
-        complaints: list[str] = []
-        requests: list[str] = []
-        tab.on("console", lambda message: complaints.append(message.text))
-        tab.on("pageerror", lambda error: complaints.append(str(error)))
-        tab.on("request", lambda request: requests.append(request.url))
-        tab.goto(report.as_uri())
-        tab.frame_locator("iframe").locator("#metrics tr").first.wait_for()
-        yield tab.frames[1]
-        assert complaints == [] and requests == [report.as_uri()]
-        browser.close()
+def frame(browser: Any, report: Path) -> Iterator[Any]:
+    tab = browser.new_page()
+    complaints: list[str] = []
+    requests: list[str] = []
+    tab.on("console", lambda message: complaints.append(message.text))
+    tab.on("pageerror", lambda error: complaints.append(str(error)))
+    tab.on("request", lambda request: requests.append(request.url))
+    tab.goto(report.as_uri())
+    tab.frame_locator("iframe").locator("#metrics tr").first.wait_for()
+    yield tab.frames[1]
+    assert complaints == [] and requests == [report.as_uri()]
 
 
 def results(frame: Any) -> list[dict[str, Any]]:

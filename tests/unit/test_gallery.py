@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 from collections import Counter
 from pathlib import Path
 from urllib.parse import unquote
@@ -15,8 +14,6 @@ from made.gallery import PAPERS, figure_of, make, table
 from fmu_models import StickslipError, read_scene
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.read import files, find
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 def test_every_oscillator_is_of_one_paper():
@@ -72,22 +69,17 @@ def test_scenes_share_the_live_page_of_their_model_and_tell_it_their_values(made
     assert told["model"] == "planar_hopf" and told["set"] == {"mu": 1.0, "x1": 0.0, "x2": 2.0}
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, in which the page could be opened")
-def test_the_live_page_in_a_page_moves_as_the_scene(made):
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+def test_the_live_page_in_a_page_moves_as_the_scene(browser, made):
     text = (made / "pages/scenes/planar_hopf_figure_2.md").read_text("utf-8")
     page = made / "site/scenes/planar_hopf_figure_2.html"
     page.parent.mkdir(exist_ok=True)
     page.write_text(re.findall(r"```\{raw\} html\n(.*?)```", text, re.S)[0], "utf-8")
-    with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        tab = browser.new_page()
-        tab.goto(page.as_uri())
-        frame = tab.query_selector("iframe").content_frame()
-        frame.wait_for_function("globalThis.page && page.motion")
-        assert frame.evaluate("document.getElementById('note').textContent") == ""
-        first = frame.evaluate("[...page.motion.rows[0].slice(0, 3)]")
-        browser.close()
+    tab = browser.new_page()
+    tab.goto(page.as_uri())
+    frame = tab.query_selector("iframe").content_frame()
+    frame.wait_for_function("globalThis.page && page.motion")
+    assert frame.evaluate("document.getElementById('note').textContent") == ""
+    first = frame.evaluate("[...page.motion.rows[0].slice(0, 3)]")
     assert first == [0.0, -1.5, 0.0]
 
 

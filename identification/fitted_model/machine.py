@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Mapping
+from typing import Any
 
 import sympy
 
@@ -102,7 +104,16 @@ class _Found:
                 )
             if monomial in self.parameters:
                 at[monomial[0][0]] = self.parameters[monomial]
-        fields = {one.name: getattr(contact.law, one.name) for one in dataclasses.fields(contact.law) if one.init}  # type: ignore[arg-type]
-        changed = {name: value.xreplace(at) for name, value in fields.items() if isinstance(value, sympy.Basic)}
-        law = dataclasses.replace(contact.law, **changed)  # type: ignore[type-var]
-        return dataclasses.replace(contact, slip=substituted(contact.slip, self.given), law=law)
+        return dataclasses.replace(contact, slip=substituted(contact.slip, self.given), law=_at(contact.law, at))
+
+
+def _at(value: Any, at: Mapping[sympy.Basic, sympy.Basic]) -> Any:
+    """Whatever a law is made of, with these in place: expressions, tuples, laws inside laws."""
+    if isinstance(value, sympy.Basic):
+        return value.xreplace(at)
+    if isinstance(value, tuple):
+        return tuple(_at(one, at) for one in value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = [one.name for one in dataclasses.fields(value) if one.init]
+        return dataclasses.replace(value, **{name: _at(getattr(value, name), at) for name in fields})
+    return value

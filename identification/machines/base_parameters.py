@@ -57,6 +57,12 @@ class Base:
         """Of the monomials that they are named after."""
         return tuple(one.name for one in self.parameters)
 
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """Values (m,) of all monomials: these (b,) of the base parameters, 0 of the others."""
+        found = np.zeros(self.combine.shape[1])
+        found[self.places] = values
+        return found
+
 
 def base_parameters(regressor: Regressor) -> Base:
     """Those of a machine, by random motion."""

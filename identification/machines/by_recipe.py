@@ -20,7 +20,7 @@ from identification.machines.axis_terms import Model, Term, check_terms, read_mo
 from identification.machines.base_parameters import base_parameters
 from identification.machines.identify import METHODS
 from identification.machines.inverse import identify_machine
-from identification.machines.joint_laws import compare_joint_laws, with_laws
+from identification.machines.joint_laws import with_laws
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog, Motion
 from identification.machines.regressor import regressor_of
@@ -69,13 +69,10 @@ class RecipeMachine:
         """The fit with friction laws: those that the recipe asks for, or these.
 
         Raises:
-            StickslipError: as in `compare_joint_laws`.
+            StickslipError: as in `with_laws`.
         """
-        asked = self.model.laws or laws
-        if not asked:
-            return fit
-        sign, force = self.model.sign, self.model.normal_force
-        return with_laws(fit, compare_joint_laws(self.mechanism, fit, logs, asked, normal_force=force, sign=sign))
+        asked, model = self.model.laws or laws, self.model
+        return with_laws(self.mechanism, fit, logs, asked, normal_force=model.normal_force, sign=model.sign)
 
     def known(self, cutoff: float | None) -> dict[str, float]:
         """What is not to be found beside what the user knows: with the recipe's own filters its terms alone."""

@@ -28,7 +28,7 @@ from identification.machines.base_parameters import Base
 from identification.machines.motion import STILL, Cutoffs, MachineLog, Motion, motions, stacked
 from identification.machines.problem import machine_problem
 from identification.machines.regressor import Regressor
-from identification.machines.rows import Rows, balanced, check_excited, columns_at, rows_of
+from identification.machines.rows import Rows, balanced, check_excited, rows_of
 from identification.machines.simulated import Stretches, run
 
 OBSERVER = 1.5  # Hz: slow beside the sensors' noise, fast beside how far a model is off
@@ -239,7 +239,7 @@ def instruments(asked: _Asked, values: np.ndarray) -> np.ndarray | None:
         return None
     if not all(np.all(np.isfinite(one)) for motion in found for one in motion):
         return None
-    simulated = {id(piece): columns_at(regressor, base, *motion) for piece, motion in zip(pieces, found, strict=True)}
+    simulated = {id(piece): regressor(*motion)[:, :, base.places] for piece, motion in zip(pieces, found, strict=True)}
     return stacked(pieces, lambda one: simulated[id(one)])
 
 

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import sympy
 
 from fmu_models.language.mechanism import Mechanism
 from identification.inference.comparison import Comparing, LawComparison, compare_problems
@@ -23,7 +25,7 @@ from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog, Motion, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import SIGN, SLIP, regressor_of
 from identification.machines.rows import PARTS, Rows, check_excited, rows_of
 
 LAWS = ("Coulomb", "Coulomb+viscous", "Stribeck+viscous", BY_DIRECTION)
@@ -60,13 +62,31 @@ def compare_joint_laws(
     return found
 
 
-def with_laws(fit: MachineFit, laws: Mapping[str, LawComparison]) -> MachineFit:
-    """The fit with laws compared by joint."""
-    said = []
-    for joint, one in laws.items():
+def with_laws(
+    mechanism: Mechanism, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str], **how: Any
+) -> MachineFit:
+    """The fit with laws compared by joint, where any are asked for. how: as in `compare_joint_laws`.
+
+    Raises:
+        StickslipError: as in `compare_joint_laws`.
+    """
+    known = _known_friction(mechanism, fit)
+    if not laws:
+        return fit
+    if known:
+        said = [f"Friction laws were not compared, for {', '.join(known)} is taken as known: leave it to be found."]
+        return replace(fit, verdicts=(*fit.verdicts, *said))
+    found, said = compare_joint_laws(mechanism, fit, logs, laws, **how), []
+    for joint, one in found.items():
         aside = [f"{score.law} is put aside: {' '.join(score.warnings)}" for score in one.scores if score.warnings]
         said += [f"Friction laws of '{joint}': {one.verdict}", *aside]
-    return replace(fit, laws=dict(laws), verdicts=(*fit.verdicts, *said))
+    return replace(fit, laws=found, verdicts=(*fit.verdicts, *said))
+
+
+def _known_friction(mechanism: Mechanism, fit: MachineFit) -> list[str]:
+    forces = [one.law.force(SLIP, SIGN) for one in mechanism.frictions]
+    held = {symbol for force in (*forces, mechanism.dissipation) for symbol in sympy.sympify(force).free_symbols}
+    return [p.name for p in mechanism.parameters if p in held and fit.known.get(p.name, 0.0) != 0]
 
 
 def _force_law(name: str, rows: Rows, normal_force: float | None, unit: str) -> ForceLaw:
@@ -82,9 +102,9 @@ def _beside_friction(fit: MachineFit, rows: Rows, unit: str, alone: bool) -> Row
         unknowns = tuple(one for one, keep in zip(rows.unknowns, rest, strict=True) if keep)
         return replace(rows, unknowns=unknowns, columns=rows.columns[:, rest])
     values = np.array([fit[name].value for name in rows.names])
-    effort = rows.effort - rows.columns @ (values * rest)
+    effort, none = rows.residual(values * rest), np.zeros_like(rows.effort)
     offset = (Unknown("offset", unit, description="offset of the effort"),)
-    return replace(rows, unknowns=offset, columns=np.ones((len(effort), 1)), effort=effort)
+    return replace(rows, unknowns=offset, columns=np.ones((len(effort), 1)), given=none, effort=effort)
 
 
 def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:

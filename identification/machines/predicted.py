@@ -55,7 +55,7 @@ def fitted_efforts(fit: MachineFit) -> list[Predicted]:
 def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequence[str]) -> list[Predicted]:
     values = np.array([fit[name].value for name in rows.names])
     friction = np.array([fit[name].frictional for name in rows.names])
-    modelled, of_friction = rows.columns @ values, rows.columns @ (values * friction)
+    modelled, of_friction = rows.given + rows.columns @ values, rows.columns @ (values * friction)
     found, begin = [], 0
     for piece in pieces:
         end = begin + len(piece.kept) * len(fit.joints)

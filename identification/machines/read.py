@@ -16,7 +16,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
 from fmu_models.oscillators import load
 from identification.machines.by_recipe import RecipeMachine, recipe_machine
-from identification.machines.joint_laws import compare_joint_laws, with_laws
+from identification.machines.joint_laws import with_laws
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import effort_inputs
@@ -58,9 +58,9 @@ class DeclaredMachine:
         """The fit with these friction laws.
 
         Raises:
-            StickslipError: as in `compare_joint_laws`.
+            StickslipError: as in `with_laws`.
         """
-        return with_laws(fit, compare_joint_laws(self.mechanism, fit, logs, laws)) if laws else fit
+        return with_laws(self.mechanism, fit, logs, laws)
 
     def known(self, cutoff: float | None) -> dict[str, float]:
         """What is not to be found beside what the user knows: nothing."""

@@ -26,12 +26,14 @@ SHARE = 0.1  # of the greatest: parts of the weakest direction that name it
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """unknowns: the parameters (b,); columns: theirs (rows, b); effort, speed of the joint: (rows,); series (joint of a
+    """unknowns: the parameters (b,); columns: theirs (rows, b); given: effort of what is known, effort, speed of
+    the joint: (rows,); series (joint of a
     piece), joint, log: labels (rows,); block: 24th of its log (rows,), counted on from log to log; trust: weight of the
     sample (rows,); deviation: (joints,) of the residuals."""
 
     unknowns: tuple[Unknown, ...]
     columns: np.ndarray
+    given: np.ndarray
     effort: np.ndarray
     speed: np.ndarray
     series: np.ndarray
@@ -58,8 +60,8 @@ class Rows:
 
     @property
     def weighted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Columns (rows, b) and effort (rows,)."""
-        return self.columns * self.weight[:, None], self.effort * self.weight
+        """Columns (rows, b) and the effort that they make up (rows,)."""
+        return self.columns * self.weight[:, None], (self.effort - self.given) * self.weight
 
     def where(self, kept: np.ndarray) -> Rows:
         """Some of the rows, by place or (rows,) of truth."""
@@ -68,17 +70,20 @@ class Rows:
 
     def residual(self, values: np.ndarray) -> np.ndarray:
         """Measured less modelled effort (rows,), not weighted."""
-        return self.effort - self.columns @ values
+        return self.effort - self.given - self.columns @ values
 
 
 def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
     """The linear problem of measured motion, joints not weighted against one another."""
     joints = len(regressor.joints)
-    columns = stacked(pieces, lambda one: columns_at(regressor, base, one.position, one.velocity, one.acceleration))
+    used = base.places if base.given is None else [*base.places, base.given]
+    whole = stacked(pieces, lambda one: regressor(one.position, one.velocity, one.acceleration)[:, :, used])
+    columns, given = whole[:, : len(base.places)], whole[:, len(base.places) :].sum(axis=1)
     each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
     return Rows(
         tuple(Unknown(one.name, one.unit, description=one.combination) for one in base.parameters),
         columns,
+        given,
         stacked(pieces, lambda one: one.effort),
         stacked(pieces, lambda one: one.velocity),
         in_rows([number * joints + one for number, one in enumerate(each)]),
@@ -88,11 +93,6 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
         in_rows([np.repeat(piece.weight[piece.kept, None], joints, axis=1) for piece in pieces]),
         np.ones(joints),
     )
-
-
-def columns_at(regressor: Regressor, base: Base, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Columns (n, joints, b) of the base parameters."""
-    return regressor(q, v, a)[:, :, base.places]
 
 
 def _blocks(pieces: Sequence[Motion]) -> list[np.ndarray]:

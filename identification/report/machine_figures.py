@@ -103,10 +103,11 @@ def _draw_friction(places: Sequence[Axes], mechanism: Mechanism, fit: MachineFit
     line = np.linspace(speed.min(axis=0), speed.max(axis=0), 801)
     curve = friction_curves(mechanism, fit, line)
     every = max(len(speed) // MARKS, 1)
-    for place, (axes, score) in enumerate(zip(places, fit.joints, strict=True)):
+    named = zip(places, fit.joints, mechanism.coordinates, strict=True)
+    for place, (axes, score, q) in enumerate(named):
         axes.plot(speed[::every, place], friction[::every, place], ".", color=BLUE, markersize=2, alpha=0.5)
         axes.plot(line[:, place], curve[:, place], color="black", linewidth=1.6)
-        axes.set_xlabel(f"speed of {score.joint} ({'rad/s' if score.unit == 'N m' else 'm/s'})")
+        axes.set_xlabel(f"{q.v.name} ({q.v.unit})")
         axes.set_ylabel(f"friction: effort less the rest ({score.unit})")
         axes.grid(alpha=0.25)
 

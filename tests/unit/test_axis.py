@@ -12,11 +12,13 @@ from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
 from identification.commands.application import app
+from identification.fitted_model.machine import machine_with
 from identification.inference.problem import identifier
 from identification.machines.axis import declared_axis
 from identification.machines.axis_terms import KINDS, Term
-from identification.machines.by_recipe import recipe_machine
+from identification.machines.by_recipe import inverse_dynamics, recipe_machine
 from identification.machines.inverse import identify_machine
+from identification.machines.machine_fit import read_machine_fit
 from identification.machines.regressor import regressor_of
 from identification.measurement.recipe import Speed, read_recipe
 
@@ -103,3 +105,57 @@ def test_a_recipe_of_no_machine_is_refused(tmp_path):
     axis = recipe_machine(read_recipe(recipe_of(tmp_path, text)))
     with pytest.raises(StickslipError, match=r"has no positions.* Add \[signals.position\]"):
         identify_machine(axis.mechanism, axis.logs([log_of(tmp_path)]))
+
+
+def test_what_is_known_of_an_axis_need_not_be_found():
+    """With some terms at the values that were found, the others come out as before."""
+    axis = recipe_machine(read_recipe("axis"))
+    logs = axis.logs([AXIS])
+    how = {"cutoff": None, "method": "least squares"}
+    free = identify_machine(axis.mechanism, logs, **how)
+    known = {name: free[name].value for name in ("M", "Fc")}
+    found = identify_machine(axis.mechanism, logs, known=known, **how)
+    assert [one.name for one in found.parameters] == ["Fv", "offset"]
+    for one in found.parameters:
+        assert one.value == pytest.approx(free[one.name].value, rel=1e-11)
+    assert found.joints[0].seen.relative_error == pytest.approx(free.joints[0].seen.relative_error, rel=1e-11)
+    assert found.joints[0].free_run == pytest.approx(free.joints[0].free_run, rel=1e-9)
+    q, v, a = np.random.default_rng(1).normal(size=(3, 20, 1))
+    handed = [regressor_of(machine_with(axis.mechanism, fit)) for fit in (found, free)]
+    efforts, same = (one(q, v, a) @ one.declared for one in handed)
+    assert efforts == pytest.approx(same, rel=1e-10)
+    told = axis.compared(found, logs).verdicts
+    assert any("not compared, for Fc is taken as known" in said for said in told)
+
+
+def test_several_logs_of_a_recipe_are_pooled(tmp_path):
+    """Half of the axis's log in each of two files: nearly the values of the whole, each half predicted by the other."""
+    lines = AXIS.read_text().splitlines(keepends=True)
+    half = len(lines) // 2
+    (tmp_path / "a.csv").write_text("".join(lines[:half]))
+    (tmp_path / "b.csv").write_text("".join([lines[0], *lines[half:]]))
+    found = inverse_dynamics(read_recipe("axis"), [tmp_path / "a.csv", tmp_path / "b.csv"])
+    assert found.logs == ("a.csv", "b.csv")
+    for name, value in TRUTH.items():
+        assert abs(found[name].value - value) < 3 * found[name].standard_deviation
+    assert found.joints[0].seen.relative_error < found.joints[0].left_out.relative_error < 0.02
+
+
+def test_the_fit_of_a_recipe_goes_on_as_that_of_any_machine(tmp_path):
+    """Compared, reported and handed on: the engine's run is the fit's, by the recipe's own filters."""
+
+    def command(*arguments: object) -> dict:
+        done = CliRunner().invoke(app, [*map(str, arguments), "--json"])
+        assert done.exit_code == 0, f"{done.exception} {done.output}"
+        return json.loads(done.stdout)
+
+    fit = tmp_path / "axis.json"
+    found = command("inverse", "axis", AXIS, "-o", fit)
+    assert read_machine_fit(fit).laws["position"].best.law == "Coulomb+viscous"
+    (run,) = command("compare", fit, AXIS)["logs"]
+    assert run["joints"][0]["relative"] == pytest.approx(found["joints"][0]["free_run"], rel=0.1)
+    command("report", fit, AXIS, "-o", tmp_path / "axis.html")
+    page = (tmp_path / "axis.html").read_text()
+    assert "Coulomb friction" in page and "filters of the recipe" in page and page.count("<svg") == 2
+    handed = command("apply", fit, "-o", tmp_path / "axis.ssp")["values"]
+    assert {name: handed[name]["value"] for name in TRUTH} == {one["name"]: one["value"] for one in found["parameters"]}

@@ -169,7 +169,7 @@ def _option(question: Question) -> str:
     """How the command is told."""
     if question.key == "columns":
         return "--confirm, or --map COLUMN=ROLE, --unit COLUMN=UNIT, --kind FILE=KIND"
-    return f"--set '{question.key}={question.form.removesuffix(' (or unknown)')}'"
+    return f"--set '{question.key}={question.form.split(' (or ')[0].split(', or ')[0]}'"
 
 
 def _open(made: Draft) -> dict[str, Any]:

@@ -19,10 +19,9 @@ from identification.commands.recipes import ResultPath, check_targets, finish
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
-    from identification.machines.by_recipe import RecipeMachine
+    from identification.machines.machine import Machine
     from identification.machines.machine_fit import MachineFit
     from identification.machines.motion import MachineLog
-    from identification.machines.read import DeclaredMachine
 
 CUTOFF = 10.0  # Hz
 
@@ -103,7 +102,7 @@ def inverse(
 
 
 def _identified(
-    machine: DeclaredMachine | RecipeMachine,
+    machine: Machine,
     seen: Sequence[MachineLog],
     others: Sequence[MachineLog],
     laws: bool,

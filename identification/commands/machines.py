@@ -11,12 +11,11 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from identification.commands.fits import print_files
-from identification.commands.logs import ReaderOption
+from identification.commands.logs import ReaderOption, Repairs, repairs
 
 if TYPE_CHECKING:
-    from identification.machines.by_recipe import RecipeMachine
+    from identification.machines.machine import Machine
     from identification.machines.machine_fit import MachineFit
-    from identification.machines.read import DeclaredMachine
 
 Gravity = Annotated[
     str | None,
@@ -60,7 +59,7 @@ def _refuse(one: str, other: str, given: dict[str, Any]) -> None:
         raise StickslipError(f"The fit is that of {one}; {', '.join(said)}: for that of {other}. Leave it out.")
 
 
-def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, DeclaredMachine | RecipeMachine]:
+def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Machine]:
     """A fit and its machine."""
     from identification.machines.machine_fit import read_machine_fit
     from identification.machines.read import machine_of
@@ -74,19 +73,19 @@ def compare_machine(
     logs: Sequence[Path],
     declaration: str | None,
     window: float | None,
-    reader: ReaderOption,
+    how: tuple[ReaderOption, Repairs],
     figure: Path | None,
     overwrite: bool,
     json: bool,
 ) -> None:
-    """Run a machine beside logs and tell how far they come apart."""
+    """Run a machine beside logs and tell how far they come apart. how: the logs are read."""
     from identification.machines.scores import FREE_RUN
     from identification.model_check.machine_runs import machine_runs
     from identification.report.machine_tables import runs_report
 
     with console.progress("comparing") as advance:
         fit, machine = read_machine(fitted, declaration)
-        read = machine.logs(logs, reader=reader)
+        read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
         runs = machine_runs(
             machine.mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done)
         )
@@ -109,16 +108,16 @@ def report_machine(
     logs: Sequence[Path],
     output: Path,
     declaration: str | None,
-    reader: ReaderOption,
+    how: tuple[ReaderOption, Repairs],
     overwrite: bool,
     json: bool,
 ) -> None:
-    """Write the page of a machine."""
+    """Write the page of a machine. how: its logs are read."""
     from identification.report.machine_page import machine_findings, machine_summary, write_machine_report
 
     with console.progress("reporting") as advance:
         fit, machine = read_machine(fitted, declaration)
-        read = machine.logs(logs, reader=reader)
+        read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
         made = machine_findings(fit, machine.mechanism, read, progress=lambda done: advance(0.9 * done))
         write_machine_report(made, output, overwrite=overwrite)
     said = machine_summary(made)

@@ -21,6 +21,7 @@ from identification.machines.base_parameters import base_parameters
 from identification.machines.identify import METHODS
 from identification.machines.inverse import identify_machine
 from identification.machines.joint_laws import with_laws
+from identification.machines.machine import Machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog, Motion
 from identification.machines.regressor import regressor_of
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class RecipeMachine:
+class RecipeMachine(Machine):
     """A recipe with the machine that its terms declare."""
 
     recipe: Recipe
@@ -41,17 +42,9 @@ class RecipeMachine:
     mechanism: Mechanism
 
     def logs(
-        self,
-        paths: Sequence[str | os.PathLike[str]],
-        *,
-        reader: Reference | None = None,
-        repair: Collection[str] = (),
+        self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
     ) -> list[MachineLog]:
-        """Logs as `identify_machine` takes them. reader, repair: as in `rig_io.read_log`.
-
-        Raises:
-            StickslipError: a log does not fit the recipe.
-        """
+        """As in `Machine`, with the recipe's filters and without."""
         return [self._log(path, reader, repair) for path in paths]
 
     def _log(self, path: str | os.PathLike[str], reader: Reference | None, repair: Collection[str]) -> MachineLog:
@@ -66,16 +59,12 @@ class RecipeMachine:
         return MachineLog(Path(path).name, time, position[:, None], effort[:, None], prepared.notes, ready)
 
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
-        """The fit with friction laws: those that the recipe asks for, or these.
-
-        Raises:
-            StickslipError: as in `with_laws`.
-        """
+        """As in `Machine`."""
         asked, model = self.model.laws or laws, self.model
         return with_laws(self.mechanism, fit, logs, asked, normal_force=model.normal_force, sign=model.sign)
 
     def known(self, cutoff: float | None) -> dict[str, float]:
-        """What is not to be found beside what the user knows: with the recipe's own filters its terms alone."""
+        """As in `Machine`: with the recipe's own filters what moves has no inertia beside its terms."""
         none = cutoff is None and any(p.name == CARRIED for p in self.mechanism.parameters)
         return {CARRIED: 0.0} if none else {}
 

@@ -15,8 +15,8 @@ from fmu_models.base.unit_names import conversion_factor
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
 from fmu_models.oscillators import load
-from identification.machines.by_recipe import RecipeMachine, recipe_machine
-from identification.machines.joint_laws import with_laws
+from identification.machines.by_recipe import recipe_machine
+from identification.machines.machine import Machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import effort_inputs
@@ -31,40 +31,19 @@ OTHER = 0.2  # relative: a recorded velocity that differs more is not the deriva
 
 
 @dataclass(frozen=True, eq=False)
-class DeclaredMachine:
-    """A machine as it is declared, with columns of its logs by name of a coordinate, effort or ``time``, where they
-    differ."""
+class DeclaredMachine(Machine):
+    """A declared machine, with columns of its logs by name of a coordinate, effort or ``time``, where they differ."""
 
     mechanism: Mechanism
     columns: Mapping[str, str]
 
     def logs(
-        self,
-        paths: Sequence[str | os.PathLike[str]],
-        *,
-        reader: Reference | None = None,
-        repair: Collection[str] = (),
+        self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
     ) -> list[MachineLog]:
-        """Logs as `identify_machine` takes them.
-
-        Raises:
-            StickslipError: as in `read_machine_log`, or a repair is asked for.
-        """
+        """As in `Machine`; nothing is repaired."""
         if repair:
             raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
         return [read_machine_log(one, self.mechanism, self.columns, reader=reader) for one in paths]
-
-    def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
-        """The fit with these friction laws.
-
-        Raises:
-            StickslipError: as in `with_laws`.
-        """
-        return with_laws(self.mechanism, fit, logs, laws)
-
-    def known(self, cutoff: float | None) -> dict[str, float]:
-        """What is not to be found beside what the user knows: nothing."""
-        return {}
 
 
 def is_recipe(reference: str) -> bool:
@@ -72,9 +51,7 @@ def is_recipe(reference: str) -> bool:
     return not reference.endswith(URDF) and (reference.endswith(SUFFIX) or not is_place(reference))
 
 
-def machine_at(
-    reference: str, gravity: Sequence[float] = (), columns: Mapping[str, str] | None = None
-) -> DeclaredMachine | RecipeMachine:
+def machine_at(reference: str, gravity: Sequence[float] = (), columns: Mapping[str, str] | None = None) -> Machine:
     """The machine that a declaration, a URDF or a recipe stands for, and how its logs are read. gravity, columns: as in
     `declared_machine` and `read_machine_log`; a recipe has its own.
 
@@ -112,7 +89,7 @@ def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism
     return found
 
 
-def machine_of(fit: MachineFit, declaration: str | None = None) -> DeclaredMachine | RecipeMachine:
+def machine_of(fit: MachineFit, declaration: str | None = None) -> Machine:
     """The machine of a fit, where it was declared, or where it is now.
 
     Raises:

@@ -85,6 +85,8 @@ def machine_runs(
         raise StickslipError(f"A window of {window:g} s holds no motion: give it a length, such as 1 s.")
     told = progress if progress is not None else lambda _: None
     pieces = motions(logs, [q.name for q in mechanism.coordinates], cutoffs_of(fit))
+    if not any(piece.position.any() for piece in pieces):
+        raise StickslipError("The logs hold no positions beside which the machine could be run.")
     values = {p.name: p.value for p in machine_with(mechanism, fit).parameters}
     # one FMU for all fits of the machine, which is compiled once
     plain = dataclasses.replace(fit, parameters=tuple(dataclasses.replace(one, value=1.0) for one in fit.parameters))

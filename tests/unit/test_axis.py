@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from lmfit import Parameters
 from machine_log import LINEAR, MEASURED, log_of, motion, recipe_of, slide
 from typer.testing import CliRunner
 
@@ -21,6 +23,7 @@ from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import read_machine_fit
 from identification.machines.regressor import regressor_of
 from identification.measurement.recipe import Speed, read_recipe
+from identification.model_check.machine_runs import machine_runs
 
 AXIS = Path(__file__).parents[2] / "data" / "machines" / "axis.csv"
 TRUTH = {"M": 20.0, "Fv": 60.0, "Fc": 12.0, "offset": -1.5}  # data/README.md
@@ -159,3 +162,28 @@ def test_the_fit_of_a_recipe_goes_on_as_that_of_any_machine(tmp_path):
     assert "Coulomb friction" in page and "filters of the recipe" in page and page.count("<svg") == 2
     handed = command("apply", fit, "-o", tmp_path / "axis.ssp")["values"]
     assert {name: handed[name]["value"] for name in TRUTH} == {one["name"]: one["value"] for one in found["parameters"]}
+
+
+def test_what_a_method_or_a_log_does_not_have_is_said(tmp_path):
+    axis = recipe_machine(read_recipe("axis"))
+    logs = axis.logs([AXIS])
+    wanted = Parameters()
+    wanted.add("M", value=19.0, max=19.5)
+    with pytest.raises(StickslipError, match="Instruments need a cutoff and have no bounds"):
+        identify_machine(axis.mechanism, logs, parameters=wanted)
+    with pytest.raises(StickslipError, match="Instruments need a cutoff"):
+        identify_machine(axis.mechanism, logs, cutoff=None)
+    bounded = identify_machine(axis.mechanism, logs, method="least squares", parameters=wanted)
+    assert bounded["M"].value == pytest.approx(19.5) and any("lies on a bound" in said for said in bounded.verdicts)
+    with pytest.raises(StickslipError, match="lmfit minimises squares"):
+        identify_machine(axis.mechanism, logs).to_lmfit()
+    with pytest.raises(StickslipError, match="read without a recipe"):
+        identify_machine(axis.mechanism, [replace(logs[0], ready=())], cutoff=None, method="least squares")
+    without = MEASURED.split("[signals.position]")[0] + "[signals.velocity]" + MEASURED.split("[signals.velocity]")[1]
+    blind = recipe_machine(read_recipe(recipe_of(tmp_path, without + LINEAR)))
+    log = log_of(tmp_path)
+    found = inverse_dynamics(blind.recipe, log)
+    assert found["M"].value == pytest.approx(5.0) and found.joints[0].free_run is None
+    assert not any("Simulated" in said for said in found.verdicts)
+    with pytest.raises(StickslipError, match="hold no positions beside which"):
+        machine_runs(blind.mechanism, found, blind.logs([log]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
-from rig_io.description.answers import Answers
+from rig_io.description.answers import LASER_NOISE, Answers
 from rig_io.description.draft import Draft, check_named, is_length
 from rig_io.logs.columns import ANGLE_SOURCES, TIME
 from rig_io.logs.log import RIG_UNITS
@@ -47,6 +47,14 @@ def questions(made: Draft) -> list[Question]:
         )
     found += [_instrument(name, made) for name in _instruments(made) if made.instrument(name) is None]
     return found + [_constant(name) for name in _constants(made) if name not in made.rig]
+
+
+def optional(made: Draft) -> list[Question]:
+    """What a fit can do without: asked where somebody answers, and otherwise not known."""
+    if "laser" not in made.roles or made.noise:
+        return []
+    text = "Laser: rms noise of its readings, from which a fit knows how far the values are from the best possible?"
+    return [Question(LASER_NOISE, text, "20 um (or unknown)", "unknown")]
 
 
 def missing(made: Draft) -> list[str]:
@@ -126,6 +134,8 @@ def answered(made: Draft, question: Question, text: str) -> Answers:
         return changed
     if question.key == "laser":
         quantities.laser(said, "laser")
+    elif question.key == LASER_NOISE:
+        quantities.noise(said, LASER_NOISE)
     elif question.key in RIG_UNITS:
         quantities.quantity(said, RIG_UNITS[question.key], question.key)
     else:

@@ -5,8 +5,10 @@
 
 Noise in positions makes the columns of Y noisy, and least squares too small, the more the higher the cutoff; the
 instruments keep the bias out. Z is simulated with the values of the round before, held near the log by a slow observer;
-the first round takes least squares at a low cutoff, which filters what drives the simulation too. A deviation is the
-larger of Newey-West's and that of a jackknife over logs.
+the first round takes least squares at a low cutoff, which filters what drives the simulation too. What is no linear
+function of the velocity keeps a bias by noise, sgn v most of all: columns of friction of Y too are those of the motion
+after the low cutoff. A prefilter takes off what the noise of accelerations would make friction scatter by. A deviation
+is the larger of Newey-West's and that of a jackknife over logs.
 
 Sources: Janot, Vandanjon, Gautier (2014), IEEE Trans. Control Syst. Technol. 22, 132 (IDIM-IV); Brunot, Janot, Young,
 Carrillo (2018), Control Eng. Practice 74, 155.
@@ -22,14 +24,17 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance, newey_west
 from identification.machines.base_parameters import Base
-from identification.machines.motion import STILL, Cutoffs, MachineLog, Motion, labels, motions, stacked
+from identification.machines.motion import Cutoffs, MachineLog, Motion, labels, motions, stacked
+from identification.machines.prefilter import prefilter
 from identification.machines.regressor import Regressor
 from identification.machines.simulated import Stretches, run
 
 OBSERVER = 1.5  # Hz: slow beside the sensors' noise, fast beside how far a model is off
 ROUNDS = 6
 SAME = 0.05  # standard deviations by which values move between rounds that have converged
-LOW = 5.0  # times the usual frequency of the motion: cutoff of the first values
+LOW = 3.0  # times the usual frequency of the motion: cutoff of the first values
+SHARE = 0.95  # of the velocities' power, below the usual frequency
+NOISY = (0.3, 0.6)  # of the rows' cutoff: where positions show their noise
 WEIGHTS = 3  # rounds
 HOLD = 2.0  # periods of the observer that a simulated stretch is used for, after one to settle
 FINE = 40.0  # steps of a simulation per period of the cutoff of what drives it
@@ -223,13 +228,17 @@ def _instrumented(
     first: np.ndarray,
     told: Callable[[float], None],
 ) -> tuple[Estimated, np.ndarray]:
+    rows = _with_slow_friction(regressor, base, *pieces, rows)
     values, found, columns = first, None, rows.columns
+    measured = pieces[0][0]
+    band = usual_frequency(pieces[0]), measured.parallel
+    step = float(np.diff(measured.time[measured.kept][:2])[0])
     for number in range(ROUNDS):
         simulated = instruments(regressor, base, *pieces, values)
         if simulated is None:
             break
-        columns = simulated
-        found = replace(_estimated("instruments", rows, columns), rounds=number + 1)
+        found, columns = _prefiltered(rows, simulated, values, step, band)
+        found = replace(found, rounds=number + 1)
         moved = np.max(np.abs(found.values - values) / found.deviation)
         values = found.values
         told((number + 1) / ROUNDS)
@@ -241,6 +250,38 @@ def _instrumented(
             "Lower the cutoff, check signs and units of efforts and positions, or ask for least squares."
         )
     return found, columns
+
+
+def _with_slow_friction(
+    regressor: Regressor, base: Base, pieces: Sequence[Motion], slow: Sequence[Motion], rows: Rows
+) -> Rows:
+    """With columns of friction of the same pieces after a low cutoff: the mean of sgn(v + noise) is not sgn v, and
+    instruments keep additive noise out alone."""
+    frictional = np.array([one.frictional for one in base.parameters])
+    slowly = {
+        id(piece): _columns(regressor, base, one.position, one.velocity, one.acceleration)
+        for piece, one in zip(pieces, slow, strict=True)
+    }
+    columns = np.where(frictional, stacked(pieces, lambda one: slowly[id(one)]), rows.columns)
+    return replace(rows, columns=columns)
+
+
+def _prefiltered(
+    rows: Rows, instruments: np.ndarray, values: np.ndarray, step: float, band: tuple[float, float]
+) -> tuple[Estimated, np.ndarray]:
+    """The estimate after the prefilter of the residuals that values (b,) leave; the columns (rows, b) that give the same
+    one as instruments of rows without it. step: s between rows; band: Hz, of the motion and of the rows."""
+    residual = rows.residual(values)
+    calm = prefilter(residual, rows.series, rows.joint, step, band)
+    kept, left = calm.settled, calm(residual)
+    joints = range(len(rows.deviation))
+    deviation = np.array([np.std(left[kept & (rows.joint == joint)]) for joint in joints])
+    smooth = replace(rows, columns=calm(rows.columns), effort=calm(rows.effort), deviation=deviation)
+    inside = calm(instruments) * kept[:, None]
+    return (
+        _estimated(METHODS[0], smooth.where(kept), inside[kept]),
+        calm.transposed(inside) * (rows.deviation / deviation)[rows.joint, None] ** 2,
+    )
 
 
 def instruments(
@@ -301,9 +342,19 @@ def _between(at: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray
 
 
 def usual_frequency(pieces: Sequence[Motion]) -> float:
-    """Of the motion, Hz: rms velocity over the deviation of the position, of the joint that moves fastest."""
-    ratios = [
-        np.max(np.sqrt(np.mean(piece.velocity**2, axis=0)) / np.maximum(np.std(piece.position, axis=0), STILL))
-        for piece in pieces
-    ]
-    return float(np.median(ratios) / (2 * np.pi))
+    """Below which nearly all power of the velocities lies, Hz, of the joint that moves fastest; white noise of
+    positions, whose power rises there by the square of the frequency, is taken off."""
+    from scipy.signal import periodogram
+
+    step = float(np.diff(pieces[0].time[pieces[0].kept][:2])[0])
+    spectra = [periodogram(piece.thinned(piece.velocity), 1 / step, window="hann", axis=0) for piece in pieces]
+    frequency = np.concatenate([one for one, _ in spectra])
+    power = np.concatenate([one * len(piece.time) for piece, (_, one) in zip(pieces, spectra, strict=True)])
+    cutoff = pieces[0].parallel
+    noisy = (frequency > NOISY[0] * cutoff) & (frequency < NOISY[1] * cutoff)
+    noise = np.median(power[noisy] / frequency[noisy, None] ** 2, axis=0) / np.log(2)  # mean of an exponential
+    order = np.argsort(frequency)
+    below = frequency[order] < NOISY[1] * cutoff
+    total = np.cumsum((power - noise * frequency[:, None] ** 2)[order][below], axis=0)
+    first = np.argmax(total >= SHARE * total[-1], axis=0)
+    return float(np.max(frequency[order][below][first]))

@@ -181,22 +181,28 @@ def test_the_figure_shows_efforts_and_residuals_of_each_joint(arm: Mechanism, fi
 
 
 def test_noise_of_the_positions_biases_least_squares_and_not_the_instruments(arm: Mechanism):
-    rng = np.random.default_rng(8)
-    logs = [
-        replace(one, position=one.position + 0.005 * rng.normal(size=one.position.shape)) for one in (log(1), log(2))
-    ]
-    found = identify_machine(arm, logs, known=KNOWN, cutoff=25.0)
+    noisy = [noised(0.005), noised(0.02)]
+    found, worse = (identify_machine(arm, logs, known=KNOWN, cutoff=25.0) for logs in noisy)
     assert any("Least squares is biased in" in said for said in found.verdicts)
-    inertia = found["J2"]
-    assert inertia.least_squares < 0.7 * ARM["J2"]
-    assert inertia.value == pytest.approx(ARM["J2"], rel=0.05)
-    # friction scatters by a tenth and more, and the cutoff that is named mends it
-    (named,) = (said for said in found.verdicts if "rest on the velocity near its turns" in said)
+    assert found["J2"].least_squares < 0.7 * ARM["J2"]
+    assert found["J2"].value == pytest.approx(ARM["J2"], rel=0.01)
+    assert all(found[name].value == pytest.approx(ARM[name], rel=0.05) for name in ("b1", "b2", "f1", "f2"))
+    assert not any("near its turns" in said for said in found.verdicts)
+    # four times the noise is too much for friction, and the cutoff that is named mends it
+    (named,) = (said for said in worse.verdicts if "rest on the velocity near its turns" in said)
     cutoff = float(named.split("Lower the cutoff; ")[1].split(" Hz")[0])
-    mended = identify_machine(arm, logs, known=KNOWN, cutoff=cutoff)
-    assert max(abs(found[name].value / ARM[name] - 1) for name in ("b1", "b2", "f1", "f2")) > 0.1
+    mended = identify_machine(arm, noisy[1], known=KNOWN, cutoff=cutoff)
+    assert max(abs(worse[name].value / ARM[name] - 1) for name in ("b1", "b2", "f1", "f2")) > 0.1
     assert all(mended[name].value == pytest.approx(ARM[name], rel=0.05) for name in ("b1", "b2", "f1", "f2"))
     assert not any("near its turns" in said for said in mended.verdicts)
+
+
+def noised(deviation: float) -> list[MachineLog]:
+    """Two logs with noise (rad) on their positions."""
+    rng = np.random.default_rng(8)
+    return [
+        replace(one, position=one.position + deviation * rng.normal(size=one.position.shape)) for one in (log(1), log(2))
+    ]
 
 
 def test_a_torque_of_the_wrong_sign_or_unit_shows_in_the_weight(arm: Mechanism):

@@ -4,11 +4,11 @@
     prefilter             |W(f)|^2 = 1/(1 + (f/fc)^4)    Butterworth of order 2, forward alone
     estimate              (Z'W'W Y) theta = Z'W'W tau    over both sides of the equation: it shifts no value
 
-Above the corner fc a row says more of the noise than of the machine. fc is found joint by joint, by Whittle's likelihood
-of the residuals with equal weight on each octave: the corner counts, not the many frequencies above it.
+Above the corner fc a row says more of the noise than of the machine. fc is found joint by joint, by Whittle's
+likelihood of the residuals with equal weight on each octave: the corner counts, not the many frequencies above it.
 
-Sources: Brunot, Janot, Young, Carrillo (2018), Control Eng. Practice 74, 155 (prefilter of instruments); Whittle (1953),
-Ark. Mat. 2, 423.
+Sources: Brunot, Janot, Young, Carrillo (2018), Control Eng. Practice 74, 155 (prefilter of instruments); Whittle
+(1953), Ark. Mat. 2, 423.
 """
 
 from __future__ import annotations
@@ -21,6 +21,16 @@ BAND = 0.7  # of the cutoff of the rows: below, that low-pass itself takes less 
 PERIODS = 5.0  # of a corner in a series: one is lost
 TRIED = 41  # corners
 ORDER = 2
+
+
+@dataclass(frozen=True)
+class Band:
+    """Of rows at steps of ``step`` (s): below ``motion`` (Hz) lies what moves, above ``cutoff`` (Hz) a low-pass has
+    left nothing."""
+
+    step: float
+    motion: float
+    cutoff: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,32 +73,29 @@ class Prefilter:
         return [(corner, mine) for corner, mine in each if np.isfinite(corner)]
 
 
-def prefilter(
-    residual: np.ndarray, series: np.ndarray, joint: np.ndarray, step: float, band: tuple[float, float]
-) -> Prefilter:
-    """That of residuals (rows,), at steps of ``step`` (s). band: Hz; no corner is below the first, which the motion
-    needs, and a low-pass at the second has passed over the residuals."""
+def prefilter(residual: np.ndarray, series: np.ndarray, joint: np.ndarray, band: Band) -> Prefilter:
+    """That of residuals (rows,). No corner is below what moves, or so low that little of a series is left."""
     _, counts = np.unique(series, return_counts=True)
-    least = max(band[0], PERIODS / (step * float(np.mean(counts))))
+    least = max(band.motion, PERIODS / (band.step * float(np.mean(counts))))
     corners = [
-        _corner([residual[series == one] for one in np.unique(series[joint == place])], step, least, band[1])
+        _corner([residual[series == one] for one in np.unique(series[joint == place])], least, band)
         for place in range(int(joint.max()) + 1)
     ]
-    return Prefilter(np.array(corners), step, series, joint)
+    return Prefilter(np.array(corners), band.step, series, joint)
 
 
-def _corner(residuals: list[np.ndarray], step: float, least: float, cutoff: float) -> float:
+def _corner(residuals: list[np.ndarray], least: float, band: Band) -> float:
     """Of the series of one joint, Hz; infinite where their power does not rise within the band."""
-    if least >= BAND * cutoff:
+    if least >= BAND * band.cutoff:
         return np.inf
     from scipy.signal import periodogram
 
-    spectra = [periodogram(one, 1 / step, window="hann") for one in residuals]
+    spectra = [periodogram(one, 1 / band.step, window="hann") for one in residuals]
     frequency, power = (np.concatenate([one[part] for one in spectra]) for part in (0, 1))
-    band = (frequency > 0) & (frequency <= BAND * cutoff)
-    frequency, power = frequency[band], power[band]
+    inside = (frequency > 0) & (frequency <= BAND * band.cutoff)
+    frequency, power = frequency[inside], power[inside]
     octave = (1 / frequency) / np.sum(1 / frequency)
-    tried = np.geomspace(least, cutoff, TRIED)
+    tried = np.geomspace(least, band.cutoff, TRIED)
     shape = 1 + (frequency / tried[:, None]) ** (2 * ORDER)
     best = float(tried[np.argmin(np.log((power / shape) @ octave) + np.log(shape) @ octave)])
-    return best if best < BAND * cutoff else np.inf
+    return best if best < BAND * band.cutoff else np.inf

@@ -5,8 +5,10 @@
 
 Noise in positions makes the columns of Y noisy, and least squares too small, the more the higher the cutoff; the
 instruments keep the bias out. Z is simulated with the values of the round before, held near the log by a slow observer;
-the first round takes least squares at a low cutoff, which filters what drives the simulation too. A deviation is the
-larger of Newey-West's and that of a jackknife over logs.
+the first round takes least squares at a low cutoff, which filters what drives the simulation too. What is no linear
+function of the velocity keeps a bias by noise, sgn v most of all: columns of friction of Y too are those of the motion
+after the low cutoff. A prefilter takes off what the noise of accelerations would make friction scatter by. A deviation
+is the larger of Newey-West's and that of a jackknife over logs.
 
 Sources: Janot, Vandanjon, Gautier (2014), IEEE Trans. Control Syst. Technol. 22, 132 (IDIM-IV); Brunot, Janot, Young,
 Carrillo (2018), Control Eng. Practice 74, 155.
@@ -25,7 +27,8 @@ from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Solution, among, solve
 from identification.inference.uncertainty import clustered_covariance, newey_west, plain_covariance
 from identification.machines.base_parameters import Base
-from identification.machines.motion import STILL, Cutoffs, MachineLog, Motion, motions, stacked
+from identification.machines.motion import Cutoffs, MachineLog, Motion, motions, stacked
+from identification.machines.prefilter import Band, prefilter
 from identification.machines.problem import machine_problem
 from identification.machines.regressor import Regressor
 from identification.machines.rows import Rows, balanced, check_excited, rows_of
@@ -34,7 +37,9 @@ from identification.machines.simulated import Stretches, run
 OBSERVER = 1.5  # Hz: slow beside the sensors' noise, fast beside how far a model is off
 ROUNDS = 6
 SAME = 0.05  # standard deviations by which values move between rounds that have converged
-LOW = 5.0  # times the usual frequency of the motion: cutoff of the first values
+LOW = 3.0  # times the usual frequency of the motion: cutoff of the first values
+SHARE = 0.95  # of the velocities' power, below the usual frequency
+NOISY = (0.3, 0.6)  # of the rows' cutoff: where positions show their noise
 HOLD = 2.0  # periods of the observer that a simulated stretch is used for, after one to settle
 FINE = 40.0  # steps of a simulation per period of the cutoff of what drives it
 METHODS = ("instruments", "least squares")
@@ -64,7 +69,8 @@ class Estimated:
 @dataclass(frozen=True, eq=False)
 class Identified:
     """Both estimates of the same rows (instruments None where they were not asked for), what is behind them, the
-    columns (rows, b) that stand for Z, and what was said of the parameters."""
+    columns (rows, b) that stand for Z, and what was said of the parameters; low: Hz, a cutoff that passes the motion, 0
+    of least squares alone."""
 
     regressor: Regressor
     base: Base
@@ -74,6 +80,7 @@ class Identified:
     instruments: Estimated | None
     columns: np.ndarray
     said: Given = NOTHING
+    low: float = 0.0
 
     @property
     def best(self) -> Estimated:
@@ -133,13 +140,20 @@ def solve_machine(
             "Instruments need a cutoff and have no bounds: give a cutoff, take parameters as known, or ask for "
             "method='least squares'."
         )
-    low = LOW * usual_frequency(pieces)
+    band = _band(pieces, cutoffs.parallel)
+    low = LOW * band.motion
     slow = Cutoffs(min(low, cutoffs.kinematic), min(low, cutoffs.parallel))
     slowly = motions(logs, regressor.joints, slow)
+    if len(slowly) < len(pieces):
+        # between gaps there are pieces too short for the low cutoff
+        begins = [(one.log, one.time[0]) for one in slowly]
+        pieces = [one for one in pieces if (one.log, one.time[0]) in begins]
+        rows = balanced(rows_of(regressor, base, pieces))
+        squares = least_squares(rows)
     first = least_squares(balanced(rows_of(regressor, base, slowly))).values
-    asked = _Asked(regressor, base, pieces, slowly, slow.parallel)
+    asked = _Asked(regressor, base, pieces, slowly, slow.parallel, band)
     found, columns = _instrumented(asked, rows, first, lambda done: told(0.2 + 0.8 * done))
-    return Identified(regressor, base, pieces, rows, squares, found, columns)
+    return Identified(regressor, base, pieces, rows, squares, found, columns, low=low)
 
 
 def least_squares(rows: Rows, said: Given = NOTHING) -> Estimated:
@@ -198,25 +212,27 @@ def _judged(
 @dataclass(frozen=True, eq=False)
 class _Asked:
     """What instruments are made of. slow: the same pieces after a low cutoff (Hz), which drive the simulation: noise of
-    efforts and positions above it must not come back."""
+    efforts and positions above it must not come back; band: of the rows."""
 
     regressor: Regressor
     base: Base
     pieces: Sequence[Motion]
     slow: Sequence[Motion]
     cutoff: float
+    band: Band
 
 
 def _instrumented(
     asked: _Asked, rows: Rows, first: np.ndarray, told: Callable[[float], None]
 ) -> tuple[Estimated, np.ndarray]:
+    rows = _with_slow_friction(asked, rows)
     values, found, columns = first, None, rows.columns
     for number in range(ROUNDS):
         simulated = instruments(asked, values)
         if simulated is None:
             break
-        columns = simulated
-        found = replace(_estimated(rows, columns), rounds=number + 1)
+        found, columns = _prefiltered(rows, simulated, values, asked.band)
+        found = replace(found, rounds=number + 1)
         moved = np.max(np.abs(found.values - values) / found.deviation)
         values = found.values
         told((number + 1) / ROUNDS)
@@ -228,6 +244,35 @@ def _instrumented(
             "Lower the cutoff, check signs and units of efforts and positions, or ask for least squares."
         )
     return found, columns
+
+
+def _with_slow_friction(asked: _Asked, rows: Rows) -> Rows:
+    """With columns of friction of the slow pieces: the mean of sgn(v + noise) is not sgn v, and instruments keep out
+    additive noise alone."""
+    frictional = np.array([one.frictional for one in asked.base.parameters])
+    slowly = {
+        id(piece): asked.regressor(one.position, one.velocity, one.acceleration)[:, :, asked.base.places]
+        for piece, one in zip(asked.pieces, asked.slow, strict=True)
+    }
+    columns = stacked(asked.pieces, lambda one: slowly[id(one)])
+    return replace(rows, columns=np.where(frictional, columns, rows.columns))
+
+
+def _prefiltered(rows: Rows, instruments: np.ndarray, values: np.ndarray, band: Band) -> tuple[Estimated, np.ndarray]:
+    """The estimate after the prefilter of the residuals that values (b,) leave; the columns (rows, b) that give the
+    same one as instruments of rows without it."""
+    residual = rows.residual(values)
+    calm = prefilter(residual, rows.series, rows.joint, band)
+    kept, left = calm.settled, calm(residual)
+    joints = range(len(rows.deviation))
+    deviation = np.array([np.std(left[kept & (rows.joint == joint)]) for joint in joints])
+    signals = {name: calm(getattr(rows, name)) for name in ("columns", "given", "effort")}
+    smooth = replace(rows, **signals, deviation=deviation)
+    inside = calm(instruments) * kept[:, None]
+    return (
+        _estimated(smooth.where(kept), inside[kept]),
+        calm.transposed(inside) * (rows.deviation / deviation)[rows.joint, None] ** 2,
+    )
 
 
 def instruments(asked: _Asked, values: np.ndarray) -> np.ndarray | None:
@@ -283,10 +328,21 @@ def _between(at: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray
     return np.stack([np.interp(at, time, column) for column in values.T], axis=1)
 
 
-def usual_frequency(pieces: Sequence[Motion]) -> float:
-    """Of the motion, Hz: rms velocity over the deviation of the position, of the joint that moves fastest."""
-    ratios = [
-        np.max(np.sqrt(np.mean(piece.velocity**2, axis=0)) / np.maximum(np.std(piece.position, axis=0), STILL))
-        for piece in pieces
-    ]
-    return float(np.median(ratios) / (2 * np.pi))
+def _band(pieces: Sequence[Motion], cutoff: float) -> Band:
+    """Of rows after a low-pass at ``cutoff`` (Hz). The motion ends where nearly all power of the velocities lies below,
+    of the joint that moves fastest; white noise of positions, whose power rises there by the square of the frequency,
+    is taken off."""
+    from scipy.signal import periodogram
+
+    step = float(np.diff(pieces[0].time[pieces[0].kept[:2]])[0])
+    spectra = [periodogram(piece.thinned(piece.velocity), 1 / step, window="hann", axis=0) for piece in pieces]
+    frequency = np.concatenate([one for one, _ in spectra])
+    power = np.concatenate([one * len(piece.kept) for piece, (_, one) in zip(pieces, spectra, strict=True)])
+    order = np.argsort(frequency)
+    order = order[frequency[order] < NOISY[1] * cutoff]
+    frequency, power = frequency[order], power[order]
+    noisy = frequency > NOISY[0] * cutoff
+    noise = np.median(power[noisy] / frequency[noisy, None] ** 2, axis=0) / np.log(2)  # mean of an exponential
+    below = np.cumsum(power - noise * frequency[:, None] ** 2, axis=0)
+    ends = frequency[np.argmax(below >= SHARE * below[-1], axis=0)]
+    return Band(step, float(np.max(ends)), cutoff)

@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.base.digits import value_with_sd
 from fmu_models.language.mechanism import Mechanism
 from identification.inference.uncertainty import LAG_RULE
-from identification.machines.identify import LOW, Identified, usual_frequency
+from identification.machines.identify import Identified
 from identification.machines.machine_fit import MachineParameter
 from identification.machines.scores import FREE_RUN, JointScore, Score
 
@@ -96,10 +96,10 @@ def _biased(found: Identified, parameters: Sequence[MachineParameter]) -> list[s
     ]
     rough = [one.name for one in parameters if one.frictional and one.standard_deviation > ROUGH * abs(one.value)]
     if rough:
-        enough = LOW * usual_frequency(found.pieces)
         said.append(
             f"{', '.join(rough)} rest on the velocity near its turns, where noise of the positions is strongest: they "
-            f"scatter more than their deviations say. Lower the cutoff; {enough:.2g} Hz pass the motion of these logs."
+            f"scatter more than their deviations say. Lower the cutoff; {found.low:.2g} Hz pass the motion of these "
+            "logs."
         )
     return said
 

@@ -17,11 +17,13 @@ from rig_io.description.answers import INSTRUMENTS, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
 from rig_io.description.roles import Proposal
 from rig_io.description.runs import File, Log, described_file, described_log, is_named, rule_of, runs_of, slug
+from rig_io.logs.columns import COLUMNS
 from rig_io.logs.log import RIG_UNITS
 from rig_io.logs.table import Table
 from rig_io.packages.described import files_of
 from rig_io.packages.sidecar import SIDECAR, file_hash
 from rig_io.readers import read_table
+from rig_io.repair.table import conversion
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +109,7 @@ def draft(
 
 
 def check_named(made: Draft) -> None:
-    """Raises StickslipError: a column or a log that the user named is not there."""
+    """Raises StickslipError: a column or a log that the user named is not there, or a column cannot have the unit."""
     names = {name for _, table in made.tables for name in table.columns}
     files = [path.name for path, _ in made.tables]
     for key in (*made.answers.columns, *made.answers.units):
@@ -116,6 +118,24 @@ def check_named(made: Draft) -> None:
     for name in made.answers.kinds:
         if name not in files:
             raise StickslipError(f"There is no log '{name}'.{nearest(name, files)}")
+    for file in (file for log in made.logs for file in log.files):
+        for one in file.columns:
+            said = any(is_named(key, file.path, one.name, len(file.columns)) for key in made.answers.units)
+            if said and (fault := unit_fault(one)):
+                raise StickslipError(fault)
+
+
+def unit_fault(one: Proposal) -> str:
+    """Why a column of its role cannot be written in its unit; "" where it can, or counts."""
+    if one.role is None or one.unit is None or COLUMNS[one.role].unit == "1":
+        return ""
+    if one.role == "laser" and is_length(one.unit):
+        return ""
+    try:
+        conversion(one.unit, COLUMNS[one.role].unit, f"Column '{one.name}' ({one.role})")
+    except StickslipError as error:
+        return str(error)
+    return ""
 
 
 def package_of(made: Draft) -> dict[str, Any]:
@@ -160,8 +180,6 @@ def _measured(log: Log, instrument: str) -> bool:
 
 def is_length(unit: str | None) -> bool:
     """Whether a unit is one of length."""
-    from rig_io.repair.table import conversion
-
     try:
         return unit is not None and bool(conversion(unit, "m", ""))
     except StickslipError:

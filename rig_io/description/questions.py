@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
 from rig_io.description.answers import Answers
-from rig_io.description.draft import Draft, check_named, is_length
+from rig_io.description.draft import Draft, check_named, is_length, unit_fault
 from rig_io.logs.columns import ANGLE_SOURCES, TIME
 from rig_io.logs.log import RIG_UNITS
 
@@ -60,8 +60,11 @@ def missing(made: Draft) -> list[str]:
             found.append(f"No column of {names} shows the disc (laser, encoder_count or angle).")
         if log.kind == "stick-slip" and not any(role.startswith("drive") for role in log.roles):
             found.append(f"No column of {names} shows the drive (drive0_count or drive0_speed).")
-        bare = [one for file in log.files for one in file.columns if one.role and one.unit is None]
-        found += [f"The unit of '{one.name}' ({one.role}) is not known." for one in bare]
+        columns = [one for file in log.files for one in file.columns]
+        found += [
+            f"The unit of '{one.name}' ({one.role}) is not known." for one in columns if one.role and one.unit is None
+        ]
+        found += [fault for one in columns if (fault := unit_fault(one))]
     return list(dict.fromkeys(found))
 
 

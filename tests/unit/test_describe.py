@@ -251,6 +251,26 @@ def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
     assert read_log(described).time[-1] == pytest.approx(3.999)
 
 
+UNFIT = {
+    "1/min": "counts radians or whole turns. Write rad/s, deg/s, turn/s or rpm",
+    "Hz": "counts radians or whole turns",
+    "Grad/s": "may be degrees or gon. Write deg or gon",
+    "kg": "cannot be converted to rad/s",
+    "blink": ". Write rad/s, deg/s, turn/s or rpm",
+}
+
+
+@pytest.mark.parametrize(("unit", "message"), UNFIT.items())
+def test_a_unit_that_a_role_cannot_have_is_refused_where_it_is_said(tmp_path: Path, unit: str, message: str) -> None:
+    log = bench_log()
+    speed = 0.9 + 0.01 * np.sin(log["time"])
+    path = written(tmp_path, "t [s];laser [V];motor speed [1/min]", [log["time"], log["laser"], speed])
+    with pytest.raises(StickslipError, match=rf"'motor speed' \(drive0_speed\).*'{unit}'.*{message}"):
+        draft([path], Answers(units={"motor speed": unit}))
+    assert UNFIT["1/min"] in questions(draft([path], Answers()))[0].text  # of the file: it is asked for
+    assert not questions(draft([path], Answers(units={"motor speed": "rpm"})))[0].text.startswith("Column")
+
+
 def test_guesses_are_marked_until_they_are_confirmed(tmp_path: Path) -> None:
     from dataclasses import replace
 

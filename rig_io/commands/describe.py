@@ -32,7 +32,9 @@ def describe(
     values: Annotated[
         Many,
         typer.Option(
-            "--set", metavar="NAME=VALUE±U", help="J, k, c, R, r, N0, N1, laser, encoder, drive0, drive1; repeat."
+            "--set",
+            metavar="NAME=VALUE±U",
+            help="J, k, c, R, r, N0, N1, laser, encoder, drive0, drive1, w:FILE; repeat.",
         ),
     ] = None,
     uncertainties: Annotated[

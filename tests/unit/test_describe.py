@@ -251,6 +251,26 @@ def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
     assert read_log(described).time[-1] == pytest.approx(3.999)
 
 
+def test_the_speed_of_a_drive_that_no_column_shows_is_asked_for_and_kept(tmp_path: Path) -> None:
+    log = bench_log()
+    path = written(tmp_path, "t [s];laser [V]", [log["time"], log["laser"]])
+    values = {"laser": "0.01 m/V, 5 V", **dict.fromkeys(("J", "k", "c", "R", "r", "N0"), "unknown")}
+    answers = Answers(values=values, kinds={"x.csv": "stick-slip"}, confirm=True)
+    (asked,) = questions(draft([path], answers))
+    assert asked.key == "w:x.csv" and "shows the drive" in asked.text
+    write(draft([path], answers.over(Answers(values={"w:x.csv": "8.0 ± 0.1 rpm"}))))
+    again = draft([path], Answers())  # described once more, nothing is lost
+    assert not questions(again)
+    write(again)
+    experiment = read_log(path).experiment
+    assert (experiment.kind, experiment.contacts) == ("stick-slip", ("disc0",))
+    assert experiment.drive_speed == pytest.approx((8 * np.pi / 30,))
+    assert experiment.drive_speed_uncertainty == pytest.approx((0.1 * np.pi / 30,))
+    for wrong, message in (({"w:y.csv": "1"}, "no such log"), ({"w:x.csv": "1 kg"}, "cannot be converted to rad/s")):
+        with pytest.raises(StickslipError, match=message):
+            write(draft([path], Answers(values=wrong)))
+
+
 UNFIT = {
     "1/min": "counts radians or whole turns. Write rad/s, deg/s, turn/s or rpm",
     "Hz": "counts radians or whole turns",

@@ -20,18 +20,19 @@ if TYPE_CHECKING:
 
     from identification.estimators.base import Options as Options
     from identification.fit.fit import fit_friction as fit_friction
-    from identification.fit.inverse import inverse_dynamics as inverse_dynamics
-    from identification.fit.machine_laws import compare_joint_laws as compare_joint_laws
     from identification.fit.posterior import posterior as posterior
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
     from identification.fitted_model.machine import machine_with as machine_with
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
+    from identification.machines.by_recipe import inverse_dynamics as inverse_dynamics
     from identification.machines.excite import excite as excite
+    from identification.machines.inverse import identify_machine as identify_machine
+    from identification.machines.joint_laws import compare_joint_laws as compare_joint_laws
     from identification.machines.machine_fit import MachineFit as MachineFit
-    from identification.machines.machine_fit import identify_machine as identify_machine
     from identification.machines.machine_fit import read_machine_fit as read_machine_fit
+    from identification.machines.read import machine_at as machine_at
     from identification.machines.read import read_machine_log as read_machine_log
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay

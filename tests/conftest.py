@@ -12,7 +12,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 from xdist.scheduler import WorkStealingScheduling
 
-from fmu_models.base.processes import THREADS
+from fmu_models.base.child_process import THREADS
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 

@@ -1,4 +1,4 @@
-"""Oscillators at a section: once per period, at a level of a state, at a contact. See ``fmu_section`` for points.
+"""Oscillators at a section: once per period, at a level of a state, at a contact. See ``fmu_points`` for points.
 
 Strobe      the states after each period of the forcing
 Crossing    the states where one of them crosses a level
@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.fmu_section import ON_LEVEL, PATIENCE, FmuSection, Vector
+from fmu_models.analyses.fmu_points import Vector
+from fmu_models.analyses.fmu_section import ON_LEVEL, PATIENCE, FmuSection
 from fmu_models.analyses.importer_steps import Begin
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu

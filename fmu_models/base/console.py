@@ -54,6 +54,12 @@ def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = Fals
     )
 
 
+def interactive() -> bool:
+    """Whether somebody can answer a question: the input is a terminal, but not that which a notebook gives to its `!`
+    commands (its kernel has `JPY_PARENT_PID` in the environment), into which nobody can type."""
+    return sys.stdin is not None and sys.stdin.isatty() and "JPY_PARENT_PID" not in os.environ
+
+
 def console() -> Console:
     """Where results are printed for people."""
     from rich.console import Console

@@ -241,7 +241,7 @@ class SystemVariables(Variables):
             variability="discrete",
             initial="exact",
             start=0.0,
-            unit="m/s",
+            unit=contact.slip_symbol.unit,
             minimum=0.0,
         )
 

@@ -18,7 +18,7 @@ from fmu_models.commands.arguments import NAMED, scene_of
 from fmu_models.report.figures import check_format, save_figure
 
 if TYPE_CHECKING:
-    from fmu_models.base.processes import Limits
+    from fmu_models.base.child_process import Limits
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.importer.experiment import Experiment
 
@@ -161,7 +161,7 @@ def _opened(model: str, contacts: str | None) -> Fmu:
 
 
 def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
-    from fmu_models.base.processes import Limits
+    from fmu_models.base.child_process import Limits
 
     if not isolate and not (time_limit is None and memory_limit is None):
         raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")

@@ -7,7 +7,7 @@
     c/freestanding.c the dozen functions of a C library that the engine asks for, where there is none
     description.py  what the page knows of the model: quantities, ranges, contacts, the command line
     web/*.mjs       engine (one motion), reading (what it is), sweep (many, in workers), plot (canvas, SVG), elements,
-                    pictures (of a motion), page (controls and state)
+                    pictures (of a motion), diagram (over a parameter), page (controls and state)
     page.py         the page of a model
     bundle.py       all of these in one file, with the hashes of its scripts in its policy; the same page in a frame
 

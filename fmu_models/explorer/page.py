@@ -23,7 +23,16 @@ from fmu_models.simulation.run import simulate
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
-SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "elements.mjs", "pictures.mjs", "page.mjs")
+SCRIPTS = (
+    "engine.mjs",
+    "reading.mjs",
+    "sweep.mjs",
+    "plot.mjs",
+    "elements.mjs",
+    "pictures.mjs",
+    "diagram.mjs",
+    "page.mjs",
+)
 _SAMPLES = 400  # of the picture that stands where nothing can be computed
 _STILL = 20.0  # s
 _WIDTH, _HEIGHT, _EDGE = 480, 360, 44

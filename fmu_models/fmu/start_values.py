@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
-from fmu_models.base.processes import IsolatedFailure, Limits, isolated
+from fmu_models.base.processes import isolated
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import LIBRARIES, library, this_folder

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, isolated
+from fmu_models.base.processes import isolated
 from fmu_models.fmu import library
 from fmu_models.importer import texts
 from fmu_models.simulation.results import SETTINGS, Provenance, Recording

@@ -13,7 +13,8 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import sympy
 
 from fmu_models.base.shown import Shown
-from fmu_models.language.quantities import InternalState, Quantity, State
+from fmu_models.language.dimensions import way_unit
+from fmu_models.language.quantities import InternalState, Quantity, State, per_second
 
 
 class Requirement(NamedTuple):
@@ -79,12 +80,13 @@ class Friction(Shown):
 
     Attributes:
         name: of the contact, for example "disc0".
-        slip: slip speed, m/s; affine in the velocities.
+        slip: slip speed, m/s or rad/s; affine in the velocities.
         law: friction law.
         where: there is contact only where this function of coordinates, inputs and time is not negative; everywhere
             if left out.
         description: what rubs on what.
-        force: the friction force lambda along positive slip, N, in whatever state the contact is; for outputs.
+        force: the friction force lambda along positive slip, N, or its moment, N m, of an angular slip, in whatever
+            state the contact is; for outputs.
     """
 
     name: str
@@ -97,7 +99,8 @@ class Friction(Shown):
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        create_symbols(self, force="N", slip_speed="m/s", sign="1")
+        way = way_unit(self.slip)
+        create_symbols(self, force=FORCE_UNITS[way], slip_speed=per_second(way), sign="1")
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:
@@ -122,6 +125,10 @@ class Friction(Shown):
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that the contact uses: those of its slip speed, its region and its law."""
         return set().union(*(e.free_symbols for e in self.expressions)) - {self.slip_speed, self.sign}
+
+
+# of what does work along a way, by the unit of the way
+FORCE_UNITS = {"m": "N", "rad": "N m", "1": "1"}
 
 
 def create_symbols(contact: Any, **units: str) -> None:

@@ -26,8 +26,9 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
-from fmu_models.language.quantities import Parameter
+from fmu_models.language.contacts import FORCE_UNITS, ContactSymbol, Requirement, create_symbols
+from fmu_models.language.dimensions import way_unit
+from fmu_models.language.quantities import Parameter, per_second
 
 # the effort of an impact and the tables of the run grow with the square of their number
 MAX_IMPACTS = 32
@@ -53,13 +54,13 @@ class Impact(Shown):
 
     Attributes:
         name: of the contact, for example "table".
-        gap: distance, m; a function of coordinates, inputs, parameters and time.
+        gap: distance, m or rad; a function of coordinates, inputs, parameters and time.
         restitution: Newton(e) or Poisson(e), 0 <= e <= 1.
-        slip: slip speed, m/s, affine in the velocities; without it the contact is smooth.
+        slip: slip speed, in the unit of the gap per second, affine in the velocities; without it the contact is smooth.
         mu: coefficient of friction, from parameters; given with ``slip`` and only then.
         description: what hits what.
-        force: the normal force lambda_N, N, positive in compression; for outputs.
-        friction_force: the friction force along positive slip, N; for outputs, of a contact with ``slip``.
+        force: the normal force lambda_N, N, or its moment, N m, positive in compression; for outputs.
+        friction_force: the friction along positive slip, likewise; for outputs, of a contact with ``slip``.
 
     Raises:
         StickslipError: a restitution of another kind, ``slip`` without ``mu`` or the other way round, or one of the
@@ -80,8 +81,10 @@ class Impact(Shown):
     friction_sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
+        way = way_unit(self.gap)
+        force, speed = FORCE_UNITS[way], per_second(way)
         create_symbols(
-            self, force="N", rate="m/s", sign="1", friction_force="N", friction_slip="m/s", friction_sign="1"
+            self, force=force, rate=speed, sign="1", friction_force=force, friction_slip=speed, friction_sign="1"
         )
         if not isinstance(self.restitution, (Newton, Poisson)):
             raise StickslipError(

@@ -20,7 +20,9 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
+from fmu_models.language.contacts import FORCE_UNITS, ContactSymbol, Requirement, create_symbols
+from fmu_models.language.dimensions import way_unit
+from fmu_models.language.quantities import per_second
 
 _RELEASES = ("gap", "force")
 
@@ -51,12 +53,13 @@ class Stop(Shown):
 
     Attributes:
         name: of the contact, for example "support".
-        gap: distance to the stop, m; a function of coordinates, inputs and time.
+        gap: distance to the stop, m or rad; a function of coordinates, inputs and time.
         law: law of the force.
         release: "gap" or "force"; to be chosen for every stop.
         description: what stops what.
-        force: the force F, N, positive in compression, in whatever state the stop is; for outputs, as are
-        penetration, rate: depth, m, and its rate, m/s.
+        force: the force F, N, or its moment, N m, positive in compression, in whatever state the stop is; for
+            outputs, as are
+        penetration, rate: depth, in the unit of the gap, and its rate.
 
     Raises:
         StickslipError: ``release`` is missing or another, or the law has a power of the depth without series.
@@ -75,7 +78,9 @@ class Stop(Shown):
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        create_symbols(self, force="N", penetration="m", rate="m/s", memory="m/s", reaction="N", sign="1")
+        way = way_unit(self.gap)
+        force, speed = FORCE_UNITS[way], per_second(way)
+        create_symbols(self, force=force, penetration=way, rate=speed, memory=speed, reaction=force, sign="1")
         if self.release not in _RELEASES:
             found = f"release={self.release!r}" if self.release else "no release rule"
             raise StickslipError(

@@ -23,9 +23,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.child_process import IsolatedFailure
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import existing, write_whole
-from fmu_models.base.processes import IsolatedFailure, isolated
+from fmu_models.base.processes import isolated
 from fmu_models.base.shown import Shown
 from fmu_models.base.version import version
 from fmu_models.fmu.elements import element_names

@@ -127,8 +127,8 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
         from identification.fitted_model.machine import machine_with
         from identification.transfer.values import machine_values
 
-        fit, mechanism = read_machine(fitted, machine)
-        made = machine_with(mechanism, fit)
+        fit, declared = read_machine(fitted, machine)
+        made = machine_with(declared.mechanism, fit)
         values = machine_values(made, fit, only=only, renamed=renamed)
         return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(made, fmi_version=fmi)))
     from identification.fit.result import read_fit

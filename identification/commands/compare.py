@@ -52,8 +52,8 @@ def compare(
 
         check_format(figure)
     if is_machine_fit(fitted):
-        refuse_of_machines(set=settings, repair=repair, scene=scene)
-        compare_machine(fitted, logs, machine, window, reader, figure, overwrite, json)
+        refuse_of_machines(set=settings, scene=scene)
+        compare_machine(fitted, logs, machine, window, (reader, repair), figure, overwrite, json)
         return
     refuse_of_rigs(machine=machine, window=window)
     found = read_fit(fitted)

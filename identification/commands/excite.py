@@ -37,14 +37,14 @@ def excite(
     Example: stickslip excite my_robot.py --limit q1=-1:1 --limit q2=-2:2 --limit w1=-3:3 -o motion.csv
     """
     from identification.machines.excite import excite as designed
-    from identification.machines.read import declared_machine
+    from identification.machines.read import machine_at
 
     refuse_existing(output, overwrite=overwrite)
     asked = dict(_limit(text) for text in limits or ())
     known = console.assignments(settings, "constant")
     with console.progress("searching") as advance:
         found = designed(
-            declared_machine(machine, gravity_of(gravity)),
+            machine_at(machine, gravity_of(gravity)).mechanism,
             asked,
             known=known,
             period=period,

@@ -11,12 +11,11 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from identification.commands.fits import print_files
-from identification.commands.logs import ReaderOption
+from identification.commands.logs import ReaderOption, Repairs, repairs
 
 if TYPE_CHECKING:
-    from fmu_models.language.mechanism import Mechanism
+    from identification.machines.machine import Machine
     from identification.machines.machine_fit import MachineFit
-    from identification.machines.motion import MachineLog
 
 Gravity = Annotated[
     str | None,
@@ -60,7 +59,7 @@ def _refuse(one: str, other: str, given: dict[str, Any]) -> None:
         raise StickslipError(f"The fit is that of {one}; {', '.join(said)}: for that of {other}. Leave it out.")
 
 
-def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Mechanism]:
+def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Machine]:
     """A fit and its machine."""
     from identification.machines.machine_fit import read_machine_fit
     from identification.machines.read import machine_of
@@ -69,35 +68,30 @@ def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Mecha
     return fit, machine_of(fit, declaration)
 
 
-def read_logs_of(fit: MachineFit, mechanism: Mechanism, logs: Sequence[Path], reader: ReaderOption) -> list[MachineLog]:
-    """Logs with the columns that the fit knows."""
-    from identification.machines.read import read_machine_log
-
-    return [read_machine_log(one, mechanism, fit.columns, reader=reader) for one in logs]
-
-
 def compare_machine(
     fitted: Path,
     logs: Sequence[Path],
     declaration: str | None,
     window: float | None,
-    reader: ReaderOption,
+    how: tuple[ReaderOption, Repairs],
     figure: Path | None,
     overwrite: bool,
     json: bool,
 ) -> None:
-    """Run a machine beside logs and tell how far they come apart."""
-    from identification.machines.machine_fit import FREE_RUN
+    """Run a machine beside logs and tell how far they come apart. how: the logs are read."""
+    from identification.machines.scores import FREE_RUN
     from identification.model_check.machine_runs import machine_runs
-    from identification.report.machine_fit_tables import runs_report
+    from identification.report.machine_tables import runs_report
 
     with console.progress("comparing") as advance:
-        fit, mechanism = read_machine(fitted, declaration)
-        read = read_logs_of(fit, mechanism, logs, reader)
-        runs = machine_runs(mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done))
+        fit, machine = read_machine(fitted, declaration)
+        read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
+        runs = machine_runs(
+            machine.mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done)
+        )
         if figure:
             from fmu_models.report.figures import save_figure
-            from identification.report.machine_fit_figure import machine_runs_figure
+            from identification.report.machine_figures import machine_runs_figure
 
             save_figure(machine_runs_figure(fit, runs), figure, overwrite=overwrite)
     files = [str(figure)] if figure else []
@@ -114,17 +108,17 @@ def report_machine(
     logs: Sequence[Path],
     output: Path,
     declaration: str | None,
-    reader: ReaderOption,
+    how: tuple[ReaderOption, Repairs],
     overwrite: bool,
     json: bool,
 ) -> None:
-    """Write the page of a machine."""
+    """Write the page of a machine. how: its logs are read."""
     from identification.report.machine_page import machine_findings, machine_summary, write_machine_report
 
     with console.progress("reporting") as advance:
-        fit, mechanism = read_machine(fitted, declaration)
-        read = read_logs_of(fit, mechanism, logs, reader)
-        made = machine_findings(fit, mechanism, read, progress=lambda done: advance(0.9 * done))
+        fit, machine = read_machine(fitted, declaration)
+        read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
+        made = machine_findings(fit, machine.mechanism, read, progress=lambda done: advance(0.9 * done))
         write_machine_report(made, output, overwrite=overwrite)
     said = machine_summary(made)
     content = {"file": str(output), "bytes": output.stat().st_size, "summary": said, **made.to_dict()}

@@ -57,8 +57,8 @@ def report(
         raise StickslipError(f"'{output}' is to be a page: end it in .html.")
     refuse_existing(output, overwrite=overwrite)
     if is_machine_fit(fitted):
-        refuse_of_machines(set=settings, repair=repair, interactive=interactive)
-        report_machine(fitted, logs, output, machine, reader, overwrite, json)
+        refuse_of_machines(set=settings, interactive=interactive)
+        report_machine(fitted, logs, output, machine, (reader, repair), overwrite, json)
         return
     refuse_of_rigs(machine=machine)
     found = read_fit(fitted)

@@ -55,7 +55,7 @@ def slips(
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure
-            from identification.report.machine_figures import slip_figure
+            from identification.report.slip_figure import slip_figure
 
             save_figure(slip_figure(statistics, found_events, model), figure, overwrite=overwrite)
     found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
@@ -63,7 +63,7 @@ def slips(
     content = finish(found, result, figure, overwrite)
 
     def show(out: Any) -> None:
-        from identification.report.machine_tables import slip_report
+        from identification.report.slip_tables import slip_report
 
         out.print(slip_report(statistics, model, missing))
         print_files(content["files"], out)

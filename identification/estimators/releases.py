@@ -7,7 +7,8 @@
 theta_0 and t_r of each stick are found by Gauss-Newton steps from the angle in stick and in the first part of the
 slip. A contact that ages lets go at mu(0) + b log10(1 + t/t_0) after a stick of t s (``language/laws/ageing.py``): the
 mean of the levels beyond mu(0) shows it, b follows where the sticks span a decade or more; then their mean level is
-free, so that neither mu(0) nor t_0 matters (for t >> t_0).
+free, so that neither mu(0) nor t_0 matters (for t >> t_0). Where the law is wrong its mu(0) is, and levels beyond it
+say nothing of age: only their growth does.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ class Release:
 class Breakaway:
     """Breakaway of all sticks. level: mean friction coefficient; deviation: of that mean; at_rest: mu(0) of the fitted
     law; excess: of the mean over that, with its standard deviation (noise and constants of the rig); growth: b, per
-    decade of time in stick, with its own, None where the sticks span less than a decade."""
+    decade of time in stick, with its own, None where the sticks span less than a decade; of_wrong_law: whether mu(0) is
+    that of a law which misses the logs, or which another beats."""
 
     level: float
     deviation: float
@@ -66,13 +68,14 @@ class Breakaway:
     growth: float | None
     growth_deviation: float | None
     releases: tuple[Release, ...]
+    of_wrong_law: bool = False
 
     @property
     def ages(self) -> bool:
         """Whether sticks surely let go at more than the law has at rest, and later ones the more."""
         if self.growth is not None and self.growth_deviation is not None:
             return self.growth > SIGNIFICANT * self.growth_deviation
-        return self.excess > max(SIGNIFICANT * self.excess_deviation, UNTOLD)
+        return not self.of_wrong_law and self.excess > max(SIGNIFICANT * self.excess_deviation, UNTOLD)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -90,6 +93,8 @@ class Breakaway:
         )
         if self.growth is not None:
             return f"{said}; growth {self.growth:.4f} ± {self.growth_deviation:.1g} per decade of time in stick"
+        if self.of_wrong_law:
+            return f"{said}; this law is wrong, and so is its mu(0): whether breakaway ages, a law that fits will tell"
         return said
 
     @property

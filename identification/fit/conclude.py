@@ -9,6 +9,7 @@ apart).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -100,6 +101,8 @@ def conclude(
         others = {one.name: float(value) for one, value in zip(problem.unknowns, found.values, strict=True)}
         known_of = Constants(problem.held, solved.covariance, _by_logarithm(solved, shifts)[:count], others)
         releases = breakaway(ready, law, found.values[:count], covariance[:count, :count], known_of)
+        if releases is not None and known.whiteness is not None:
+            releases = replace(releases, of_wrong_law=bool(known.whiteness.beyond))
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))

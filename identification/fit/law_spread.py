@@ -132,7 +132,14 @@ def with_spread(fit: FrictionFit, found: Contest) -> FrictionFit:
             deviation = wider * float(np.sqrt(power / total)) if total > 0 else None
         parameters.append(replace(parameter, law_deviation=deviation))
     rivals = tuple(RivalLaw(name, float(weights[name]), float(found.lead[name]), seen.get(name, {})) for name in names)
-    return replace(fit, parameters=tuple(parameters), rivals=rivals, warnings=(*fit.warnings, *_said(found)))
+    fit = replace(fit, parameters=tuple(parameters), rivals=rivals)
+    if not (said := _said(found)):
+        return fit
+    kept, releases = fit.warnings, fit.breakaway
+    if releases is not None:
+        before, releases = releases.warnings, replace(releases, of_wrong_law=True)
+        kept = tuple(one for one in kept if one not in before or one in releases.warnings)
+    return replace(fit, breakaway=releases, warnings=(*kept, *said))
 
 
 def _said(found: Contest) -> tuple[str, ...]:

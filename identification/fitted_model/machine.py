@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Mapping
+from typing import Any
 
 import sympy
 
@@ -16,7 +18,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Parameter
-from identification.machines.linear_parts import Monomial, linear_parts, monomial_name, monomial_unit
+from identification.machines.linear_parts import NOTHING, Monomial, linear_parts, monomial_name, monomial_unit
 from identification.machines.machine_fit import MachineFit
 from identification.machines.regressor import SIGN, SLIP, effort_inputs, substituted
 
@@ -62,6 +64,7 @@ class _Found:
             for p in mechanism.parameters
             if p.name in fit.known
         }
+        self.known: dict[Parameter, sympy.Expr] = {p: sympy.Float(fit.known[p.name]) for p in self.given}
         laws = [sympy.sympify(one.law.force(SLIP, SIGN)) for one in mechanism.frictions]
         energies = (mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation)
         parts = [linear_parts(one, self.unknown) for one in (*energies, *mechanism.applied.values(), *laws)]
@@ -74,7 +77,8 @@ class _Found:
     def kept(self, expression: sympy.Expr) -> sympy.Expr:
         """An energy or a force."""
         parts = linear_parts(expression, self.unknown).items()
-        kept = [self.parameters[monomial] * motion for monomial, motion in parts if monomial in self.parameters]
+        own: dict[Monomial, sympy.Expr] = {**self.parameters, NOTHING: sympy.S.One}
+        kept = [own[monomial] * motion for monomial, motion in parts if monomial in own]
         return substituted(sympy.Add(*kept), self.given)
 
     def _parameter(self, monomial: Monomial) -> Parameter:
@@ -86,12 +90,15 @@ class _Found:
                 f"{one.combination} = {one.value:.4g} {one.unit} is friction that drives: no machine moves so. "
                 f"Identify it with {monomial[0][0].name} = 0 as known."
             )
-        return Parameter(identifier(one.name), one.value, monomial_unit(monomial), one.combination, minimum=minimum)
+        return Parameter(
+            identifier(one.name), one.value, monomial_unit(monomial), one.meaning or one.combination, minimum=minimum
+        )
 
     def contact(self, contact: Friction) -> Friction | None:
         """A contact; None where the fit has no friction for it."""
         parts = linear_parts(sympy.sympify(contact.law.force(SLIP, SIGN)), self.unknown)
-        if not parts.keys() & self.parameters.keys():
+        known = substituted(parts.pop(NOTHING, sympy.S.Zero), self.known)
+        if known == 0 and not parts.keys() & self.parameters.keys():
             return None
         at: dict[sympy.Basic, sympy.Basic] = {**self.given, **dict.fromkeys(self.unknown, sympy.S.Zero)}
         for monomial in parts:
@@ -102,7 +109,16 @@ class _Found:
                 )
             if monomial in self.parameters:
                 at[monomial[0][0]] = self.parameters[monomial]
-        fields = {one.name: getattr(contact.law, one.name) for one in dataclasses.fields(contact.law) if one.init}  # type: ignore[arg-type]
-        changed = {name: value.xreplace(at) for name, value in fields.items() if isinstance(value, sympy.Basic)}
-        law = dataclasses.replace(contact.law, **changed)  # type: ignore[type-var]
-        return dataclasses.replace(contact, slip=substituted(contact.slip, self.given), law=law)
+        return dataclasses.replace(contact, slip=substituted(contact.slip, self.given), law=_at(contact.law, at))
+
+
+def _at(value: Any, at: Mapping[sympy.Basic, sympy.Basic]) -> Any:
+    """Whatever a law is made of, with these in place: expressions, tuples, laws inside laws."""
+    if isinstance(value, sympy.Basic):
+        return value.xreplace(at)
+    if isinstance(value, tuple):
+        return tuple(_at(one, at) for one in value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = [one.name for one in dataclasses.fields(value) if one.init]
+        return dataclasses.replace(value, **{name: _at(getattr(value, name), at) for name in fields})
+    return value

@@ -90,7 +90,13 @@ class Whiteness:
                 "errors): its form is wrong there, and the stated deviations leave that out. Compare laws with "
                 "`stickslip laws`."
             )
-        if self.repeated:
+        if self.repeated and self.beyond:
+            said.append(
+                f"The residuals of {' and '.join(self.repeated)} take the same course in every slip, as they do under "
+                "a law of the wrong form. Only what the right law leaves of it has another cause (micro-slip, a wrong "
+                "constant of the rig)."
+            )
+        elif self.repeated:
             said.append(
                 f"The residuals of {' and '.join(self.repeated)} take the same course in every slip: something is "
                 "missing from the model (the law's form, micro-slip, a wrong constant of the rig). Compare laws with "

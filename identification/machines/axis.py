@@ -1,4 +1,4 @@
-"""The machine of one coordinate that a recipe's terms declare, and its columns.
+"""The machine of one coordinate that a recipe's terms declare.
 
     T = M v^2/2,  U = k q^2/2 - m_c g cos q,  D = F_v v^2/2,  applied: effort - offset,  dry friction in one contact
 
@@ -7,12 +7,10 @@ Each term is linear in its parameter, so the columns of the machine's regressor 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import final
 
-import numpy as np
 import sympy
 
 from fmu_models.language.contacts import Friction
@@ -21,10 +19,9 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
 from identification.inference.problem import identifier
 from identification.machines.axis_terms import KINDS, Part, Term
-from identification.machines.regressor import regressor_of
-from identification.measurement.recipe import ACCELERATION, EFFORT, POSITION, VELOCITY
+from identification.measurement.recipe import EFFORT, POSITION, VELOCITY
 
-Signals = Mapping[str, np.ndarray]  # position, velocity, acceleration, each (n,)
+CARRIED = "carried_inertia"
 Shape = Callable[[sympy.Expr, sympy.Expr], sympy.Expr]
 
 
@@ -58,9 +55,9 @@ class SummedFriction(DryFriction):
         return self.magnitude(sympy.S.Zero)
 
 
-def declared_axis(terms: tuple[Term, ...], turning: bool) -> Mechanism:
+def declared_axis(terms: tuple[Term, ...], turning: bool, *, title: str = "", source: str = "") -> Mechanism:
     """The machine of these terms; a body that turns has rad and N m in place of m and N. Without a term of inertia it
-    has one all the same: what moves has.
+    has one all the same, ``CARRIED``: what moves has.
 
     Raises:
         StickslipError: a parameter's name is none, or one for two things.
@@ -68,7 +65,7 @@ def declared_axis(terms: tuple[Term, ...], turning: bool) -> Mechanism:
     q = Coordinate(POSITION, "rad" if turning else "m", "position of the axis", velocity=VELOCITY)
     effort = Input(EFFORT, 0.0, "N m" if turning else "N", "effort on the axis")
     if all(term.kind != "inertia" for term in terms):
-        terms = (Term("carried_inertia", "inertia"), *terms)
+        terms = (Term(CARRIED, "inertia"), *terms)
     of: dict[Part, list[tuple[Parameter, Term]]] = {part: [] for part in Part}
     for term in terms:
         of[KINDS[term.kind].part].append((_parameter(term, turning), term))
@@ -83,8 +80,8 @@ def declared_axis(terms: tuple[Term, ...], turning: bool) -> Mechanism:
     ]
     return Mechanism(
         name="axis",
-        title="Machine of one coordinate",
-        source="terms of a recipe",
+        title=title or "Machine of one coordinate",
+        source=source,
         coordinates=[q],
         kinetic_energy=total(Part.KINETIC),
         potential_energy=total(Part.POTENTIAL),
@@ -94,29 +91,11 @@ def declared_axis(terms: tuple[Term, ...], turning: bool) -> Mechanism:
     )
 
 
-@cache
-def columns_of(terms: tuple[Term, ...], turning: bool) -> Callable[[Signals], np.ndarray]:
-    """Columns (n, m) of the terms as a function of signals; one that is not there counts as zero.
-
-    Raises:
-        StickslipError: as in `declared_axis`.
-    """
-    regressor = regressor_of(declared_axis(terms, turning))
-    places = [regressor.names.index(identifier(term.name)) for term in terms]
-
-    def columns(signals: Signals) -> np.ndarray:
-        none = np.zeros_like(signals[VELOCITY])
-        motion = (signals.get(name, none)[:, None] for name in (POSITION, VELOCITY, ACCELERATION))
-        return regressor(*motion)[:, 0, places]
-
-    return columns
-
-
 def _parameter(term: Term, turning: bool) -> Parameter:
     kind = KINDS[term.kind]
     return Parameter(
         identifier(term.name),
-        0.0 if kind.part is Part.APPLIED else 1.0,
+        1.0 if kind.part is Part.KINETIC else 0.0,  # what the logs are asked for: none is declared
         str(term.unit(turning)),
         kind.meaning,
         positive=kind.part is Part.KINETIC,

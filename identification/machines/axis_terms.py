@@ -30,9 +30,9 @@ from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.tanh import Tanh
 from identification.inference.problem import identifier
-from identification.laws import slip_laws
+from identification.machines.force_law import comparable
 from identification.measurement.recipe import EFFORT, VELOCITY, Recipe, Speed, speed
-from identification.measurement.signals import GRAVITY, Prepared
+from identification.measurement.signals import GRAVITY, check_speed
 
 
 class Part(Enum):
@@ -128,15 +128,6 @@ KINDS: Mapping[str, Kind] = {
     "stiffness": Kind(Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True),
 }
 
-# a friction law that is no function of slip speed alone, as the terms that it is the sum of, by their parameters
-BY_DIRECTION = "Coulomb+viscous by direction"
-DIRECTIONS: Mapping[str, str] = {"F_c+": "coulomb+", "F_c-": "coulomb-", "F_v+": "viscous+", "F_v-": "viscous-"}
-
-
-def comparable() -> tuple[str, ...]:
-    """Names of the laws that a recipe may compare."""
-    return (*slip_laws(), BY_DIRECTION)
-
 
 @dataclass(frozen=True)
 class Model:
@@ -146,6 +137,15 @@ class Model:
     terms: tuple[Term, ...]
     laws: tuple[str, ...] = ()
     normal_force: float | None = None
+
+    def sign(self, v: np.ndarray) -> np.ndarray:
+        """Of velocities (n,), as the Coulomb term of the model turns, with the limits -1 and 1."""
+        for term in self.terms:
+            if term.kind == "coulomb-arctan":
+                return 2 / np.pi * np.arctan(v / term.width)
+            if term.kind == "coulomb-tanh":
+                return np.tanh(v / term.width)
+        return np.sign(v)
 
 
 def read_model(recipe: Recipe) -> Model:
@@ -160,7 +160,7 @@ def read_model(recipe: Recipe) -> Model:
     return Model(terms, *_friction(recipe))
 
 
-def check_terms(recipe: Recipe, prepared: Prepared, terms: tuple[Term, ...]) -> None:
+def check_terms(recipe: Recipe, turning: bool, terms: tuple[Term, ...]) -> None:
     """Refuse terms that the log has no signal for, or that this kind of motion does not have.
 
     Raises:
@@ -172,26 +172,15 @@ def check_terms(recipe: Recipe, prepared: Prepared, terms: tuple[Term, ...]) -> 
             raise StickslipError(
                 f"{recipe.name}: term '{term.name}' ({term.kind}) needs the signal '{needs}'. Add [signals.{needs}]."
             )
-        if term.unit(prepared.turning) is None:
+        if term.unit(turning) is None:
             raise StickslipError(
                 f"{recipe.name}: term '{term.name}' ({term.kind}) is one of a body that turns; this one slides."
             )
         if term.speed:
-            prepared.check_speed(recipe, term.name, term.speed)
+            check_speed(recipe, turning, term.name, term.speed)
     for name in (EFFORT, VELOCITY):
         if name not in recipe.signals:
             raise StickslipError(f"{recipe.name} has no signal '{name}'. Add [signals.{name}].")
-
-
-def sign_of(terms: tuple[Term, ...]) -> Callable[[np.ndarray], np.ndarray]:
-    """The sign function that goes with the Coulomb term of a model, with the limits -1 and 1."""
-    for term in terms:
-        width = term.width
-        if term.kind == "coulomb-arctan":
-            return lambda v: 2 / np.pi * np.arctan(v / width)
-        if term.kind == "coulomb-tanh":
-            return lambda v: np.tanh(v / width)
-    return np.sign
 
 
 def _term(recipe: Recipe, name: str) -> Term:

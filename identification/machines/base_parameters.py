@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.shown import Shown
-from identification.machines.regressor import Regressor
+from identification.machines.regressor import GIVEN, Regressor
 
 SAMPLES = 60  # of random motion, for each monomial
 DEPENDENT = 1e-9  # relative to the column: what is left of one that others make up
@@ -41,11 +41,13 @@ class BaseParameter(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Base parameters (b,); combine (b, m): from all monomials to them; silent: monomials that no effort shows."""
+    """Base parameters (b,); combine (b, m): from all monomials to them; silent: monomials that no effort shows; given:
+    column of what is known, if there is any."""
 
     parameters: tuple[BaseParameter, ...]
     combine: np.ndarray
     silent: tuple[str, ...]
+    given: int | None
 
     @property
     def places(self) -> list[int]:
@@ -56,6 +58,14 @@ class Base:
     def names(self) -> tuple[str, ...]:
         """Of the monomials that they are named after."""
         return tuple(one.name for one in self.parameters)
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """Values (m,) of all monomials: these (b,) of the base parameters, 1 of what is given, 0 of the others."""
+        found = np.zeros(self.combine.shape[1])
+        found[self.places] = values
+        if self.given is not None:
+            found[self.given] = 1.0
+        return found
 
 
 def base_parameters(regressor: Regressor) -> Base:
@@ -74,7 +84,7 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
     taken: list[int] = []
     combine = np.zeros((0, columns.shape[1]))
     for place, size in enumerate(sizes):
-        if size == 0:
+        if size == 0 or regressor.names[place] == GIVEN:
             continue
         unit = columns[:, place] / size
         rest = unit - basis @ (basis.T @ unit)
@@ -98,8 +108,9 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
         )
         for place, row in zip(taken, combine, strict=True)
     )
-    silent = tuple(name for name, size in zip(regressor.names, sizes, strict=True) if size == 0)
-    return Base(parameters, combine, silent)
+    silent = tuple(n for n, size in zip(regressor.names, sizes, strict=True) if size == 0 and n != GIVEN)
+    given = regressor.names.index(GIVEN) if GIVEN in regressor.names else None
+    return Base(parameters, combine, silent, given)
 
 
 def _others(names: Sequence[str], row: np.ndarray, place: int) -> tuple[tuple[str, float], ...]:

@@ -20,59 +20,39 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.uncertainty import clustered_covariance, newey_west
+from identification.inference import lmfit_exchange
+from identification.inference.lmfit_exchange import NOTHING, Given
+from identification.inference.problem import Solution, among, solve
+from identification.inference.uncertainty import clustered_covariance, newey_west, plain_covariance
 from identification.machines.base_parameters import Base
-from identification.machines.motion import STILL, Cutoffs, MachineLog, Motion, labels, motions, stacked
+from identification.machines.motion import STILL, Cutoffs, MachineLog, Motion, motions, stacked
+from identification.machines.problem import machine_problem
 from identification.machines.regressor import Regressor
+from identification.machines.rows import Rows, balanced, check_excited, rows_of
 from identification.machines.simulated import Stretches, run
 
 OBSERVER = 1.5  # Hz: slow beside the sensors' noise, fast beside how far a model is off
 ROUNDS = 6
 SAME = 0.05  # standard deviations by which values move between rounds that have converged
 LOW = 5.0  # times the usual frequency of the motion: cutoff of the first values
-WEIGHTS = 3  # rounds
 HOLD = 2.0  # periods of the observer that a simulated stretch is used for, after one to settle
 FINE = 40.0  # steps of a simulation per period of the cutoff of what drives it
-INDISTINGUISHABLE = 1e8  # condition from which on base parameters are one
 METHODS = ("instruments", "least squares")
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
-    """A linear problem. columns: (rows, b) of the base parameters; effort: (rows,); series, joint, log: labels (rows,);
-    deviation: (joints,) of the residuals."""
-
-    columns: np.ndarray
-    effort: np.ndarray
-    series: np.ndarray
-    joint: np.ndarray
-    log: np.ndarray
-    deviation: np.ndarray
-
-    @property
-    def weight(self) -> np.ndarray:
-        """Of each row (rows,)."""
-        return 1 / self.deviation[self.joint]
-
-    def where(self, kept: np.ndarray) -> Rows:
-        """Some of the rows (rows,)."""
-        labels = (self.series[kept], self.joint[kept], self.log[kept])
-        return Rows(self.columns[kept], self.effort[kept], *labels, self.deviation)
-
-    def residual(self, values: np.ndarray) -> np.ndarray:
-        """Measured less modelled effort (rows,)."""
-        return self.effort - self.columns @ values
-
-
-@dataclass(frozen=True, eq=False)
 class Estimated:
-    """Values (b,) with their covariance (b, b) by Newey-West and, of two logs or more, by a jackknife over logs."""
+    """Values (b,) with their covariance (b, b) by Newey-West, that of white residuals, and, of two logs or more, that
+    of a jackknife over logs; at_bound, held: names of parameters that ended on a bound, or were held."""
 
     method: str
     values: np.ndarray
     covariance: np.ndarray
+    white: np.ndarray
     jackknife: np.ndarray | None
     rounds: int = 0
+    at_bound: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
 
     @property
     def deviation(self) -> np.ndarray:
@@ -82,154 +62,161 @@ class Estimated:
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
-    """Both estimates of the same rows (instruments None where they were not asked for), the pieces behind them, and the
-    columns (rows, b) that stand for Z."""
+class Identified:
+    """Both estimates of the same rows (instruments None where they were not asked for), what is behind them, the
+    columns (rows, b) that stand for Z, and what was said of the parameters."""
 
+    regressor: Regressor
+    base: Base
     pieces: list[Motion]
     rows: Rows
     least_squares: Estimated
     instruments: Estimated | None
     columns: np.ndarray
+    said: Given = NOTHING
 
     @property
     def best(self) -> Estimated:
         """That of the method that was asked for."""
         return self.instruments or self.least_squares
 
-    def without(self, log: int) -> np.ndarray:
-        """Values (b,) from the other logs."""
-        kept = self.rows.log != log
-        weight = self.rows.weight[kept, None]
-        z, y = self.columns[kept] * weight, self.rows.columns[kept] * weight
-        sizes = np.linalg.norm(y, axis=0)
-        return (
-            np.linalg.solve((z / sizes).T @ (y / sizes), (z / sizes).T @ (self.rows.effort[kept] * weight[:, 0]))
-            / sizes
-        )
+    def from_rows(self, kept: np.ndarray) -> np.ndarray:
+        """Values (b,) from some of the rows (rows,)."""
+        rows = self.rows.where(kept)
+        if self.instruments is None:
+            return _solved(rows, self.said).values
+        return _by_instruments(rows, self.columns[kept])
+
+    def lmfit(self) -> lmfit_exchange.Solved:
+        """For lmfit, with the stated deviations.
+
+        Raises:
+            StickslipError: the values are not those of least squares.
+        """
+        if self.instruments is not None:
+            raise StickslipError("lmfit minimises squares: ask for method='least squares'.")
+        found = self.least_squares
+        smaller = np.sqrt(np.diag(found.covariance))
+        wider = np.divide(found.deviation, smaller, out=np.ones_like(smaller), where=smaller > 0)
+        solution = _solved(self.rows, self.said)
+        problem = replace(machine_problem(self.rows), unknowns=self.said.bounded(self.rows.unknowns))
+        return lmfit_exchange.Solved(problem, solution, found.covariance * np.outer(wider, wider))
 
 
 def solve_machine(
     regressor: Regressor,
     base: Base,
     logs: Sequence[MachineLog],
-    cutoffs: Cutoffs,
+    cutoffs: Cutoffs | None,
     *,
     method: str = METHODS[0],
+    said: Given = NOTHING,
     progress: Callable[[float], None] | None = None,
-) -> Solved:
-    """Both estimates, or least squares alone.
+) -> Identified:
+    """Both estimates, or least squares alone. cutoffs: None: logs as their recipe filters them, for least squares.
 
     Raises:
-        StickslipError: as in `motions`; the logs do not tell the base parameters apart; or simulated motion leaves the
-            logs with every round.
+        StickslipError: as in `motions`; the logs do not tell the base parameters apart; instruments are asked for
+            without cutoffs or with bounds; or simulated motion leaves the logs with every round.
     """
     told = progress if progress is not None else lambda _: None
     pieces = motions(logs, regressor.joints, cutoffs)
-    rows = weighted(rows_of(regressor, base, pieces))
-    check_excited(base, rows)
-    squares = least_squares(rows)
+    rows = balanced(rows_of(regressor, base, pieces))
+    said.check(rows.names)
+    check_excited(rows, ", ".join(log.name for log in logs))
+    squares = least_squares(rows, said)
     told(0.2)
     if method != METHODS[0]:
-        return Solved(pieces, rows, squares, None, rows.columns)
+        return Identified(regressor, base, pieces, rows, squares, None, rows.columns, said)
+    if cutoffs is None or said != NOTHING:
+        raise StickslipError(
+            "Instruments need a cutoff and have no bounds: give a cutoff, take parameters as known, or ask for "
+            "method='least squares'."
+        )
     low = LOW * usual_frequency(pieces)
-    slow = motions(logs, regressor.joints, Cutoffs(min(low, cutoffs.kinematic), min(low, cutoffs.parallel)))
-    first = least_squares(weighted(rows_of(regressor, base, slow))).values
-    found, columns = _instrumented(regressor, base, (pieces, slow), rows, first, lambda done: told(0.2 + 0.8 * done))
-    return Solved(pieces, rows, squares, found, columns)
+    slow = Cutoffs(min(low, cutoffs.kinematic), min(low, cutoffs.parallel))
+    slowly = motions(logs, regressor.joints, slow)
+    first = least_squares(balanced(rows_of(regressor, base, slowly))).values
+    asked = _Asked(regressor, base, pieces, slowly, slow.parallel)
+    found, columns = _instrumented(asked, rows, first, lambda done: told(0.2 + 0.8 * done))
+    return Identified(regressor, base, pieces, rows, squares, found, columns)
 
 
-def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
-    """The linear problem of measured motion, not weighted."""
-    joints = len(regressor.joints)
-    columns = stacked(pieces, lambda one: _columns(regressor, base, one.position, one.velocity, one.acceleration))
-    return Rows(columns, stacked(pieces, lambda one: one.effort), *labels(pieces, joints), np.ones(joints))
+def least_squares(rows: Rows, said: Given = NOTHING) -> Estimated:
+    """Weighted, with deviations that allow for coloured residuals. said: bounds of parameters, and which are held."""
+    found = _solved(rows, said)
+    free = np.array([name not in found.fixed for name in rows.names], dtype=bool)
+    columns, effort = rows.weighted
+    at_bound = tuple(name for name, at in zip(rows.names, found.at_bound, strict=True) if at)
+    residual = effort - columns @ found.values
+    judged = _judged(METHODS[1], rows, found.values, columns[:, free], residual, free)
+    return replace(judged, at_bound=at_bound, held=found.fixed)
 
 
-def _columns(regressor: Regressor, base: Base, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    return regressor(q, v, a)[:, :, base.places]
+def _solved(rows: Rows, said: Given) -> Solution:
+    problem = machine_problem(rows)
+    if said == NOTHING:
+        values = problem.start()
+        return Solution(values, problem.evaluate(values), True, "", (False,) * len(values))
+    problem = replace(problem, unknowns=said.bounded(rows.unknowns))
+    return solve(problem, said.start(problem), fixed=said.fixed(problem))
 
 
-def weighted(rows: Rows) -> Rows:
-    """With the deviations of the residuals of each joint, as least squares with them finds them again."""
-    for _ in range(WEIGHTS):
-        weight = rows.weight[:, None]
-        values = np.linalg.lstsq(rows.columns * weight, rows.effort * weight[:, 0], rcond=None)[0]
-        off = rows.residual(values)
-        joints = range(len(rows.deviation))
-        deviation = np.array([np.sqrt(np.mean(off[rows.joint == joint] ** 2)) for joint in joints])
-        rows = replace(rows, deviation=np.maximum(deviation, 1e-12 * np.max(np.abs(rows.effort))))
-    return rows
+def _by_instruments(rows: Rows, instruments: np.ndarray) -> np.ndarray:
+    y, tau = rows.weighted
+    z, sizes = instruments * rows.weight[:, None], np.linalg.norm(y, axis=0)
+    return np.linalg.solve((z / sizes).T @ (y / sizes), (z / sizes).T @ tau) / sizes
 
 
-def check_excited(base: Base, rows: Rows) -> None:
-    """Refuse logs in which base parameters go together.
-
-    Raises:
-        StickslipError: which.
-    """
-    sizes = np.linalg.norm(rows.columns, axis=0)
-    idle = [one.name for one, size in zip(base.parameters, sizes, strict=True) if size == 0]
-    if not idle:
-        condition, idle = together(base, rows)
-        if condition < INDISTINGUISHABLE:
-            return
-    raise StickslipError(
-        f"The motion in the logs does not show {', '.join(idle)} (one by one): record one that excites all joints, at "
-        "several speeds, or take some of them as known."
-    )
-
-
-def together(base: Base, rows: Rows) -> tuple[float, list[str]]:
-    """Condition of the weighted columns, each scaled to one, and the base parameters that they tell apart least."""
-    columns = rows.columns * rows.weight[:, None]
-    _, singular, directions = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
-    shares = np.abs(directions[-1])
-    names = [one.name for one, share in zip(base.parameters, shares, strict=True) if share > 0.1 * shares.max()]
-    return float(singular[0] / max(singular[-1], 1e-300)), names
-
-
-def least_squares(rows: Rows) -> Estimated:
-    """Weighted, with deviations that allow for coloured residuals."""
-    return _estimated("least squares", rows, rows.columns)
-
-
-def _estimated(method: str, rows: Rows, instruments: np.ndarray) -> Estimated:
-    weight = rows.weight[:, None]
-    z, y, tau = instruments * weight, rows.columns * weight, rows.effort * weight[:, 0]
-    # in units of their own
-    sizes = np.linalg.norm(y, axis=0)
-    z, y = z / sizes, y / sizes
-    to_values = np.linalg.solve(z.T @ y, z.T)  # (b, rows)
-    values = to_values @ tau
+def _estimated(rows: Rows, instruments: np.ndarray) -> Estimated:
+    y, tau = rows.weighted
+    z, sizes = instruments * rows.weight[:, None], np.linalg.norm(y, axis=0)
+    to_values = np.linalg.solve((z / sizes).T @ (y / sizes), (z / sizes).T)  # (b, rows)
+    values = (to_values @ tau) / sizes
     # the rows that least squares would have with these same values
-    gradient = np.linalg.solve(to_values @ to_values.T, to_values).T
-    residual = tau - y @ values
-    scale = np.outer(1 / sizes, 1 / sizes)
+    gradient = np.linalg.solve(to_values @ to_values.T, to_values).T * sizes
+    return _judged(METHODS[0], rows, values, gradient, tau - y @ values, np.ones(len(sizes), dtype=bool))
+
+
+def _judged(
+    method: str, rows: Rows, values: np.ndarray, gradient: np.ndarray, residual: np.ndarray, free: np.ndarray
+) -> Estimated:
+    """Values (b,) with their covariances, 0 where they were not free. gradient: (rows, free); residual: (rows,)."""
+    # in units of their own
+    sizes = np.linalg.norm(gradient, axis=0)
+    scaled, scale = gradient / sizes, np.outer(1 / sizes, 1 / sizes)
     many = len(np.unique(rows.log)) > 1
     return Estimated(
         method,
-        values / sizes,
-        newey_west(gradient, residual, log=rows.series) * scale,
-        clustered_covariance(gradient, residual, rows.log) * scale if many else None,
+        values,
+        among(newey_west(scaled, residual, log=rows.series) * scale, free),
+        among(plain_covariance(scaled, residual) * scale, free),
+        among(clustered_covariance(scaled, residual, rows.log) * scale, free) if many else None,
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What instruments are made of. slow: the same pieces after a low cutoff (Hz), which drive the simulation: noise of
+    efforts and positions above it must not come back."""
+
+    regressor: Regressor
+    base: Base
+    pieces: Sequence[Motion]
+    slow: Sequence[Motion]
+    cutoff: float
+
+
 def _instrumented(
-    regressor: Regressor,
-    base: Base,
-    pieces: tuple[Sequence[Motion], Sequence[Motion]],
-    rows: Rows,
-    first: np.ndarray,
-    told: Callable[[float], None],
+    asked: _Asked, rows: Rows, first: np.ndarray, told: Callable[[float], None]
 ) -> tuple[Estimated, np.ndarray]:
     values, found, columns = first, None, rows.columns
     for number in range(ROUNDS):
-        simulated = instruments(regressor, base, *pieces, values)
+        simulated = instruments(asked, values)
         if simulated is None:
             break
         columns = simulated
-        found = replace(_estimated("instruments", rows, columns), rounds=number + 1)
+        found = replace(_estimated(rows, columns), rounds=number + 1)
         moved = np.max(np.abs(found.values - values) / found.deviation)
         values = found.values
         told((number + 1) / ROUNDS)
@@ -243,29 +230,25 @@ def _instrumented(
     return found, columns
 
 
-def instruments(
-    regressor: Regressor, base: Base, pieces: Sequence[Motion], slow: Sequence[Motion], values: np.ndarray
-) -> np.ndarray | None:
-    """Columns (rows, b) on simulated motion; None where that is not finite. slow: the same pieces after a low cutoff,
-    which drive it: the noise of efforts and positions above it must not come back in the instruments."""
-    whole = np.zeros(len(regressor.names))
-    whole[base.places] = values
+def instruments(asked: _Asked, values: np.ndarray) -> np.ndarray | None:
+    """Columns (rows, b) on simulated motion; None where that is not finite."""
+    regressor, base, pieces = asked.regressor, asked.base, asked.pieces
     try:
-        found = follow(regressor, whole, slow)
+        found = follow(regressor, base.whole(values), asked.slow, asked.cutoff)
     except np.linalg.LinAlgError:
         return None
     if not all(np.all(np.isfinite(one)) for motion in found for one in motion):
         return None
-    simulated = {id(piece): _columns(regressor, base, *motion) for piece, motion in zip(pieces, found, strict=True)}
+    simulated = {id(piece): regressor(*motion)[:, :, base.places] for piece, motion in zip(pieces, found, strict=True)}
     return stacked(pieces, lambda one: simulated[id(one)])
 
 
 def follow(
-    regressor: Regressor, values: np.ndarray, pieces: Sequence[Motion]
+    regressor: Regressor, values: np.ndarray, pieces: Sequence[Motion], cutoff: float
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Position, velocity, acceleration (n, joints) of every piece, simulated in stretches that overlap, at steps that
-    the cutoff of the pieces allows."""
-    stride = max(int(1 / (FINE * pieces[0].parallel * pieces[0].step)), 1)
+    the cutoff (Hz) of the pieces allows."""
+    stride = max(int(1 / (FINE * cutoff * pieces[0].step)), 1)
     step = stride * pieces[0].step
     grids = [np.arange(piece.time[0], piece.time[-1] + step, step) for piece in pieces]
     settle = int(1 / (OBSERVER * step))

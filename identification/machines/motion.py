@@ -4,7 +4,7 @@
     efforts, and every column of the regressor -> the same second low-pass -> thinned
 
 The second one passes over both sides of a linear equation and leaves it true; it takes off noise above the machine's
-motion and keeps few samples. Both are Butterworth of order 4, forward and backward.
+motion and keeps few samples. Both are Butterworth of order 4, forward and backward; a recipe has filters of its own.
 
 Sources: Gautier (1997), ICRA, 2278 (parallel decimation); Janot, Vandanjon, Gautier (2014), Control Eng. Practice 25,
 85.
@@ -13,7 +13,8 @@ Sources: Gautier (1997), ICRA, 2278 (parallel decimation); Janot, Vandanjon, Gau
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -27,16 +28,46 @@ LEAST = 20  # thinned samples that a piece must hold
 PER_PERIOD = 5.0  # thinned samples per period of the second cutoff
 STILL = 1e-6  # rad or m: a joint that moves less is at rest
 
+Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
+    the efforts; log: number of its log; smooth: the second low-pass; kept: (k,) the thinned samples; weight: (n,)."""
+
+    log: int
+    step: float
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
+    weight: np.ndarray
+    smooth: Smooth
+    kept: np.ndarray
+
+    def thinned(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, ...) after the second low-pass at the thinned samples, (k, ...)."""
+        return self.smooth(values)[self.kept]
+
+    @property
+    def span(self) -> slice:
+        """From the first to the last sample that is used."""
+        return slice(int(self.kept[0]), int(self.kept[-1]) + 1)
+
+
+@dataclass(frozen=True, eq=False)
 class MachineLog:
-    """One log. time: (n,) s; position, effort: (n, joints), as declared; notes: what to say of it."""
+    """One log. time: (n,) s; position, effort: (n, joints), as declared; notes: what to say of it; ready: its pieces as
+    a recipe filters them, empty where there is none."""
 
     name: str
     time: np.ndarray
     position: np.ndarray
     effort: np.ndarray
     notes: tuple[str, ...] = ()
+    ready: tuple[Motion, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -47,40 +78,15 @@ class Cutoffs:
     parallel: float
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
-    the efforts; log: number of its log; every: step of the thinned samples."""
-
-    log: int
-    step: float
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    effort: np.ndarray
-    parallel: float
-
-    def smooth(self, values: np.ndarray) -> np.ndarray:
-        """Values (n, ...) after the second low-pass."""
-        return _low_pass(values, self.parallel, self.step)
-
-    def thinned(self, values: np.ndarray) -> np.ndarray:
-        """The same, thinned, their ends cut off."""
-        return self.smooth(values)[self.kept]
-
-    @property
-    def kept(self) -> slice:
-        """Samples that are used."""
-        return _kept(len(self.time), self.parallel, self.step)
-
-
-def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs) -> list[Motion]:
-    """All pieces of logs, at the step of the slowest of them.
+def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs | None) -> list[Motion]:
+    """All pieces of logs, at the step of the slowest of them; as their recipe filters them if there are no cutoffs.
 
     Raises:
-        StickslipError: a log is too short or too slow for the cutoffs, time runs back, or a joint never moves.
+        StickslipError: a log is too short or too slow for the cutoffs, has no positions or no recipe, time runs back,
+            or a joint never moves.
     """
+    if cutoffs is None:
+        return [replace(piece, log=number) for number, log in enumerate(logs) for piece in _as_recipe(log)]
     step = max(float(np.median(np.diff(log.time))) for log in logs)
     found = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
     travel = np.max([np.ptp(piece.position, axis=0) for piece in found], axis=0)
@@ -93,7 +99,18 @@ def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs)
     return found
 
 
+def _as_recipe(log: MachineLog) -> tuple[Motion, ...]:
+    if not log.ready:
+        raise StickslipError(f"'{log.name}' was read without a recipe that says how to filter it: give a cutoff.")
+    return log.ready
+
+
 def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list[Motion]:
+    if not np.all(np.isfinite(log.position)):
+        raise StickslipError(
+            f"'{log.name}' has no positions, from which a machine's velocities and accelerations are found. Add "
+            "[signals.position] to its recipe, or leave it its own filters, without --method and --cutoff."
+        )
     steps = np.diff(log.time)
     if not np.all(steps > 0):
         place = int(np.argmax(steps <= 0))
@@ -111,7 +128,7 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
     found = []
     for rows in np.split(np.arange(len(log.time)), ends):
         time = np.arange(float(log.time[rows[0]]), float(log.time[rows[-1]]) + 0.5 * step, step)
-        if len(time[_kept(len(time), cutoffs.parallel, step)]) >= LEAST:
+        if len(_kept(len(time), cutoffs.parallel, step)) >= LEAST:
             found.append(_piece(number, log, rows, time, step, cutoffs))
     if not found:
         raise StickslipError(
@@ -125,39 +142,41 @@ def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, ste
     def even(values: np.ndarray) -> np.ndarray:
         return np.stack([np.interp(time, log.time[rows], column) for column in values[rows].T], axis=1)
 
-    position = _low_pass(even(log.position), cutoffs.kinematic, step)
+    position = low_pass(even(log.position), cutoffs.kinematic, step)
     velocity = np.gradient(position, step, axis=0)
-    acceleration = np.gradient(velocity, step, axis=0)
-    return Motion(number, step, time, position, velocity, acceleration, even(log.effort), cutoffs.parallel)
+    return Motion(
+        number,
+        step,
+        time,
+        position,
+        velocity,
+        np.gradient(velocity, step, axis=0),
+        even(log.effort),
+        np.ones(len(time)),
+        partial(low_pass, cutoff=cutoffs.parallel, step=step),
+        _kept(len(time), cutoffs.parallel, step),
+    )
 
 
-def _low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
-    """Values (n, ...) forward and backward through it."""
+def low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
+    """Values (n, ...) forward and backward through it. cutoff: Hz; step: s."""
     from scipy.signal import butter, sosfiltfilt
 
     padding = min(int(PADDED / (cutoff * step)), len(values) - 1)
     return sosfiltfilt(butter(ORDER, 2 * cutoff * step, output="sos"), values, axis=0, padlen=padding)
 
 
-def _kept(count: int, parallel: float, step: float) -> slice:
-    """Of samples after the second low-pass those that are used: thinned, without their ends."""
+def _kept(count: int, parallel: float, step: float) -> np.ndarray:
+    """Of samples after the second low-pass those that are used (k,): thinned, without their ends."""
     edge = int(SETTLED / (parallel * step))
-    return slice(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))
+    return np.arange(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))
 
 
 def stacked(pieces: Sequence[Motion], of: Callable[[Motion], np.ndarray]) -> np.ndarray:
     """What each piece gives (k, joints, ...), thinned, joint after joint of one piece after another: (rows, ...)."""
-    parts = [piece.thinned(of(piece)) for piece in pieces]
+    return in_rows([piece.thinned(of(piece)) for piece in pieces])
+
+
+def in_rows(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Values of thinned samples (k, joints, ...) of each piece in the order of `stacked`."""
     return np.concatenate([np.swapaxes(part, 0, 1).reshape(-1, *part.shape[2:]) for part in parts])
-
-
-def labels(pieces: Sequence[Motion], joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Number of the series (piece and joint), of the joint and of the log of each row of `stacked`."""
-    series, joint, log = [], [], []
-    for number, piece in enumerate(pieces):
-        count = len(piece.time[piece.kept])
-        for place in range(joints):
-            series.append(np.full(count, number * joints + place))
-            joint.append(np.full(count, place))
-            log.append(np.full(count, piece.log))
-    return np.concatenate(series), np.concatenate(joint), np.concatenate(log)

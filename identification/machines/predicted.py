@@ -7,20 +7,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
+from identification.machines.base_parameters import base_parameters
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import Cutoffs, MachineLog, motions
+from identification.machines.motion import Cutoffs, MachineLog, Motion, motions
 from identification.machines.regressor import regressor_of
+from identification.machines.rows import Rows, rows_of
 
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """A piece of a log without gaps. time: (n,) s; measured, modelled: (n, joints), in the units of the joints."""
+    """A piece of a log without gaps. time: (n,) s; velocity, measured and modelled effort, friction in the latter: (n,
+    joints), in the units of the joints."""
 
     log: str
     time: np.ndarray
+    velocity: np.ndarray
     measured: np.ndarray
     modelled: np.ndarray
+    friction: np.ndarray
 
 
 def predict_efforts(mechanism: Mechanism, fit: MachineFit, logs: Sequence[MachineLog]) -> list[Predicted]:
@@ -30,14 +36,53 @@ def predict_efforts(mechanism: Mechanism, fit: MachineFit, logs: Sequence[Machin
         StickslipError: as in `motions`.
     """
     regressor = regressor_of(mechanism, fit.known)
-    places = [regressor.names.index(one.name) for one in fit.parameters]
-    values = np.array([one.value for one in fit.parameters])
-    return [
-        Predicted(
-            logs[piece.log].name,
-            piece.time[piece.kept],
-            piece.thinned(piece.effort),
-            piece.thinned(regressor(piece.position, piece.velocity, piece.acceleration)[:, :, places] @ values),
+    pieces = motions(logs, regressor.joints, cutoffs_of(fit))
+    rows = rows_of(regressor, base_parameters(regressor), pieces)
+    return _predicted(fit, rows, pieces, [log.name for log in logs])
+
+
+def fitted_efforts(fit: MachineFit) -> list[Predicted]:
+    """Those of the logs of a fit that was not read from a file.
+
+    Raises:
+        StickslipError: it was.
+    """
+    if fit.identified is None:
+        raise StickslipError("This fit was read from a file, which holds no logs: predict the efforts of logs instead.")
+    return _predicted(fit, fit.identified.rows, fit.identified.pieces, fit.logs)
+
+
+def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequence[str]) -> list[Predicted]:
+    values = np.array([fit[name].value for name in rows.names])
+    friction = np.array([fit[name].frictional for name in rows.names])
+    modelled, of_friction = rows.given + rows.columns @ values, rows.columns @ (values * friction)
+    found, begin = [], 0
+    for piece in pieces:
+        end = begin + len(piece.kept) * len(fit.joints)
+        velocity, measured, model, held = (
+            one[begin:end].reshape(len(fit.joints), -1).T for one in (rows.speed, rows.effort, modelled, of_friction)
         )
-        for piece in motions(logs, regressor.joints, Cutoffs(fit.cutoff, fit.parallel_cutoff))
-    ]
+        found.append(Predicted(logs[piece.log], piece.time[piece.kept], velocity, measured, model, held))
+        begin = end
+    return found
+
+
+def friction_curves(mechanism: Mechanism, fit: MachineFit, speeds: np.ndarray) -> np.ndarray:
+    """Friction (n, joints) of each joint, moving alone at speeds (n, joints), the others at rest."""
+    regressor = regressor_of(mechanism, fit.known)
+    places = [regressor.names.index(one.name) for one in fit.parameters]
+    values = np.array([one.value if one.frictional else 0.0 for one in fit.parameters])
+    found = np.empty_like(speeds)
+    for joint, column in enumerate(speeds.T):
+        v = np.zeros_like(speeds)
+        v[:, joint] = column
+        rest = np.zeros_like(v)
+        found[:, joint] = regressor(rest, v, rest)[:, joint, places] @ values
+    return found
+
+
+def cutoffs_of(fit: MachineFit) -> Cutoffs | None:
+    """How the logs of a fit were made ready."""
+    if fit.cutoff is None:
+        return None
+    return Cutoffs(fit.cutoff, fit.parallel_cutoff or fit.cutoff)

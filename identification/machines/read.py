@@ -3,28 +3,69 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.registry import Reference
+from fmu_models.base.registry import Reference, is_place
 from fmu_models.base.unit_names import conversion_factor
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
 from fmu_models.oscillators import load
+from identification.machines.by_recipe import recipe_machine
+from identification.machines.machine import Machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import effort_inputs
 from identification.machines.urdf import GRAVITY, mechanism_from_urdf
+from identification.measurement.recipe import SUFFIX, TIME, read_recipe
 from rig_io.logs.table import Table
 from rig_io.packages.datapackage import read_columns
 
-TIME = "time"
 URDF = ".urdf"
 LEAST = 100  # rows
 OTHER = 0.2  # relative: a recorded velocity that differs more is not the derivative of the position
+
+
+@dataclass(frozen=True, eq=False)
+class DeclaredMachine(Machine):
+    """A declared machine, with columns of its logs by name of a coordinate, effort or ``time``, where they differ."""
+
+    mechanism: Mechanism
+    columns: Mapping[str, str]
+
+    def logs(
+        self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
+    ) -> list[MachineLog]:
+        """As in `Machine`; nothing is repaired."""
+        if repair:
+            raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
+        return [read_machine_log(one, self.mechanism, self.columns, reader=reader) for one in paths]
+
+
+def is_recipe(reference: str) -> bool:
+    """Whether what is named is a recipe rather than a declaration, in a file or a module, or a URDF."""
+    return not reference.endswith(URDF) and (reference.endswith(SUFFIX) or not is_place(reference))
+
+
+def machine_at(reference: str, gravity: Sequence[float] = (), columns: Mapping[str, str] | None = None) -> Machine:
+    """The machine that a declaration, a URDF or a recipe stands for, and how its logs are read. gravity, columns: as in
+    `declared_machine` and `read_machine_log`; a recipe has its own.
+
+    Raises:
+        StickslipError: as in `declared_machine` or `recipe_machine`, or what a recipe has itself is given.
+    """
+    if not is_recipe(reference):
+        return DeclaredMachine(declared_machine(reference, gravity), dict(columns or {}))
+    if gravity or columns:
+        raise StickslipError(
+            f"'{reference}' is a recipe, which says its columns, units and gravity itself: --column and --gravity are "
+            "for declared machines, my_robot.py."
+        )
+    return recipe_machine(read_recipe(reference))
 
 
 def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism:
@@ -48,7 +89,7 @@ def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism
     return found
 
 
-def machine_of(fit: MachineFit, declaration: str | None = None) -> Mechanism:
+def machine_of(fit: MachineFit, declaration: str | None = None) -> Machine:
     """The machine of a fit, where it was declared, or where it is now.
 
     Raises:
@@ -59,7 +100,7 @@ def machine_of(fit: MachineFit, declaration: str | None = None) -> Mechanism:
         raise StickslipError(
             f"The fit does not say where {fit.machine} is declared: name its declaration with --machine my_robot.py."
         )
-    return declared_machine(place, fit.gravity)
+    return machine_at(place, fit.gravity, fit.columns)
 
 
 def read_machine_log(

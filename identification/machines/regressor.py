@@ -28,13 +28,14 @@ from identification.machines.linear_parts import NOTHING, Monomial, Parts, linea
 CHUNK = 1024  # rows at once: what is in between of a long chain then stays in the processor's cache
 SIGN = sympy.Dummy("sign", real=True)
 SLIP = sympy.Dummy("slip", real=True)
+GIVEN = monomial_name(NOTHING)
 
 
 @dataclass(frozen=True, eq=False)
 class Regressor:
     """Y of a machine. joints: names of the coordinates, in order; efforts: input that drives each; names, units: of
-    the monomials theta (m,); frictional: (m,) whether a monomial stands in friction alone (contacts, dissipation);
-    declared: (m,) its value by the declaration."""
+    the monomials theta (m,), ``GIVEN`` for what holds nothing that is to be found; frictional: (m,) whether a monomial
+    stands in friction alone (contacts, dissipation); declared: (m,) its value by the declaration."""
 
     joints: tuple[str, ...]
     efforts: tuple[str, ...]
@@ -81,15 +82,12 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
     forces = [_forces(mechanism, contact, parts) for contact in mechanism.contacts]
     applied = [{m: -e for m, e in parts(expression).items()} for expression in rest]
     for part in (lagrangian, dissipation, *(force for force, _, _ in forces), *applied):
-        if part.pop(NOTHING, sympy.S.Zero) != 0:
-            raise StickslipError(
-                f"A part of {mechanism.name} holds none of the parameters that are to be found: leave one of its "
-                "parameters to be found, or take it out of the declaration."
-            )
+        if part.get(NOTHING) == 0:
+            del part[NOTHING]
     every = (lagrangian, dissipation, *(force for force, _, _ in forces), *applied)
     monomials = sorted({m for part in every for m in part}, key=lambda m: [(p.declared, n) for p, n in m])
     frictional = {m for part in (dissipation, *(force for force, _, _ in forces)) for m in part}
-    frictional -= {m for part in (lagrangian, *applied) for m in part}
+    frictional -= {NOTHING, *(m for part in (lagrangian, *applied) for m in part)}
     return Regressor(
         tuple(q.name for q in mechanism.coordinates),
         tuple(drive.name for drive in drives),

@@ -7,9 +7,9 @@ keeps every n-th sample, counted back from the last. Every regressor goes throug
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -17,11 +17,9 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from identification.measurement.motion import savitzky_golay
 from identification.measurement.recipe import (
-    EFFORT,
     FRICTION,
     ROLES,
     TIME,
-    VELOCITY,
     WEIGHT,
     Filter,
     Recipe,
@@ -50,77 +48,27 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """The signals of one log. turning: whether the body turns (rad) rather than slides (m); step: s between samples,
-    after decimation; notes: sentences on what was cut."""
+    """The signals of one log. turning: whether the body turns (rad) rather than slides (m); step: s between samples;
+    notes: sentences on what was cut."""
 
     source: str
     pieces: tuple[Piece, ...]
     turning: bool
     step: float
-    decimate: int
-    least_speed: float
     notes: tuple[str, ...]
 
-    @property
-    def speed_unit(self) -> str:
-        """rad/s or m/s."""
-        return "rad/s" if self.turning else "m/s"
 
-    @property
-    def effort_unit(self) -> str:
-        """N m or N."""
-        return "N m" if self.turning else "N"
+def check_speed(recipe: Recipe, turning: bool, name: str, speed: Speed) -> None:
+    """Refuse a speed of the recipe that is not one of such a body.
 
-    def check_speed(self, recipe: Recipe, name: str, speed: Speed) -> None:
-        """Refuse a speed of the recipe that is not one of such a body.
-
-        Raises:
-            StickslipError: which.
-        """
-        if not speed.fits(self.turning):
-            raise StickslipError(
-                f"{recipe.name}: '{name}' is given in a unit of {speed.unit}, but the body "
-                f"{'turns: rad/s' if self.turning else 'slides: m/s'} is expected."
-            )
-
-    def thinned(self, of: Callable[[Mapping[str, np.ndarray]], np.ndarray]) -> np.ndarray:
-        """A function of the signals (n,) or (n, m), evaluated at the full rate, decimated, masked: (k,) or (k, m)."""
-        return np.concatenate([_decimated(of(piece.values), self.decimate) for piece in self.pieces])[self.kept]
-
-    def picked(self, of: Callable[[Mapping[str, np.ndarray]], np.ndarray]) -> np.ndarray:
-        """As `thinned`, without the filter of the decimation: for what is no signal."""
-        every = self.decimate
-        parts = [of(piece.values) for piece in self.pieces]
-        return np.concatenate([part[(len(part) - 1) % every :: every] for part in parts])[self.kept]
-
-    @cached_property
-    def kept(self) -> np.ndarray:
-        """Which decimated samples move fast enough to be used."""
-        every = self.decimate
-        if self.least_speed == 0:
-            return np.ones(sum(-(-len(piece.values[TIME]) // every) for piece in self.pieces), bool)
-        speed = np.concatenate([_decimated(piece.values[VELOCITY], every) for piece in self.pieces])
-        return np.abs(speed) >= self.least_speed
-
-    @property
-    def time(self) -> np.ndarray:
-        """Time of the kept samples, s."""
-        return self.picked(lambda s: s[TIME])
-
-    @property
-    def effort(self) -> np.ndarray:
-        """Measured effort (k,), N or N m."""
-        return self.thinned(lambda s: s[EFFORT])
-
-    @property
-    def speed(self) -> np.ndarray:
-        """Velocity (k,), m/s or rad/s."""
-        return self.thinned(lambda s: s[VELOCITY])
-
-    @property
-    def weight(self) -> np.ndarray:
-        """Weight of each sample (k,), 1 where the recipe has none."""
-        return self.picked(lambda s: s.get(WEIGHT, np.ones_like(s[TIME])))
+    Raises:
+        StickslipError: which.
+    """
+    if not speed.fits(turning):
+        raise StickslipError(
+            f"{recipe.name}: '{name}' is given in a unit of {speed.unit}, but the body "
+            f"{'turns: rad/s' if turning else 'slides: m/s'} is expected."
+        )
 
 
 def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepared:
@@ -158,10 +106,22 @@ def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepa
     if len(borders) > 2:
         notes.append(f"The clock has {len(borders) - 2} gaps; no filter runs across them ({lost} samples left out).")
     turning = _turning(recipe, units)
-    every, least_speed = recipe.sampling.decimate, recipe.sampling.least_speed
-    made = Prepared(table.source, tuple(pieces), turning, every * step, every, least_speed.value, tuple(notes))
-    made.check_speed(recipe, "least_speed", least_speed)
-    return made
+    check_speed(recipe, turning, "least_speed", recipe.sampling.least_speed)
+    return Prepared(table.source, tuple(pieces), turning, step, tuple(notes))
+
+
+def turning_of(recipe: Recipe) -> bool:
+    """Whether the body of a recipe turns (rad, N m) rather than slides, by its units alone.
+
+    Raises:
+        StickslipError: a unit does not fit, or signals are of both kinds.
+    """
+    units = {
+        name: _si(_gained(signal, str(signal.unit)), ROLES.get(name), f"{recipe.name}: signal '{name}'")[0]
+        for name, signal in recipe.signals.items()
+        if signal.column
+    }
+    return _turning(recipe, units)
 
 
 class _Chain:
@@ -214,15 +174,27 @@ def filtered(values: np.ndarray, low_pass: Filter, step: float) -> np.ndarray:
     return sosfiltfilt(butter(low_pass.order, share, output="sos"), values, padlen=low_pass.padding)
 
 
-def _decimated(values: np.ndarray, every: int) -> np.ndarray:
+def decimating(values: np.ndarray, every: int) -> np.ndarray:
+    """The low-pass before one sample in so many is kept. values: (n, ...)."""
     if every == 1:
         return values
-    from scipy.signal import cheby1, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    low_pass = cheby1(CHEBYSHEV_ORDER, CHEBYSHEV_RIPPLE, 0.8 / every, output="sos")
-    smooth = sosfiltfilt(low_pass, values, axis=0, padlen=3 * CHEBYSHEV_ORDER)
+    low_pass = _decimating_filter(every)
     # a filter of even order passes a constant with the loss of its ripple, twice
-    return smooth[(len(values) - 1) % every :: every] * 10 ** (CHEBYSHEV_RIPPLE / 10)
+    return sosfiltfilt(low_pass, values, axis=0, padlen=3 * CHEBYSHEV_ORDER) * 10 ** (CHEBYSHEV_RIPPLE / 10)
+
+
+@cache
+def _decimating_filter(every: int) -> np.ndarray:
+    from scipy.signal import cheby1
+
+    return np.asarray(cheby1(CHEBYSHEV_ORDER, CHEBYSHEV_RIPPLE, 0.8 / every, output="sos"))
+
+
+def decimated(count: int, every: int) -> np.ndarray:
+    """Which of ``count`` samples are kept, counted back from the last."""
+    return np.arange((count - 1) % every, count, every)
 
 
 def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str]) -> np.ndarray:
@@ -246,11 +218,15 @@ def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str])
     if stated:
         conversion(stated, given, f"{table.source}: column '{name}', for signal '{signal.name}' of {recipe.name},")
         given = stated
-    unit = given if signal.gain_unit == "1" else f"({given}) * ({signal.gain_unit})"
     where = f"{recipe.name}: signal '{signal.name}'"
-    found, factor = _si(unit, ROLES.get(signal.name), where)
+    found, factor = _si(_gained(signal, given), ROLES.get(signal.name), where)
     units[signal.name] = found
     return values * (_gain(table, signal, where) * factor)
+
+
+def _gained(signal: Signal, unit: str) -> str:
+    """Unit of a column in this unit after its gain."""
+    return unit if signal.gain_unit == "1" else f"({unit}) * ({signal.gain_unit})"
 
 
 def _gain(table: Table, signal: Signal, where: str) -> float:

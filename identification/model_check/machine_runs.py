@@ -15,9 +15,11 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.mechanism import Mechanism
 from identification.fitted_model.machine import machine_with
-from identification.machines.machine_fit import FREE_RUN, MachineFit
-from identification.machines.motion import Cutoffs, MachineLog, Motion, motions
+from identification.machines.machine_fit import MachineFit
+from identification.machines.motion import MachineLog, Motion, motions
+from identification.machines.predicted import cutoffs_of
 from identification.machines.regressor import effort_inputs
+from identification.machines.scores import FREE_RUN
 
 if TYPE_CHECKING:
     from fmu_models.simulation.trajectory import Trajectory
@@ -82,7 +84,9 @@ def machine_runs(
     if not window > 0:
         raise StickslipError(f"A window of {window:g} s holds no motion: give it a length, such as 1 s.")
     told = progress if progress is not None else lambda _: None
-    pieces = motions(logs, [q.name for q in mechanism.coordinates], Cutoffs(fit.cutoff, fit.parallel_cutoff))
+    pieces = motions(logs, [q.name for q in mechanism.coordinates], cutoffs_of(fit))
+    if not any(piece.position.any() for piece in pieces):
+        raise StickslipError("The logs hold no positions beside which the machine could be run.")
     values = {p.name: p.value for p in machine_with(mechanism, fit).parameters}
     # one FMU for all fits of the machine, which is compiled once
     plain = dataclasses.replace(fit, parameters=tuple(dataclasses.replace(one, value=1.0) for one in fit.parameters))
@@ -101,7 +105,7 @@ def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], w
     times, measured, simulated, said = [], [], [], []
     for piece in pieces:
         length = round(window / piece.step)
-        for begin in range(piece.kept.start, piece.kept.stop - length, length):
+        for begin in range(piece.span.start, piece.span.stop - length, length):
             rows = slice(begin, begin + length + 1)
             motion, why = _window(mechanism, run, piece, rows)
             every = max(round(EVERY / piece.step), 1)

@@ -1,123 +1,183 @@
-"""Figures: measured and modelled effort, friction against speed; slip events in time and their distributions.
+"""Figures of the fit of a machine: efforts in time, measured and modelled; friction against speed; runs beside logs.
 
 matplotlib is imported only here, inside the functions.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.machines.axis import Signals, columns_of
-from identification.machines.axis_terms import KINDS
-from identification.measurement.recipe import VELOCITY
+from identification.machines.predicted import Predicted, fitted_efforts, friction_curves
+from identification.report.slip_figure import BLUE, RED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.fit.inverse import InverseRun
-    from identification.slips.block_on_belt import SlipModel
-    from identification.slips.events import SlipEvents
-    from identification.slips.statistics import SlipStatistics
+    from fmu_models.language.mechanism import Mechanism
+    from identification.machines.machine_fit import MachineFit
+    from identification.model_check.machine_runs import MachineRun
 
-BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
+ONE_COLUMN = 3  # joints; more stand in two
+APART = 0.03  # of the whole time, between logs
+NAMED = 4  # logs whose names find room side by side
 MARKS = 4000  # more marks hide each other
 
 
-def inverse_figure(run: InverseRun) -> Figure:
-    """Effort in time with the model and the residual below; friction (effort less the other terms) against speed."""
+def machine_fit_figure(
+    mechanism: Mechanism, fit: MachineFit, seen: Sequence[Predicted], held_out: Sequence[Predicted] = ()
+) -> Figure:
+    """For each joint its effort with the model, the residual below, logs one after another, held-out ones shaded; for
+    few joints beside it friction (effort less the rest) against speed."""
     from matplotlib.figure import Figure
 
-    result, prepared = run.result, run.prepared
-    unit, time = prepared.effort_unit, prepared.time
-    figure = Figure(figsize=(11.0, 5.5), layout="constrained")
-    grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1), width_ratios=(1.5, 1))
-    above = figure.add_subplot(grid[0, 0])
-    below = figure.add_subplot(grid[1, 0], sharex=above)
-    speeds = figure.add_subplot(grid[:, 1])
-    draw_effort(above, run)
-    above.set_xlabel("")  # as below
-    below.plot(time, run.residual, color=RED, linewidth=0.8)
-    below.axhline(0.0, color="black", linewidth=0.8)
-    below.set_ylabel(f"residual ({unit})")
-    below.set_xlabel("time (s)")
-    figure.legend(
-        *above.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize="small", frameon=False
+    count = len(fit.joints)
+    columns = 1 if count <= ONE_COLUMN else 2
+    rows = -(-count // columns)
+    figure = Figure(
+        figsize=(11.0 if columns == 1 else 15.0, 1.0 + (4.5 if count == 1 else 3.0 * rows)), layout="constrained"
     )
-    explained = f"{100 * result.score.explained:.1f} % of the variance explained"
-    above.set_title(f"relative error {100 * result.score.relative_error:.2f} %, {explained}", fontsize="medium")
-    _friction(speeds, run)
-    for axes in (above, below, speeds):
-        axes.grid(alpha=0.25)
-    figure.suptitle(result.title)
+    beside = columns == 1 and bool(seen)
+    ratios = (1.5, 1) if beside else (1,) * columns
+    grid = figure.add_gridspec(2 * rows, len(ratios), height_ratios=(2.2, 1) * rows, width_ratios=ratios)
+    pieces = [*seen, *held_out]
+    begins, ends = _places(pieces)
+    time = _joined([piece.time - piece.time[0] + begin for piece, begin in zip(pieces, begins, strict=True)])
+    above = None
+    for place, score in enumerate(fit.joints):
+        row, column = 2 * (place % rows), place // rows
+        above = figure.add_subplot(grid[row, column], sharex=above)
+        below = figure.add_subplot(grid[row + 1, column], sharex=above)
+        measured = _joined([piece.measured[:, place] for piece in pieces])
+        modelled = _joined([piece.modelled[:, place] for piece in pieces])
+        above.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
+        above.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
+        below.plot(time, measured - modelled, color=RED, linewidth=0.8)
+        below.axhline(0.0, color="black", linewidth=0.8)
+        above.set_ylabel(f"effort ({score.unit})")
+        below.set_ylabel(f"residual ({score.unit})")
+        worst = max((one.relative_error for one in score.held_out.values()), default=None)
+        off = f", held out {100 * worst:.3g} %" if worst is not None else ""
+        error = f"{100 * score.seen.relative_error:.3g} % of the effort"
+        above.set_title(f"{score.joint}: error {error}{off}", fontsize="medium")
+        above.tick_params(labelbottom=False)
+        if place % rows == rows - 1 or place == count - 1:
+            below.set_xlabel("time, logs one after another (s)" if len(pieces) > 1 else "time (s)")
+        for axes in (above, below):
+            _mark(axes, begins[len(seen) :], ends[len(seen) :])
+    if above is not None:
+        figure.legend(
+            *above.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize="small", frameon=False
+        )
+    if beside:
+        places = [figure.add_subplot(grid[2 * place : 2 * place + 2, 1]) for place in range(count)]
+        _draw_friction(places, mechanism, fit, seen)
+    figure.suptitle(_title(fit, pieces))
     return figure
 
 
-def draw_effort(axes: Axes, run: InverseRun) -> None:
-    """Effort in time, measured and of the model."""
-    effort, time = run.prepared.effort, run.prepared.time
-    axes.plot(time, effort, color=BLUE, linewidth=1.6, label="measured")
-    axes.plot(time, effort - run.residual, color="black", linewidth=0.9, linestyle="--", label="model")
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel(f"effort ({run.prepared.effort_unit})")
+def draw_effort(axes: Axes, fit: MachineFit) -> None:
+    """Effort in time of the joint that is predicted worst, measured and of the model."""
+    place = max(range(len(fit.joints)), key=lambda joint: fit.joints[joint].seen.relative_error)
+    pieces = fitted_efforts(fit)
+    begins, _ = _places(pieces)
+    time = _joined([piece.time - piece.time[0] + begin for piece, begin in zip(pieces, begins, strict=True)])
+    measured, modelled = (
+        _joined([part[:, place] for part in parts])
+        for parts in ([one.measured for one in pieces], [one.modelled for one in pieces])
+    )
+    axes.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
+    axes.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
+    axes.set_xlabel("time, logs one after another (s)" if len(pieces) > 1 else "time (s)")
+    axes.set_ylabel(f"effort of {fit.joints[place].joint} ({fit.joints[place].unit})")
 
 
-def _friction(axes: Axes, run: InverseRun) -> None:
-    prepared, terms, values = run.prepared, run.problem.terms, run.solved.solution.values
-    friction = np.array([KINDS[term.kind].friction for term in terms])
-    columns = columns_of(terms, prepared.turning)
-
-    def of_friction(signals: Signals) -> np.ndarray:
-        return columns(signals) @ (values * friction)
-
-    modelled = prepared.thinned(of_friction)
-    speed = prepared.speed
+def _draw_friction(places: Sequence[Axes], mechanism: Mechanism, fit: MachineFit, seen: Sequence[Predicted]) -> None:
+    """Friction of each joint against its speed: effort less what is modelled but friction, and the model."""
+    speed = np.concatenate([piece.velocity for piece in seen])
+    friction = np.concatenate([piece.measured - piece.modelled + piece.friction for piece in seen])
+    line = np.linspace(speed.min(axis=0), speed.max(axis=0), 801)
+    curve = friction_curves(mechanism, fit, line)
     every = max(len(speed) // MARKS, 1)
-    axes.plot(speed[::every], (modelled + run.residual)[::every], ".", color=BLUE, markersize=2, alpha=0.5)
-    line = np.linspace(speed.min(), speed.max(), 801)
-    axes.plot(line, of_friction({VELOCITY: line}), color="black", linewidth=1.6, label="model")
-    axes.set_xlabel(f"speed ({prepared.speed_unit})")
-    axes.set_ylabel(f"friction: effort less the other terms ({prepared.effort_unit})")
+    named = zip(places, fit.joints, mechanism.coordinates, strict=True)
+    for place, (axes, score, q) in enumerate(named):
+        axes.plot(speed[::every, place], friction[::every, place], ".", color=BLUE, markersize=2, alpha=0.5)
+        axes.plot(line[:, place], curve[:, place], color="black", linewidth=1.6)
+        axes.set_xlabel(f"{q.v.name} ({q.v.unit})")
+        axes.set_ylabel(f"friction: effort less the rest ({score.unit})")
+        axes.grid(alpha=0.25)
 
 
-def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel | None) -> Figure:
-    """Friction in time with peaks and after-slip values, a stretch of it, and histograms."""
+def machine_runs_figure(fit: MachineFit, runs: Sequence[MachineRun]) -> Figure:
+    """For each joint its position, measured and run by the engine; logs one after another."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
-    grid = figure.add_gridspec(2, 6)
-    whole, part = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
-    middle = len(events.time) // 2
-    last = min(middle + 4, len(events.time) - 1)
-    begin, end = events.time[max(middle - 4, 0)], events.time[last] + float(np.median(np.diff(events.time))) / 4
-    inside = (events.smooth_time >= begin) & (events.smooth_time <= end)
-    every = max(len(events.smooth) // 20000, 1)
-    whole.plot(events.smooth_time[::every], events.smooth[::every], color=GREY, linewidth=0.5)
-    part.plot(events.smooth_time[inside], events.smooth[inside], color=GREY, linewidth=1.0)
-    for axes, chosen in ((whole, slice(None)), (part, slice(max(middle - 4, 0), middle + 5))):
-        axes.plot(events.time[chosen], events.peak[chosen], "^", color=BLUE, markersize=3, label="peak")
-        axes.plot(events.time[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
-        axes.set_xlabel("time (s)")
-        axes.set_ylabel("force over weight (1)")
-    figure.legend(
-        *part.get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small", frameon=False
-    )
-    lines = {one.name: one.modelled for one in model.predictions} if model else {}
-    histograms = (
-        ("peak friction", events.peak, statistics.peak.value, "1"),
-        ("friction after slip", events.after, statistics.after.value, "1"),
-        ("period", events.interval[np.isfinite(events.interval)], statistics.period.value, "s"),
-    )
-    for place, (name, values, centre, unit) in enumerate(histograms):
-        axes = figure.add_subplot(grid[1, 2 * place : 2 * place + 2])
-        axes.hist(values, bins="auto", color="#c6dbef", edgecolor=BLUE)
-        axes.axvline(centre, color=BLUE, linewidth=1.6, label=f"measured {centre:.4g}")
-        if name in lines:
-            axes.axvline(lines[name], color="black", linestyle="--", linewidth=1.6, label=f"model {lines[name]:.4g}")
-        axes.set_xlabel(f"{name} ({unit})")
-        axes.set_ylabel("slip events")
-        axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    figure.suptitle(f"{statistics.title}: {statistics.events} slip events")
+    count = len(fit.joints)
+    columns = 1 if count <= ONE_COLUMN else 2
+    rows = -(-count // columns)
+    figure = Figure(figsize=(11.0 if columns == 1 else 15.0, 1.0 + 2.2 * rows), layout="constrained")
+    begins, end = [], 0.0
+    for run in runs:
+        begins.append(end - float(run.time[0]))
+        end = (1 + APART) * (float(run.time[-1]) + begins[-1])
+    time = _joined([run.time + begin for run, begin in zip(runs, begins, strict=True)])
+    above = None
+    for place, score in enumerate(runs[0].joints):
+        above = figure.add_subplot(rows, columns, place + 1, sharex=above)
+        above.plot(time, _joined([run.measured[:, place] for run in runs]), color=BLUE, linewidth=1.6, label="measured")
+        simulated = _joined([_parted(run)[:, place] for run in runs])
+        above.plot(time, simulated, color="black", linewidth=0.9, linestyle="--", label="simulated")
+        above.set_ylabel(f"{score.joint} ({score.unit})")
+        above.grid(alpha=0.25)
+        if place >= count - columns:
+            above.set_xlabel("time, logs one after another (s)" if len(runs) > 1 else "time (s)")
+    if above is not None:
+        figure.legend(
+            *above.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize="small", frameon=False
+        )
+    figure.suptitle(f"{fit.title}: begun anew every {runs[0].window:g} s from the measured state")
     return figure
+
+
+def _parted(run: MachineRun) -> np.ndarray:
+    """Simulated positions with a gap at the end of each window."""
+    found = run.simulated.copy()
+    found[run.ends] = np.nan
+    return found
+
+
+def _places(pieces: Sequence[Predicted]) -> tuple[list[float], list[float]]:
+    """Where pieces begin and end, one after another, s: pieces of a log as far apart as they are in it."""
+    lengths = [float(piece.time[-1] - piece.time[0]) for piece in pieces]
+    begins: list[float] = []
+    for place, piece in enumerate(pieces):
+        before = pieces[place - 1] if place else None
+        if before is None:
+            begins.append(0.0)
+        elif before.log == piece.log and piece.time[0] > before.time[-1]:
+            begins.append(begins[-1] + float(piece.time[0] - before.time[0]))
+        else:
+            begins.append(begins[-1] + lengths[place - 1] + APART * sum(lengths))
+    return begins, [begin + length for begin, length in zip(begins, lengths, strict=True)]
+
+
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """One after another (n,), with a gap that no line crosses."""
+    return np.concatenate([np.append(part, np.nan) for part in parts])
+
+
+def _mark(axes: Axes, begins: Sequence[float], ends: Sequence[float]) -> None:
+    """Shade what was held out."""
+    for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        axes.axvspan(begin, end, color="0.9", linewidth=0, zorder=0, label="" if number else "held out")
+    axes.grid(alpha=0.25)
+
+
+def _title(fit: MachineFit, pieces: Sequence[Predicted]) -> str:
+    names = [name for name, _ in groupby(piece.log for piece in pieces)]
+    logs = ", ".join(names) if len(names) <= NAMED else f"{len(names)} logs"
+    return f"{fit.title}, by {fit.method}: {logs}"

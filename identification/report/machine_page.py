@@ -17,8 +17,8 @@ from identification.machines.motion import MachineLog
 from identification.machines.predicted import Predicted, predict_efforts
 from identification.model_check.machine_runs import MachineRun, machine_runs
 from identification.report.citations import machine_citations
-from identification.report.machine_fit_figure import machine_fit_figure, machine_runs_figure
-from identification.report.machine_fit_tables import meaning, parameters_table, runs_table, scores_table
+from identification.report.machine_figures import machine_fit_figure, machine_runs_figure
+from identification.report.machine_tables import meaning, parameters_table, runs_table, scores_table
 from identification.report.page import drawing, rendered
 
 TEMPLATE = "machine.html.j2"
@@ -30,6 +30,7 @@ class MachineFindings(Shown):
     notes: what could not be shown, and why."""
 
     fit: MachineFit
+    mechanism: Mechanism
     seen: Sequence[Predicted]
     others: Sequence[Predicted]
     runs: Sequence[MachineRun]
@@ -64,18 +65,19 @@ def machine_findings(
         runs = []
         notes.append(f"The machine could not be run: {error}")
     notes += [f"{run.log}: {why}" for run in runs for why in run.given_up]
-    return MachineFindings(fit, fitted, only_seen, runs, notes)
+    return MachineFindings(fit, mechanism, fitted, only_seen, runs, notes)
 
 
 def machine_summary(findings: MachineFindings) -> list[str]:
     """What was found and how far it can be trusted, in sentences."""
     fit = findings.fit
     worst = max(fit.parameters, key=lambda one: one.standard_deviation / max(abs(one.value), 1e-300))
-    off = max(fit.joints, key=lambda one: one.seen)
+    many = f"{len(fit.logs)} logs" if len(fit.logs) > 1 else fit.logs[0]
+    off = max(fit.joints, key=lambda one: one.seen.relative_error)
     said = [
-        f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {len(fit.logs)} logs.",
+        f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",
         f"Least well known is {worst.combination}: {worst.value:.4g} +- {worst.standard_deviation:.2g} {worst.unit}.",
-        f"Efforts are predicted to {100 * off.seen:.1f} % or better (worst '{off.joint}').",
+        f"Efforts are predicted to {100 * off.seen.relative_error:.1f} % or better (worst '{off.joint}').",
     ]
     every = [(one.relative, one.joint, run.log) for run in findings.runs for one in run.joints if one.relative]
     if every:
@@ -114,7 +116,9 @@ def machine_page(findings: MachineFindings) -> str:
         summary=machine_summary(findings),
         parameters=parameters_table(fit),
         meaning=meaning(fit),
-        efforts=drawing(machine_fit_figure(fit, findings.seen, findings.others), "efforts", efforts),
+        efforts=drawing(
+            machine_fit_figure(findings.mechanism, fit, findings.seen, findings.others), "efforts", efforts
+        ),
         scores=scores_table(fit),
         runs=drawing(machine_runs_figure(fit, runs), "runs", beside) if runs else None,
         run_table=runs_table(runs) if runs else None,

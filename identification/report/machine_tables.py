@@ -1,88 +1,133 @@
-"""Results of inverse dynamics and slip statistics as tables for a terminal (rich)."""
+"""The fit of a machine: tables for a page and a terminal."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from fmu_models.base.console import plain, table
-from fmu_models.base.digits import deviation, like_sd
+from fmu_models.base.console import plain
+from fmu_models.base.table import Cell, Column, Table, known_to, number, sd, table
+from fmu_models.base.terminal_table import terminal
+from identification.inference.uncertainty import LAG_RULE
+from identification.machines.identify import METHODS
+from identification.machines.scores import FREE_RUN
 from identification.report.law_table import LEGEND, law_table
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
 
-    from identification.fit.inverse import InverseResult
-    from identification.slips.block_on_belt import SlipModel
-    from identification.slips.statistics import SlipStatistics
+    from identification.inference.comparison import LawComparison
+    from identification.machines.machine_fit import MachineFit, MachineParameter
+    from identification.model_check.machine_runs import MachineRun
+
+RUNS = "Runs from the measured state by the measured efforts; error, root mean square; share: of the motion, %"
 
 
-def inverse_report(result: InverseResult) -> Group:
-    """Everything that a log says of a model."""
+def machine_report(fit: MachineFit) -> Group:
+    """Everything that logs say of a machine."""
     from rich.console import Group
 
-    parts: list[RenderableType] = [plain(result.title, "bold"), plain(f"{result.source}\n" if result.source else "")]
-    shown = table(
-        "parameter", "term", ">value", ">sd", ">sd if white", ">ratio", "unit", title=f"Values from {result.log}"
+    head = [plain(fit.title, "bold"), plain(f"{fit.source}\n" if fit.source else "")]
+    parts = [terminal(parameters_table(fit)), terminal(scores_table(fit)), plain(meaning(fit))]
+    laws = joint_laws(fit.laws) if fit.laws else []
+    return Group(*head, *parts, *laws, *(plain(f"- {verdict}") for verdict in fit.verdicts))
+
+
+def parameters_table(fit: MachineFit) -> Table:
+    """Base parameters, by the method that was asked for and, beside instruments, by least squares."""
+    squares = fit.method != METHODS[0]
+    columns: list[str | Column] = [
+        "parameter",
+        Column("meaning", spare=4),
+        "value",
+        "sd",
+        Column("sd if white", spare=3),
+    ]
+    columns += [Column("ratio", spare=3)] if squares else []
+    columns += ["unit"]
+    if not squares:
+        columns += [*(Column(x, spare=2) for x in ("least squares", "its sd")), Column("shift, sd", spare=1)]
+    return table(f"Values by {fit.method}, {_filters(fit)}", columns, [_row(one, squares) for one in fit.parameters])
+
+
+def _row(one: MachineParameter, squares: bool) -> list[str | Cell]:
+    first: list[str | Cell] = [one.combination, one.meaning, known_to(one.value, one.standard_deviation)]
+    first += [sd(one.standard_deviation), sd(one.white_deviation)]
+    if squares:
+        return [*first, number(one.factor, ".1f"), one.unit]
+    by_squares = (known_to(one.least_squares, one.least_squares_deviation), sd(one.least_squares_deviation))
+    return [*first, one.unit, *by_squares, number(one.shift, "+.1f")]
+
+
+def _filters(fit: MachineFit) -> str:
+    if fit.cutoff is None:
+        return "filters of the recipe"
+    return f"cutoff {fit.cutoff:g} Hz, efforts {fit.parallel_cutoff:g} Hz"
+
+
+def scores_table(fit: MachineFit) -> Table:
+    """How well efforts are predicted, joint by joint, in all that was asked."""
+    first = fit.joints[0]
+    parts = "logs" if len(fit.logs) > 1 else "parts"
+    asked = {"fitted": [one.seen for one in fit.joints]}
+    asked[f"its {parts}, left out in turn"] = [one.left_out for one in fit.joints]
+    asked |= {log: [one.held_out[log] for one in fit.joints] for log in first.held_out}
+    rows = [
+        [name, *(_per_cent(one.relative_error) for one in scores), _per_cent(min(one.explained for one in scores))]
+        for name, scores in asked.items()
+    ]
+    rows.append([f"free run of {FREE_RUN:g} s", *(_per_cent(one.free_run) for one in fit.joints), number(None, ".1f")])
+    errors = [Column(f"error of {one.joint}", "%") for one in fit.joints]
+    explained = Column("explained" if len(fit.joints) == 1 else "least explained", "%")
+    return table(
+        "Relative errors of efforts, of a free run that of the motion; variance explained",
+        ["of", *errors, explained],
+        rows,
     )
-    for e in result.estimates:
-        deviations = (deviation(e.standard_deviation), deviation(e.white_deviation), f"{e.factor:.1f}")
-        shown.add_row(e.name, e.term, like_sd(e.value, e.standard_deviation), *deviations, e.unit)
-    parts += [shown, _scores(result)]
-    parts.append(
-        plain(
-            f"{result.samples} samples, worth {result.effective_samples:.0f} independent ones; condition of the "
-            f"regressors {result.condition:.5g}. Deviations: {result.covariance}."
-        )
+
+
+def meaning(fit: MachineFit) -> str:
+    """What the numbers rest on."""
+    known = ", ".join(f"{name} = {value:g}" for name, value in fit.known.items())
+    return (
+        f"{fit.samples} thinned samples of {', '.join(fit.logs)}, worth {fit.effective_samples:.0f} independent ones; "
+        f"condition of the columns {fit.raw_condition:.5g}, scaled {fit.condition:.3g}. Deviations: {LAG_RULE}"
+        + ("; that of a jackknife over logs where it is larger." if len(fit.logs) > 1 else ".")
+        + (f" Taken as known: {known}." if known else "")
     )
-    if result.laws:
-        parts += [law_table(result.laws), plain(LEGEND)]
-    parts += [plain(f"- {verdict}") for verdict in result.verdicts]
-    return Group(*parts)
 
 
-def _scores(result: InverseResult) -> table:
-    shown = table("log", ">relative error, %", ">variance explained, %", title="Scores")
-    rows = {"fitted": result.score, "its blocks, left out in turn": result.unseen, **result.held_out}
-    for name, score in rows.items():
-        shown.add_row(name, f"{100 * score.relative_error:.4f}", f"{100 * score.explained:.2f}")
-    return shown
+def runs_table(runs: Sequence[MachineRun]) -> Table:
+    """How far the machine comes from each log, joint by joint."""
+    rows = [
+        [
+            run.log,
+            *(cell for one in run.joints for cell in (number(one.error, ".3g"), _per_cent(one.relative))),
+            number(len(run.given_up), "d"),
+        ]
+        for run in runs
+    ]
+    joints = (Column(*head) for one in runs[0].joints for head in ((f"{one.joint} error", one.unit), ("share", "%")))
+    return table(f"{RUNS}; windows of {runs[0].window:g} s", ["log", *joints, Column("given up", spare=1)], rows)
 
 
-def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: str = "") -> Group:
-    """Statistics of slip events, and the model beside them, or why there is none."""
+def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
+    """The machine beside its logs."""
     from rich.console import Group
 
-    shown = table(
-        "",
-        ">value",
-        ">95 %",
-        ">sd of one",
-        "unit",
-        title=f"{statistics.events} slip events ({statistics.definition}) of {statistics.log}",
-    )
-    for name, one, unit in (
-        ("peak friction, median", statistics.peak, "1"),
-        ("after slip, median", statistics.after, "1"),
-        ("drop, median", statistics.drop, "1"),
-        ("period, mean", statistics.period, "s"),
-        ("slip time, median", statistics.slip_time, "s"),
-    ):
-        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{deviation(one.spread)}", unit)
-    parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
-    parts.append(
-        plain(
-            f"Period varies by {100 * statistics.period_variation:.0f} %. Noise {statistics.noise:.2g}, least drop "
-            f"counted {statistics.threshold:.3g}."
-        )
-    )
-    if model:
-        compared = table("", ">measured", ">model", ">ratio", "", title="Block on a belt with the slider's constants")
-        for one in model.predictions:
-            mark = "fitted" if one.fitted else "in the 95 % interval" if one.inside else "outside"
-            row = (f"{one.measured:.4g}", f"{one.modelled:.4g}", f"{one.ratio:.3f}", mark)
-            compared.add_row(f"{one.name}{'' if one.unit == '1' else f', {one.unit}'}", *row)
-        values = f"mu_s = {model.mu_s:.4g}, mu_k = {model.mu_k:.4g}, p = {model.p:.3g} s/m assumed"
-        parts += [compared, plain(f"{values}. {model.verdict}")]
-    parts += [plain(f"No model beside it. {missing}")] if missing else []
-    parts += [plain(f"- {verdict}") for verdict in statistics.verdicts]
-    return Group(*parts)
+    said = [plain(f"- {run.log}: {why}") for run in runs for why in run.given_up[:1]]
+    return Group(plain(fit.title, "bold"), terminal(runs_table(runs)), *said)
+
+
+def joint_laws(compared: Mapping[str, LawComparison]) -> list[RenderableType]:
+    """Friction laws of each joint."""
+    parts: list[RenderableType] = []
+    for joint, found in compared.items():
+        shown = law_table(found)
+        shown.title = f"{joint}: {shown.title}"
+        parts.append(shown)
+    return [*parts, plain(LEGEND)]
+
+
+def _per_cent(error: float | None) -> Cell:
+    return number(None if error is None else 100 * error, ".4g")

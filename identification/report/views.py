@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import draw, move, tell
-from identification.fit.inverse import InverseRun
 from identification.fit.result import FrictionFit
 from identification.inference.comparison import LawComparison
+from identification.machines.machine_fit import MachineFit
 from identification.model_check.families import FamilyComparison, compare_families
 from identification.model_check.portraits import PortraitComparison
 from identification.model_check.table import comparison_report
@@ -19,7 +19,7 @@ from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import draw_fit
 from identification.report.live import live_frame
 from identification.report.machine_figures import draw_effort
-from identification.report.machine_tables import inverse_report
+from identification.report.machine_tables import machine_report
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,14 +63,14 @@ def _(laws: LawComparison, axes: Axes) -> None:
     axes.set_xlabel("BIC behind that of the first law (above 10: very strong)")
 
 
-@draw.register(InverseRun)
-def _(run: InverseRun, axes: Axes) -> None:
-    draw_effort(axes, run)
+@draw.register(MachineFit)
+def _(fit: MachineFit, axes: Axes) -> None:
+    draw_effort(axes, fit)
 
 
-@tell.register(InverseRun)
-def _(run: InverseRun) -> str:
-    return _text(inverse_report(run.result))
+@tell.register(MachineFit)
+def _(fit: MachineFit) -> str:
+    return _text(machine_report(fit))
 
 
 @tell.register(FrictionFit)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -34,7 +33,7 @@ def describe(
         typer.Option(
             "--set",
             metavar="NAME=VALUE±U",
-            help="J, k, c, R, r, N0, N1, laser, encoder, drive0, drive1, w:FILE; repeat.",
+            help="J, k, c, R, r, N0, N1, laser, laser_noise, encoder, drive0, drive1, w:FILE (a drive); repeat.",
         ),
     ] = None,
     uncertainties: Annotated[
@@ -68,7 +67,7 @@ def describe(
     """Say what the columns of logs are, and write datapackage.json beside them; the logs stay as they are.
 
     Roles and units are proposed with the reason. What cannot be known is asked, one question at a time, on a terminal;
-    elsewhere it is given by options or answers.
+    elsewhere, as in a notebook, it is listed with the option that gives it.
 
     Example: stickslip describe my_logs --set 'J=0.0548 ± 0.0003' --set encoder=1000 --map 'Weg=laser'
     """
@@ -86,7 +85,7 @@ def describe(
         from rig_io.description.figure import columns_figure
 
         save_figure(columns_figure(made.logs), figure, overwrite=overwrite)
-    asking = sys.stdin.isatty() and not json
+    asking = console.interactive() and not json
     if asking:
         show(made, console.console())
         made = ask(made)
@@ -98,10 +97,10 @@ def describe(
 
 def ask(made: Draft) -> Draft:
     """Ask what is open, until nothing is; a wrong answer is asked for again, with the reason."""
-    from rig_io.description.questions import answered, questions
+    from rig_io.description.questions import answered, optional, questions
 
     out = console.console()
-    while left := questions(made):
+    while left := [*questions(made), *optional(made)]:
         question = left[0]
         out.print()
         out.print(console.plain(question.text), soft_wrap=True)
@@ -110,7 +109,11 @@ def ask(made: Draft) -> Draft:
             text = input(f"  [{hint}] > ")
             made = replace(made, answers=answered(made, question, text))
         except EOFError:
-            raise typer.Abort from None
+            options = "; ".join(_option(one) for one in left)
+            raise StickslipError(
+                f"The input ended before all was answered, and nothing was written. Answer by options: {options}; or "
+                "by --answers FILE."
+            ) from None
         except StickslipError as error:
             out.print(console.plain(f"  {error}"))
             continue
@@ -145,7 +148,7 @@ def show(made: Draft, out: Console) -> None:
 
 def finish(made: Draft, target: Path, with_columns: bool, out: Console) -> None:
     """What was written and what is open."""
-    from rig_io.description.questions import questions
+    from rig_io.description.questions import optional, questions
 
     if with_columns:
         show(made, out)
@@ -153,7 +156,11 @@ def finish(made: Draft, target: Path, with_columns: bool, out: Console) -> None:
     left = questions(made)
     for question in left:
         out.print(console.plain(f"Open: {question.text} {_option(question)}"))
-    if not left:
+    for question in optional(made):
+        out.print(console.plain(f"Not said, and may stay so: {question.text} {_option(question)}"))
+    if left:
+        out.print("Nobody answers here: give what is open by these options, or all by --answers FILE.")
+    else:
         own = any(log.kind == "free-decay" for log in made.logs) or made.decay is None
         out.print(console.plain(f"Fit:  stickslip fit {made.folder}{'' if own else f' {made.decay}'}"))
 
@@ -162,7 +169,7 @@ def _option(question: Question) -> str:
     """How the command is told."""
     if question.key == "columns":
         return "--confirm, or --map COLUMN=ROLE, --unit COLUMN=UNIT, --kind FILE=KIND"
-    return f"--set '{question.key}={question.form.removesuffix(' (or unknown)')}'"
+    return f"--set '{question.key}={question.form.split(' (or ')[0].split(', or ')[0]}'"
 
 
 def _open(made: Draft) -> dict[str, Any]:

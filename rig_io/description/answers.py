@@ -9,6 +9,7 @@ J = "0.0548 ± 0.0003 kg*m^2"
 c = "unknown"
 "w:run3.csv" = "0.83 ± 0.01 rad/s"   # speed of a drive that is not recorded
 laser = "0.01 ± 0.00002 m/V, 5 V"
+laser_noise = "20 um"
 encoder = "1000 x4"
 [kinds]
 "run7.csv" = "free-decay"
@@ -30,7 +31,8 @@ from rig_io.logs.columns import COLUMNS
 from rig_io.logs.log import RIG_UNITS
 
 INSTRUMENTS = ("laser", "encoder", "drive0", "drive1")
-VALUES = (*RIG_UNITS, *INSTRUMENTS, "sampling_rate")
+LASER_NOISE = "laser_noise"
+VALUES = (*RIG_UNITS, *INSTRUMENTS, LASER_NOISE, "sampling_rate")
 SPEED = "w:"  # before the name of a log
 KINDS = ("stick-slip", "free-decay")
 NONE = "none"

@@ -13,7 +13,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
 from rig_io.description import quantities
-from rig_io.description.answers import INSTRUMENTS, SPEED, Answers
+from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
 from rig_io.description.roles import Proposal
 from rig_io.description.runs import File, Log, described_file, described_log, is_named, rule_of, runs_of, slug
@@ -99,6 +99,14 @@ class Draft:
         """What the sidecar that is there says of the experiment, where the discs are the same."""
         known = self._experiment(log.files)
         return known if known.get("contacts") == log.contacts else {}
+
+    @property
+    def noise(self) -> dict[str, Any]:
+        """The entry of the laser's calibration that holds its noise; empty where nobody was asked."""
+        if LASER_NOISE in self.answers.values:
+            return {"noise": quantities.noise(self.answers.values[LASER_NOISE], LASER_NOISE)}
+        known = self.example.get("calibration", {}).get("laser", {})
+        return {"noise": known["noise"]} if "noise" in known else {}
 
 
 def draft(
@@ -195,7 +203,10 @@ def _resource(made: Draft, log: Log) -> dict[str, Any]:
     if "sampling_rate" in made.answers.values:
         resource["sampling_rate"] = quantities.quantity(made.answers.values["sampling_rate"], "Hz", "rate").value
     instruments = {name: made.instrument(name) for name in INSTRUMENTS if _measured(log, name)}
-    resource["calibration"] = {name: one for name, one in instruments.items() if one is not None}
+    calibration = {name: one for name, one in instruments.items() if one is not None}
+    if made.noise and "laser" in log.roles and ("laser" in calibration or not _measured(log, "laser")):
+        calibration["laser"] = {**calibration.get("laser", {}), **made.noise}
+    resource["calibration"] = calibration
     fields = [_field(file, one, several) for file in log.files for one in file.columns]
     return {**resource, "schema": {"fields": fields}}
 

@@ -84,6 +84,18 @@ def laser(text: str, what: str) -> dict[str, Any]:
     return {"gain": gain.value, "gain_deviation": relative, "zero": zero}
 
 
+def noise(text: str, what: str) -> float | None:
+    """The rms noise of a laser, m; None where it is not known.
+
+    Raises:
+        StickslipError: as in `quantity`, or none at all.
+    """
+    found = quantity(text, "m", what).value
+    if found is not None and found <= 0:
+        raise StickslipError(f"{what}: no laser has a noise of {found:g} m. Write its rms, 20 um, or 'unknown'.")
+    return found
+
+
 def encoder(text: str, what: str) -> dict[str, Any]:
     """An encoder: "1000", "1000 x4" (all four edges of a line are counted), "1000, 16 bit".
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
-from rig_io.description.answers import SPEED, Answers
+from rig_io.description.answers import LASER_NOISE, SPEED, Answers
 from rig_io.description.draft import Draft, check_named, is_length, unit_fault
 from rig_io.description.runs import Log
 from rig_io.logs.columns import ANGLE_SOURCES, TIME
@@ -59,6 +59,14 @@ def _speed(log: Log) -> Question:
     file = log.files[0].path.name
     text = f"No column of {file} shows the drive (drive0_count or drive0_speed). Its nominal speed?"
     return Question(f"{SPEED}{file}", text, "VALUE ± UNCERTAINTY rad/s (or unknown)")
+
+
+def optional(made: Draft) -> list[Question]:
+    """What a fit can do without: asked where somebody answers, and otherwise not known."""
+    if "laser" not in made.roles or made.noise:
+        return []
+    text = "Laser: rms noise of its readings, from which a fit knows how far the values are from the best possible?"
+    return [Question(LASER_NOISE, text, "20 um (or unknown)", "unknown")]
 
 
 def missing(made: Draft) -> list[str]:
@@ -141,6 +149,8 @@ def answered(made: Draft, question: Question, text: str) -> Answers:
         quantities.laser(said, "laser")
     elif question.key.startswith(SPEED):
         quantities.quantity(said, "rad/s", question.key)
+    elif question.key == LASER_NOISE:
+        quantities.noise(said, LASER_NOISE)
     elif question.key in RIG_UNITS:
         quantities.quantity(said, RIG_UNITS[question.key], question.key)
     else:

@@ -19,8 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, isolated
+from fmu_models.base.processes import isolated
 from rig_io.logs.table import Table, check_file
 
 EXTRA = "daq"

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fmu_models.base.child_process import IsolatedFailure
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, isolated
+from fmu_models.base.processes import isolated
 from rig_io.logs.guarded import limits_for
 from rig_io.logs.mat_file import Array, Damaged, stored_arrays, taken
 from rig_io.logs.table import Reader, Table, check_file

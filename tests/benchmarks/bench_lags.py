@@ -14,13 +14,9 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
-from identification.inference.problem import solve
 from identification.inference.uncertainty import QUANTILE, bartlett, newey_west, plain_covariance
-from identification.machines.axis_problem import inverse_problem
-from identification.machines.axis_terms import read_model
+from identification.machines.by_recipe import inverse_dynamics
 from identification.measurement.recipe import read_recipe
-from identification.measurement.signals import prepare
-from rig_io.readers import read_table
 
 HIGHEST, SETTLE = 60, 2000  # order; samples
 
@@ -97,8 +93,10 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=200)
     asked = parser.parse_args()
     recipe = read_recipe(asked.recipe)
-    problem = inverse_problem(prepare(recipe, read_table(asked.log)), read_model(recipe).terms)
-    design, seen = problem.design, solve(problem).evaluation.residual
+    identified = inverse_dynamics(recipe, asked.log).identified
+    assert identified is not None
+    rows = identified.rows
+    design, seen = rows.columns, rows.residual(identified.best.values)
     a, deviation = autoregression(seen)
     held: dict[str, list[np.ndarray]] = {}
     for seed in range(asked.seeds):
@@ -108,7 +106,7 @@ def main() -> None:
         for rule, one in deviations(design, noise - design @ error).items():
             held.setdefault(rule, []).append(np.abs(error) < 1.96 * one)
     print(f"{len(seen)} samples, colour of order {len(a)}; truth in 95 % intervals, %")
-    print(f"{'':28}", *(f"{term.name:>8}" for term in problem.terms))
+    print(f"{'':28}", *(f"{name:>8}" for name in rows.names))
     for rule, inside in held.items():
         print(f"{rule:28}", *(f"{100 * share:8.1f}" for share in np.mean(inside, axis=0)))
 

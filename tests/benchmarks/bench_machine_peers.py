@@ -32,7 +32,7 @@ from emulated_arm import ARM, log, torques
 from scipy.signal import butter, decimate, sosfiltfilt
 from urdf_robots import arm, robot
 
-from identification.machines.machine_fit import identify_machine
+from identification.machines.inverse import identify_machine
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import regressor_of
 from identification.machines.urdf import mechanism_from_urdf

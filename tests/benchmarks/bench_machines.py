@@ -22,7 +22,7 @@ from emulated_arm import ARM, log
 
 from fmu_models.oscillators import load
 from identification.machines.base_parameters import base_parameters
-from identification.machines.machine_fit import identify_machine
+from identification.machines.inverse import identify_machine
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import regressor_of
 

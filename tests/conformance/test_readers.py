@@ -12,8 +12,9 @@ import pytest
 from damaged_logs import fuzz
 from log_formats import FORMATS, ROWS, UNITS, rig_log
 
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, in_processes
+from fmu_models.base.processes import in_processes
 from rig_io.logs import guarded
 from rig_io.readers import READERS, read_table
 

@@ -75,10 +75,9 @@ def test_the_logs_that_come_along_give_their_machines_back(stickslip):
     """As the README calls them; truths of data/README.md."""
     axis = stickslip("inverse", "axis", DATA / "axis.csv", "--json").json
     truth = {"M": 20.0, "Fv": 60.0, "Fc": 12.0, "offset": -1.5}
-    for one in axis["estimates"]:
+    for one in axis["parameters"]:
         assert abs(one["value"] - truth[one["name"]]) < 2.5 * one["standard_deviation"]
-    assert axis["laws"]["scores"][0]["law"] == "Coulomb+viscous"
-    assert "Newey-West" in axis["covariance"]
+    assert axis["laws"]["position"]["scores"][0]["law"] == "Coulomb+viscous"
     slider = stickslip("slips", "slider", DATA / "slider.csv", "--json").json
     assert (slider["model"]["mu_s"], slider["model"]["mu_k"]) == pytest.approx((0.6, 0.45), rel=0.005)
 
@@ -87,14 +86,14 @@ def test_inverse_prints_tables_and_json_and_writes_both_files(stickslip, slide, 
     recipe, log = slide
     told = stickslip("inverse", recipe, log, "--held-out", log, "--figure", "friction.png", "-o", "fit.json")
     assert told.code == 0, told.err
-    for word in ("a [slide]", "M", "inertia", "sd if white", "relative error", "preferred", "written: fit.json"):
+    for word in ("a [slide]", "M", "inertia", "sd if white", "Relative errors", "preferred", "written: fit.json"):
         assert word in told.out
     assert (tmp_path / "friction.png").stat().st_size > 10_000
     kept = json.loads((tmp_path / "fit.json").read_text())
-    assert {e["name"]: e["value"] for e in kept["estimates"]} == pytest.approx({"M": 2.0, "Fc": 4.0}, rel=1e-3)
+    assert {e["name"]: e["value"] for e in kept["parameters"]} == pytest.approx({"M": 2.0, "Fc": 4.0}, rel=1e-3)
     shown = stickslip("inverse", recipe, log, "--json").json
-    assert shown["estimates"] == kept["estimates"]
-    assert shown["laws"]["scores"][0]["law"] == "Coulomb"
+    assert shown["parameters"] == kept["parameters"]
+    assert shown["laws"]["position"]["scores"][0]["law"] == "Coulomb"
     assert stickslip("inverse", recipe, log, "-o", "fit.json").code == 2
 
 

@@ -14,10 +14,11 @@ pytest.importorskip("asammdf")
 
 from recorders import DRIFT, OFFSET, RECORDERS, TRUTH, bench, record
 
-MOST_QUESTIONS = 10
+MOST_QUESTIONS = 11
 TYPED = {
     "roles, units and kinds": "yes",
     "metres per volt": "0.01 ± 0.00002 m/V, 5 V",
+    "rms noise": "",  # proposed: not known
     "encoder of the disc": "1000",
     "encoder of driving disc 0": "",  # proposed: that of the disc
     "J:": "0.0548 ± 0.0003",
@@ -101,6 +102,20 @@ def test_by_hand_on_a_terminal(own, name: str) -> None:
     assert not any("guessed" in field for one in written["resources"] for field in one["schema"]["fields"])
     kinds = sorted(one["experiment"]["kind"] for one in written["resources"])
     assert kinds == ["free-decay", *["stick-slip"] * 3]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are of POSIX")
+def test_where_nobody_can_answer_nobody_waits(own, monkeypatch) -> None:
+    """A notebook gives its `!` commands a terminal too; at the end of the input the options are named."""
+    from terminal import talk
+
+    folder, _ = own("semicolons")
+    code, asked, shown = talk(["describe", folder], lambda question: "\x04")
+    assert code == 2 and len(asked) == 1 and "--confirm" in shown and "--set 'J=" in shown
+    assert not (folder / "datapackage.json").exists()
+    monkeypatch.setenv("JPY_PARENT_PID", "1")
+    code, asked, shown = talk(["describe", folder], lambda question: "")
+    assert code == 0 and not asked and "Nobody answers here" in shown and "--set 'laser_noise=20 um'" in shown
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are of POSIX")

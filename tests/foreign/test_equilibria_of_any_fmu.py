@@ -18,6 +18,7 @@ def test_the_oscillator_of_van_der_pol(fmi, tmp_path):
     found = equilibria(fmu, "mu", (-1.0, 1.5), start={"x": 0.1, "v": 0.0}, parameters={"mu": 0.5})
     (hopf,) = found.special
     assert hopf.kind == "Hopf" and hopf.value == pytest.approx(0.0, abs=1e-12)
+    assert hopf.criticality == "degenerate or undecided"  # mu = 0 leaves a linear equation
     assert hopf.frequency == pytest.approx(1.0, abs=1e-12)
     assert np.abs(found.points).max() < 1e-12 and (found.stable == (found.values < 0.0)).all()
     mu = found.values[:, None]

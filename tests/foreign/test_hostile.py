@@ -15,8 +15,8 @@ import pytest
 from build import build
 from hostile_models import DESCRIPTION, FOLDER, NAMES, hostile
 
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.experiment import Experiment, perform

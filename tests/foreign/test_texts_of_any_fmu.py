@@ -13,8 +13,8 @@ import pytest
 from build import build
 from models import FOLDER
 
+from fmu_models.base.child_process import Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import Limits
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
 from fmu_models.importer.experiment import Experiment, perform

@@ -61,6 +61,14 @@ def test_where_a_cubic_term_vanishes(kind, rule, name):
     assert met[0].parameters == pytest.approx({"a": 0.0, "b": 0.0}, abs=1e-8)
 
 
+def test_a_bent_curve_ends_at_its_range():
+    """The flips at a = 4 b^2: near a = 0.1 the curve leaves the range where its tangent does not."""
+    curve = special({X: -(1 + A - 4 * B**2) * X + X**3}, "flip", (-0.3, 0.1), a=-0.1).curve("b", (-0.5, 0.5))
+    assert curve.values == pytest.approx(4 * curve.seconds**2, abs=1e-12) and curve.values.max() <= 0.1 + 1e-15
+    assert [kind for kind, _ in curve.ends] == ["range", "range"]
+    assert (np.diff(curve.seconds) > 0.0).all() or (np.diff(curve.seconds) < 0.0).all()
+
+
 def test_strong_resonances():
     """The angle of the pair is 1 + h."""
     curve = special(TURN, "Neimark-Sacker", (-0.2, 0.2), a=-0.1, b=-1.0).curve("h", (-0.8, 2.0))

@@ -206,6 +206,17 @@ def test_the_lyapunov_coefficient_vanishes_at_a_bautin_point():
     assert list(meeting.parameters.values()) == pytest.approx([0.0, 0.0], abs=1e-8)
 
 
+def test_a_centre_is_neither_super_nor_subcritical():
+    """Van der Pol's x'' = mu (1 - x^2) x' - x: at mu = 0 all motions are cycles, whatever multiplies the cubic term."""
+    mu, b = Parameter("mu", -0.1, "1", "damping"), Parameter("b", 1.0, "1", "of the cubic term")
+    x, y = State("x", "1", "place"), State("y", "1", "speed")
+    model = made("van_der_pol", {x: y, y: mu * (1 - b * x**2) * y - x}, (), [x, y])
+    (hopf,) = equilibria(model, "mu", (-1, 1)).special
+    assert (hopf.kind, hopf.criticality) == ("Hopf", "degenerate or undecided")
+    assert hopf.normal_form == pytest.approx(0.0, abs=1e-12)
+    assert not hopf.curve("b", (-1, 2)).meetings
+
+
 def test_a_point_at_a_surface_has_no_curve():
     with pytest.raises(StickslipError, match="discontinuous Hopf has no curve"):
         planar_hopf().special[0].curve("mu")

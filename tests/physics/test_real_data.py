@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.fit.inverse import InverseResult, inverse_dynamics
-from identification.machines.axis_log import axis_with_logs
-from identification.machines.machine_fit import identify_machine
+from identification.machines.by_recipe import inverse_dynamics, recipe_machine
+from identification.machines.inverse import identify_machine
+from identification.machines.machine_fit import MachineFit
+from identification.machines.predicted import fitted_efforts
 from identification.measurement.recipe import read_recipe
 from identification.slips.block_on_belt import fit_slip_model
 from identification.slips.statistics import slip_statistics
@@ -36,20 +37,20 @@ def shown(value: float, digits: int) -> str:
 
 
 @pytest.fixture(scope="module")
-def emps() -> InverseResult:
-    return inverse_dynamics(read_recipe("emps"), measured(EMPS)).result
+def emps() -> MachineFit:
+    return inverse_dynamics(read_recipe("emps"), measured(EMPS))
 
 
 def test_the_positioning_system_has_the_published_values_to_every_digit(emps):
     published = {"M": "95.1089", "Fv": "203.5034", "Fc": "20.3935", "offset": "-3.1648"}
-    assert {e.name: shown(e.value, 4) for e in emps.estimates} == published
-    assert shown(100 * emps.score.relative_error, 4) == "4.0834"
-    assert shown(emps.condition, 3) == "25.988"
+    assert {e.name: shown(e.value, 4) for e in emps.parameters} == published
+    assert shown(100 * emps.joints[0].seen.relative_error, 4) == "4.0834"
+    assert shown(emps.raw_condition, 3) == "25.988"
 
 
 def test_its_standard_deviations_are_larger_than_published(emps):
     """Independent estimates of the factors, from Newey and West with 100 lags: 2.1, 6, 4.6, 5."""
-    factors = {e.name: e.factor for e in emps.estimates}
+    factors = {e.name: e.factor for e in emps.parameters}
     assert factors == pytest.approx({"M": 2.1, "Fv": 6.0, "Fc": 4.6, "offset": 5.0}, rel=0.25)
     assert any("coloured" in verdict for verdict in emps.verdicts)
 
@@ -58,54 +59,51 @@ def test_its_friction_rises_with_speed_so_contis_law_is_put_aside():
     recipe = read_recipe("emps")
     recipe.document.data["friction"]["compare"] = ["Coulomb", "Coulomb+viscous", "Conti"]
     run = inverse_dynamics(recipe, measured(EMPS))
-    laws = run.result.laws
-    assert laws is not None
+    laws = run.laws["position"]
     rows = {row.law: row for row in laws.scores}
     assert laws.preferred == "Coulomb+viscous"
     assert rows["Conti"].values["F_s"] < rows["Conti"].values["F_k"]
-    (aside,) = [said for said in run.result.verdicts if "Conti is put aside" in said]
+    (aside,) = [said for said in run.verdicts if "Conti is put aside" in said]
     assert "friction rises with slip speed" in aside
     # an offset and mass of its own: the linear law is the published model
-    effort = float(np.sqrt(np.mean(run.prepared.effort**2)))
+    (piece,) = fitted_efforts(run)
+    effort = float(np.sqrt(np.mean(piece.measured**2)))
     assert rows["Coulomb+viscous"].rms / effort == pytest.approx(0.040834, abs=5e-7)
 
 
 def test_its_viscous_friction_depends_on_the_direction(emps):
-    by_direction = inverse_dynamics(read_recipe("emps_by_direction"), measured(EMPS)).result
-    plus, minus = by_direction["Fv+"], by_direction["Fv-"]
-    deviation = max(e.standard_deviation for e in by_direction.estimates if e.name.startswith("Fv"))
+    by_direction = inverse_dynamics(read_recipe("emps_by_direction"), measured(EMPS))
+    plus, minus = by_direction["Fv_plus"].value, by_direction["Fv_minus"].value
+    deviation = max(e.standard_deviation for e in by_direction.parameters if e.name.startswith("Fv"))
     assert minus - plus > 10 * deviation
-    assert by_direction.score.relative_error < 0.8 * emps.score.relative_error
-    assert by_direction.unseen.relative_error < 0.8 * emps.unseen.relative_error
-    assert emps.laws is not None and emps.laws.preferred == "Coulomb+viscous by direction"
+    (one,), (other,) = by_direction.joints, emps.joints
+    assert one.seen.relative_error < 0.8 * other.seen.relative_error
+    assert one.left_out.relative_error < 0.8 * other.left_out.relative_error
+    assert emps.laws["position"].preferred == "Coulomb+viscous by direction"
 
 
 def test_the_pendulum_has_the_published_values_and_is_flagged_as_poor():
-    result = inverse_dynamics(
-        read_recipe("dfki_simple_pendulum"), measured(PENDULUM), [measured(PENDULUM_UNSEEN)]
-    ).result
-    published = {"J": 0.06259, "m cx": 0.1022, "Fv": 0.04707, "Fc": 0.1839, "offset": -0.07586}
+    result = inverse_dynamics(read_recipe("dfki_simple_pendulum"), measured(PENDULUM), [measured(PENDULUM_UNSEEN)])
+    published = {"J": 0.06259, "m_cx": 0.1022, "Fv": 0.04707, "Fc": 0.1839, "offset": -0.07586}
     for name, value in published.items():
-        assert f"{result[name]:.3e}" == f"{value:.3e}"
-    assert f"{100 * (1 - result.score.relative_error):.0f}" == "25"
+        assert f"{result[name].value:.3e}" == f"{value:.3e}"
+    assert f"{100 * (1 - result.joints[0].seen.relative_error):.0f}" == "25"
     assert "Poor fit" in result.verdicts[0] and "fits 25 %" in result.verdicts[0]
     assert "reproduced does not make them valid" in result.verdicts[0]
-    assert result.held_out[str(PENDULUM_UNSEEN)].explained < 0.35
+    assert result.joints[0].held_out[PENDULUM_UNSEEN.name].explained < 0.35
     assert any("Fc cannot be told from zero" in verdict for verdict in result.verdicts)
 
 
 def test_instruments_find_the_pendulum_that_least_squares_at_the_published_filters_does_not():
     """J/(m cx) of a mass at the end of a light rod is its length, 0.5 m; the published values say 0.61 m, and their
     model explains a third of the unseen log at most."""
-    axis, (log, unseen) = axis_with_logs(
-        read_recipe("dfki_simple_pendulum"), [measured(PENDULUM), measured(PENDULUM_UNSEEN)]
-    )
-    low, high = (identify_machine(axis, [log], cutoff=cutoff, held_out=[unseen]) for cutoff in (10.0, 20.0))
+    axis = recipe_machine(read_recipe("dfki_simple_pendulum"))
+    log, unseen = axis.logs([measured(PENDULUM), measured(PENDULUM_UNSEEN)])
+    low, high = (identify_machine(axis.mechanism, [log], cutoff=cutoff, held_out=[unseen]) for cutoff in (10.0, 20.0))
     assert low["J"].value / low["m_cx"].value == pytest.approx(0.5, rel=0.03)
     assert high["J"].value == pytest.approx(low["J"].value, rel=0.05)
     assert high["J"].least_squares < 0.25 * high["J"].value
-    held_out = low.joints[0].held_out
-    assert held_out is not None and held_out < 0.15
+    assert low.joints[0].held_out[unseen.name].relative_error < 0.15
 
 
 def test_paper_on_paper_has_the_known_slip_statistics():

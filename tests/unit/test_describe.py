@@ -13,7 +13,7 @@ from rig_io.description import quantities
 from rig_io.description.answers import Answers, from_file, from_options
 from rig_io.description.draft import draft, package_of, write
 from rig_io.description.names import named
-from rig_io.description.questions import questions
+from rig_io.description.questions import optional, questions
 from rig_io.packages.datapackage import read_log
 
 NAMES = {
@@ -315,6 +315,31 @@ def test_an_unknown_instrument_leaves_its_column_unread(described: Path) -> None
     write(draft([described], replace(SAID, values={**SAID.values, "encoder": "unknown"})))
     with pytest.warns(UserWarning, match="'encoder_count' is not read: its calibration is not known"):
         assert "encoder_count" not in read_log(described).columns
+
+
+def test_the_noise_of_a_laser_is_kept_for_fits(described: Path) -> None:
+    """Of one that writes volts or lengths; once said it is not asked for again."""
+    from dataclasses import replace
+
+    def noise(path: Path, said: Answers, text: str) -> float:
+        made = draft([path], replace(said, values={**said.values, "laser_noise": text}))
+        assert not optional(made)
+        write(made)
+        laser = read_log(path).calibration.laser
+        assert laser is not None
+        return laser.noise
+
+    assert [one.key for one in optional(draft([described], SAID))] == ["laser_noise"]
+    assert noise(described, SAID, "20 um") == pytest.approx(2e-5)
+    assert not optional(draft([described], Answers()))
+    length = replace(SAID, units={"Weg": "mm"})
+    log, folder = bench_log(), described.parent / "length"
+    folder.mkdir()
+    path = written(folder, "Zeit [ms];Weg;Antrieb", [1e3 * log["time"], 10 * log["laser"], log["drive"]])
+    assert noise(path, length, "0.03 mm") == pytest.approx(3e-5)
+    assert noise(described, SAID, "unknown") == 0.0
+    with pytest.raises(StickslipError, match="no laser has a noise of 0 m"):
+        noise(described, SAID, "0")
 
 
 def test_a_log_without_a_clock_takes_a_rate(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting, weak_form
 from identification.estimators.base import Options
 from identification.fit.fit import fit_friction
-from identification.fit.law_spread import contest
+from identification.fit.law_spread import contest, with_spread
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import fit_rivals
 from identification.laws import find_law, slip_laws
@@ -50,6 +50,22 @@ def test_the_interval_of_a_wrong_law_holds_the_truth_by_the_spread(exponential: 
     assert fit["mu_s"].law_deviation == pytest.approx(1.5 * np.sqrt(power), rel=0.05)
     assert fit["mu_s"].law_deviation is not None and fit["mu_s"].total_deviation > fit["mu_s"].law_deviation
     assert "Tustin" in fit.words_of_law and FrictionFit.from_json(fit.to_json()) == fit
+
+
+def test_a_law_that_is_wrong_does_not_tell_whether_breakaway_ages(exponential: Pool) -> None:
+    """Sticks let go far above the mu(0) of a law without fall, by whatever shows that it is wrong."""
+    fit = fit_friction(exponential, estimator="weak-form", law="Coulomb+viscous", disturbances="none")
+    assert any("The law misses the data" in said for said in fit.warnings)
+    assert fit.breakaway is not None and fit.breakaway.excess > 0.1 and not fit.breakaway.ages
+    assert "this law is wrong" in fit.breakaway.words and not any("ages" in said for said in fit.warnings)
+    unseen = replace(fit.breakaway, of_wrong_law=False)
+    assert unseen.ages and unseen.warnings
+    made = weak_form.estimate(exponential, find_law("Coulomb+viscous"), Options())
+    found = contest(exponential, made, "all")
+    assert found is not None
+    judged = with_spread(replace(fit, breakaway=unseen, warnings=unseen.warnings), found)
+    assert judged.breakaway == fit.breakaway and len(judged.warnings) == 1
+    assert "fits these logs better than Coulomb+viscous" in judged.warnings[0]
 
 
 def test_what_is_not_asked_is_said(exponential: Pool) -> None:

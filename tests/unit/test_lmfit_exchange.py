@@ -14,12 +14,12 @@ from short_bench import bench
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.fit.fit import fit_friction
-from identification.fit.inverse import inverse_dynamics
 from identification.fit.result import FrictionFit
 from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import information, solve
 from identification.inference.profile import profile
 from identification.inference.uncertainty import student
+from identification.machines.by_recipe import inverse_dynamics
 from identification.measurement.pooled import Pool
 from identification.measurement.recipe import read_recipe
 from identification.next_step.design import design
@@ -134,10 +134,10 @@ def test_machines_take_and_give_lmfit_too(tmp_path) -> None:
     log = log_of(tmp_path, noise=np.random.default_rng(1).normal(size=10_000))
     wanted = asked(("Fc", 2.5, False, -np.inf, np.inf), ("offset", 0.0, True, -0.3, 0.3))
     run = inverse_dynamics(recipe, log, parameters=wanted)
-    found = {one.name: one for one in run.result.estimates}
+    found = {one.name: one for one in run.parameters}
     assert found["Fc"].value == 2.5 and found["Fc"].standard_deviation == 0
     assert found["offset"].value == pytest.approx(-0.3, abs=1e-6)
-    said = " ".join(run.result.verdicts)
+    said = " ".join(run.verdicts)
     assert "Fc was held at 2.5 N" in said and "offset = -0.3 N lies on a bound" in said
     _, result = run.to_lmfit()
     assert result.var_names == ["M", "Fv", "offset"]

@@ -18,7 +18,8 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators import load as declared
 from identification.commands.application import app
 from identification.fitted_model.machine import machine_with
-from identification.machines.machine_fit import MachineFit, identify_machine, read_machine_fit
+from identification.machines.inverse import identify_machine
+from identification.machines.machine_fit import MachineFit, read_machine_fit
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.simulated import Stretches, run
 from identification.model_check.machine_runs import machine_runs

@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 import pytest
+import sympy
 from lxml import etree  # type: ignore[attr-defined]  # compiled, without types
 
 from fmu_models.codegen.model_description import model_description
@@ -13,6 +14,14 @@ from fmu_models.codegen.model_structure import ModelStructure, Unknown
 from fmu_models.codegen.package import variant
 from fmu_models.codegen.rights import Rights
 from fmu_models.codegen.variables import base_unit
+from fmu_models.language.contacts import Friction
+from fmu_models.language.declaration import Output
+from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.laws.coulomb import Coulomb
+from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.language.stops import Stop
 from fmu_models.lowering.lower import lower
 
 
@@ -112,6 +121,30 @@ def test_bounds_and_nominal_values(rig: ModelStructure) -> None:
     assert by_name["disc0_state"].attributes["min"] == "-1"
     assert by_name["der(omega)"].unit == "rad/s2"
     assert by_name["der(omega)"].derivative == by_name["omega"].reference
+
+
+@pytest.mark.parametrize(("place", "force"), [("m", "N"), ("rad", "N m"), ("1", "1")])
+def test_what_acts_along_an_angle_is_a_moment(place: str, force: str) -> None:
+    """Power over speed: W/(m/s) = N, W/(rad/s) = N m; a scaled model has neither."""
+    q = Coordinate("q", place, "place")
+    inertia = Parameter("J", 1.0, {"m": "kg", "rad": "kg m2", "1": "1"}[place], "inertia")
+    load, one = Parameter("load", 1.0, force, "load"), sympy.S.One
+    rubs = Friction(name="rubs", slip=q.v, law=Coulomb(N=load, mu=one))
+    law = LankaraniNikravesh(load / Parameter("width", 1.0, place, "width"), 1, sympy.S.Zero)
+    contacts = [
+        rubs,
+        Stop(name="soft", gap=q + Parameter("play", 1.0, place, "play"), law=law, release="gap"),
+        Impact(name="hard", gap=-q, restitution=Newton(0), slip=q.v, mu=one),
+    ]
+    shown = [Output("doubled", 2 * contacts[2].force + rubs.force, force, "forces of one unit")]
+    energy = inertia * q.v**2 / 2
+    body = Mechanism(
+        name="body", title="t", source="s", coordinates=[q], kinetic_energy=energy, contacts=contacts, outputs=shown
+    )
+    units = {v.name: v.unit for v in ModelStructure(lower(body)).variables.listed}
+    forces = ("rubs_force", "soft_force", "hard_force", "hard_friction_force")
+    assert {units[name] for name in forces} == {force}
+    assert units["soft_memory"] == f"{place}/s"
 
 
 def test_text_is_escaped() -> None:

@@ -15,9 +15,10 @@ import isolated_functions as functions
 import numpy as np
 import pytest
 
-from fmu_models.base import processes
+from fmu_models.base import child_process
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, Pool, in_processes, isolated
+from fmu_models.base.processes import Pool, in_processes, isolated
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
@@ -210,7 +211,7 @@ def test_jobs_given_ahead_to_a_child_that_dies_are_done_by_the_next() -> None:
 
 def test_the_time_of_a_job_given_ahead_begins_when_the_job_does(monkeypatch: pytest.MonkeyPatch) -> None:
     # half of what is left is given at once after the first, and lasts longer together than one may
-    monkeypatch.setattr(processes, "AHEAD", 10.0)
+    monkeypatch.setattr(child_process, "AHEAD", 10.0)
     assert outcomes_of(functions.sleep, [(0.25,)] * 20, processes=1, limits=Limits(0.9)) == [0.25] * 20
 
 

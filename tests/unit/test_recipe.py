@@ -9,10 +9,13 @@ import pytest
 from machine_log import LINEAR, MEASURED, motion, recipe_of, table_of
 
 from fmu_models.base.errors import StickslipError
-from identification.fit.inverse import inverse_dynamics
 from identification.inference.problem import Solution, solve
-from identification.machines.axis_problem import inverse_problem
-from identification.machines.axis_terms import check_terms, read_model
+from identification.machines.axis_terms import read_model
+from identification.machines.base_parameters import base_parameters
+from identification.machines.by_recipe import inverse_dynamics, motions_of, recipe_machine
+from identification.machines.problem import machine_problem
+from identification.machines.regressor import regressor_of
+from identification.machines.rows import rows_of
 from identification.measurement.recipe import Recipe, read_recipe, recipes
 from identification.measurement.signals import prepare
 from identification.slips.statistics import read_slips
@@ -22,9 +25,9 @@ GOOD = MEASURED + LINEAR
 
 
 def fitted(recipe: Recipe) -> Solution:
-    prepared, terms = prepare(recipe, table_of()), read_model(recipe).terms
-    check_terms(recipe, prepared, terms)
-    return solve(inverse_problem(prepared, terms))
+    prepared = prepare(recipe, table_of())
+    regressor = regressor_of(recipe_machine(recipe).mechanism)
+    return solve(machine_problem(rows_of(regressor, base_parameters(regressor), motions_of(recipe, prepared))))
 
 
 def read(path: str | Path) -> Recipe:
@@ -203,7 +206,7 @@ def test_a_unit_in_the_log_counts_and_must_be_of_the_same_kind(tmp_path):
     (tmp_path / "bad.csv").write_text(text)
     good = (tmp_path / "good.csv").read_text().replace("time,x,v,a", "time [s],x [m],v [m/s],a [m/s2]", 1)
     (tmp_path / "good.csv").write_text(good)
-    assert inverse_dynamics(recipe, tmp_path / "good.csv").result["M"] == pytest.approx(5.0)
+    assert inverse_dynamics(recipe, tmp_path / "good.csv")["M"].value == pytest.approx(5.0)
     with pytest.raises(
         StickslipError, match=r"column 'F', for signal 'effort' of recipe.toml, is in 'mm', which cannot"
     ):

@@ -116,7 +116,7 @@ def test_frames_hold_the_numbers(found, run):
     assert (fit.frame.loc["p", "low"], fit.frame.loc["p", "high"]) == fit.interval("p")
     assert found["laws"].frame.loc["Conti", "bic"] == found["laws"].best.bic
     assert list(found["family"].frame.index) == [one.log for one in found["family"].members]
-    assert found["inverse"].frame.loc["M", "value"] == found["inverse"].result["M"]
+    assert found["inverse"].frame.loc["M", "value"] == found["inverse"]["M"].value
     assert found["slips"].frame.loc["period", "value"] == found["slips"].period.value
     assert np.array_equal(found["log"].frame["laser"], found["log"].column("laser"))
     sensitivity = found["sensitivity"]

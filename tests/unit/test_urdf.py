@@ -160,7 +160,7 @@ def test_a_robot_on_a_wall_has_its_gravity_from_the_command(tmp_path: Path):
     def found(*more: str) -> float:
         done = CliRunner().invoke(app, [*asked, *more])
         assert done.exit_code == 0, done.output
-        return max(one["seen"] for one in json.loads(done.stdout)["joints"])
+        return max(one["seen"]["relative_error"] for one in json.loads(done.stdout)["joints"])
 
     assert found("--gravity", "9.81,0,0") < 0.03 and found() > 0.1
     for text, said in (("9.81", "--gravity takes three numbers"), ("0,0,x", "found '0,0,x'")):

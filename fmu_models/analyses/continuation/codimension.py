@@ -42,6 +42,7 @@ _SMOOTH = {
 # the cubic coefficient of what vanishes, and what the point is then
 _DEGENERATE = {"flip": "generalized flip", "pitchfork": "degenerate pitchfork", "Neimark-Sacker": "Chenciner"}
 _DEGENERATE |= {"Hopf": "Bautin"}
+_CUBIC = {point: kind for kind, point in _DEGENERATE.items()}
 # the cosine of the angle of a pair
 _RESONANCES = {"1:1 resonance": 1.0, "1:2 resonance": -1.0, "1:3 resonance": -0.5, "1:4 resonance": 0.0}
 # where the pair of a curve becomes real: beyond, its determinant vanishes at saddles
@@ -67,7 +68,7 @@ def functions(kind: str, condition: Condition) -> Mapping[str, Function]:
     if kind == "fold":
         found["cusp"] = _turned
     if kind in _DEGENERATE:
-        found[_DEGENERATE[kind]] = lambda node, before: coefficient(kind, node)
+        found[_DEGENERATE[kind]] = lambda node, before: coefficient(kind, node).value
     if kind == "Neimark-Sacker":
         for name, cosine in _RESONANCES.items():
             found[name] = lambda node, before, cosine=cosine: _cosine(node) - cosine
@@ -175,4 +176,8 @@ def holds(name: str, value: float, ends: tuple[float, float], node: Node, before
     """Whether a function vanishes where it has changed its sign: it may have a pole there, too."""
     if name == "cusp":
         return bool(np.linalg.norm(_rates(node)) < HOLDS * np.linalg.norm(_rates(before)))
-    return abs(value) < HOLDS * max(abs(one) for one in ends)
+    largest = max(abs(one) for one in ends)
+    # a coefficient that vanishes all along the curve changes its sign by rounding
+    if name in _CUBIC and largest <= coefficient(_CUBIC[name], node).error:
+        return False
+    return abs(value) < HOLDS * largest

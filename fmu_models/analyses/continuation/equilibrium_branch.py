@@ -20,7 +20,7 @@ from fmu_models.analyses.continuation.equilibrium_follower import AtSurface, Equ
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of
 from fmu_models.analyses.continuation.leaving import beside_branch_point
 from fmu_models.analyses.continuation.node import Node
-from fmu_models.analyses.continuation.normal_form import coefficient, criticality
+from fmu_models.analyses.continuation.normal_form import UNKNOWN, Coefficient, coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.analyses.continuation.special import branch_kind
 from fmu_models.analyses.continuation.sticking_set import StickingSet
@@ -76,15 +76,20 @@ class SpecialEquilibrium(Shown):
         return "imaginary axis" in self.crossings
 
     @cached_property
+    def _cubic(self) -> Coefficient:
+        return coefficient("Hopf", self.node) if self.kind == "Hopf" else UNKNOWN
+
+    @property
     def normal_form(self) -> float:
         """First Lyapunov coefficient of a Hopf point, eigenvector of length one in the units of the states; nan at
         other kinds."""
-        return coefficient("Hopf", self.node) if self.kind == "Hopf" else np.nan
+        return self._cubic.value
 
     @property
     def criticality(self) -> str:
-        """ "supercritical" or "subcritical", by the normal form; "" where that is not known."""
-        return criticality(self.kind, self.normal_form)
+        """ "supercritical" or "subcritical", by the normal form; "degenerate or undecided" where that is not above its
+        error, "" where it is not known."""
+        return criticality(self.kind, self._cubic)
 
     def path(self, q: Sequence[float] | Vector) -> Complex:
         """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,).

@@ -8,7 +8,9 @@ A' p = conj(mu) p, |q| = 1, <p, q> = 1, <.,.> conjugating its first argument:
     Neimark-Sacker l1 = 1/2 Re(conj(mu) (<p, C(q, q, q*)> + 2 <p, B(q, (1 - A)^-1 B(q, q*))>
                         + <p, B(q*, (mu^2 - A)^-1 B(q, q))>))                      supercritical l1 < 0
 
-A run gives A exactly; B and C are central differences of it, of two widths, extrapolated. Of an equilibrium, with A the
+A run gives A exactly; B and C are central differences of it, of two widths, extrapolated, which tell the error too; it
+is not below that of rounding, which third differences magnify. A coefficient that is not above its error has no sign:
+at mu = 0 van der Pol's equation is linear, all its motions are cycles, and l1 = 0. Of an equilibrium, with A the
 derivative of the rates, A q = i omega q:
 
     Hopf           l1 = 1/(2 omega) Re(<p, C(q, q, q*)> - 2 <p, B(q, A^-1 B(q, q*))>
@@ -21,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +37,30 @@ KINDS = ("flip", "pitchfork", "Neimark-Sacker")
 WIDTHS, AGREE = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6), 0.05
 # in inverse squares of the scale of the states
 LEAST = 1e-2
+EPSILON = float(np.finfo(float).eps)
+# what is said where a coefficient may vanish
+UNDECIDED = "degenerate or undecided"
 
 
-def coefficient(kind: str, node: Node) -> float:
+class Coefficient(NamedTuple):
+    """A cubic coefficient and its error."""
+
+    value: float
+    error: float
+
+
+class _Cubic(NamedTuple):
+    """A coefficient, and the vectors p, with the factor of <p, C(q, q, q)>, and q that it is of."""
+
+    value: float
+    p: NDArray[Any]
+    q: NDArray[Any]
+
+
+UNKNOWN = Coefficient(np.nan, np.nan)
+
+
+def coefficient(kind: str, node: Node) -> Coefficient:
     """The cubic coefficient of a flip, a pitchfork (c), a Neimark-Sacker or a Hopf point (l1), states at phase 0 in
     their units; nan where it is not known: no event may begin at once, and the motion must be forced or still.
 
@@ -51,32 +74,51 @@ def coefficient(kind: str, node: Node) -> float:
         return _settled(node.problem, node.z, node.scales, _first_lyapunov, least)
     problem, z = _at_zero(node)
     if problem.autonomous:
-        return np.nan
+        return UNKNOWN
     kind = "Neimark-Sacker" if kind == "Hopf" else kind
     return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(kind, a, b, c))
 
 
 def _settled(
-    problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], float], least: float = 0.0
-) -> float:
+    problem: Problem,
+    z: Vector,
+    scales: Vector,
+    of: Callable[[Vector, Vector, Vector], _Cubic | None],
+    least: float = 0.0,
+) -> Coefficient:
     """A function of the derivatives, of the first differences of two widths that agree, in parts of the value or of the
     least one that counts."""
     n = len(problem.states)
     for width in WIDTHS:
+        widths = width * scales[:n]
         try:
-            values = [of(*_derivatives(problem, z, share * width * scales[:n])) for share in (1.0, 2.0)]
+            derivatives, wider = (_derivatives(problem, z, share * widths) for share in (1.0, 2.0))
         except Lost:
             continue
-        if abs(values[1] - values[0]) <= AGREE * max(abs(values[0]), least):
-            return float(4.0 * values[0] - values[1]) / 3.0
-    return np.nan
+        near, far = of(*derivatives), of(*wider)
+        if near is None or far is None:
+            return UNKNOWN
+        apart = abs(far.value - near.value)
+        if apart <= AGREE * max(abs(near.value), least):
+            error = max(apart / AGREE, _rounding(derivatives[0], near, widths))
+            return Coefficient((4.0 * near.value - far.value) / 3.0, error)
+    return UNKNOWN
 
 
-def criticality(kind: str, value: float) -> str:
-    """ "supercritical" or "subcritical", by the coefficient; "" if there is none."""
-    if np.isnan(value):
+def _rounding(a: Vector, cubic: _Cubic, widths: Vector) -> float:
+    """Of a coefficient: four numbers as large as those of A make a third derivative."""
+    largest = float((np.abs(a) * widths / widths[:, None]).max())
+    return float(4.0 * EPSILON * largest * (np.abs(cubic.p) @ widths) * (np.abs(cubic.q) / widths).sum() ** 3)
+
+
+def criticality(kind: str, found: Coefficient) -> str:
+    """ "supercritical" or "subcritical", by the coefficient, `UNDECIDED` if that is not above its error; "" if there is
+    none."""
+    if np.isnan(found.value):
         return ""
-    return "supercritical" if (value > 0.0) == (kind == "flip") else "subcritical"
+    if abs(found.value) <= found.error:
+        return UNDECIDED
+    return "supercritical" if (found.value > 0.0) == (kind == "flip") else "subcritical"
 
 
 def _at_zero(node: Node) -> tuple[Problem, Vector]:
@@ -90,12 +132,12 @@ def _at_zero(node: Node) -> tuple[Problem, Vector]:
     return problem, node.z
 
 
-def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> float:
+def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> _Cubic | None:
     eigen: Any = np.linalg.eig(a)
     values, rights = eigen
     paired = np.flatnonzero(values.imag > 0.0)
     if not len(paired):  # a saddle whose eigenvalues add up to zero
-        return np.nan
+        return None
     place = paired[np.abs(values.real[paired]).argmin()]
     omega, q, p = values[place].imag, rights[:, place], np.linalg.inv(rights)[place]
     second, third = _forms(b, c)
@@ -103,10 +145,11 @@ def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> float:
     p, other = p / (p @ q), q.conj()
     whole = third(q, q, other) - 2.0 * second(q, np.linalg.solve(a, second(q, other)))
     whole += second(other, np.linalg.solve(2j * omega * np.eye(len(a)) - a, second(q, q)))
-    return float(np.real(p @ whole)) / (2.0 * omega)
+    p = p / (2.0 * omega)
+    return _Cubic(float(np.real(p @ whole)), p, q)
 
 
-def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> float:
+def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
     n = len(a)
     eigen: Any = np.linalg.eig(a)
     values, rights = eigen
@@ -114,7 +157,7 @@ def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> float:
     if target is None:
         paired = np.flatnonzero(values.imag > 0.0)
         if not len(paired):
-            return np.nan
+            return None
         place = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
     else:
         place = np.abs(values - target).argmin()
@@ -129,13 +172,13 @@ def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> float:
         slow = np.linalg.solve(one - a, second(q, other))
         fast = np.linalg.solve(mu**2 * one - a, second(q, q))
         whole = p @ (third(q, q, other) + 2.0 * second(q, slow) + second(other, fast))
-        return float(np.real(np.conj(mu) / abs(mu) * whole)) / 2.0
+        return _Cubic(float(np.real(np.conj(mu) / abs(mu) * whole)) / 2.0, p / 2.0, q)
     if kind == "pitchfork":
         bordered = np.block([[one - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
         slow = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
     else:
         slow = np.linalg.solve(one - a, second(q, q))
-    return float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0)))
+    return _Cubic(float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0))), p / 6.0, q)
 
 
 def _forms(b: Vector, c: Vector) -> tuple[Callable[..., NDArray[Any]], Callable[..., NDArray[Any]]]:

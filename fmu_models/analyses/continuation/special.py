@@ -16,7 +16,7 @@ from fmu_models.analyses.continuation.discontinuous import Touch, event_kind, is
 from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.lost_event import with_event
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
-from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
+from fmu_models.analyses.continuation.normal_form import KINDS, UNKNOWN, Coefficient, coefficient, criticality
 from fmu_models.analyses.continuation.problem import TIE, Vector, Word
 from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.analyses.continuation.way import Found
@@ -101,15 +101,20 @@ class Special(Shown):
         return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
     @cached_property
+    def _cubic(self) -> Coefficient:
+        return coefficient(self.kind, self.node) if self.kind in KINDS else UNKNOWN
+
+    @property
     def normal_form(self) -> float:
         """The cubic coefficient of a flip, pitchfork or Neimark-Sacker point, see normal_form.py; nan where it is none
         or not known: at other kinds, and where nothing forces the motion."""
-        return coefficient(self.kind, self.node) if self.kind in KINDS else np.nan
+        return self._cubic.value
 
     @property
     def criticality(self) -> str:
-        """ "supercritical" or "subcritical", by the normal form; "" where that is not known."""
-        return criticality(self.kind, self.normal_form)
+        """ "supercritical" or "subcritical", by the normal form; "degenerate or undecided" where that is not above its
+        error, "" where it is not known."""
+        return criticality(self.kind, self._cubic)
 
     def at(self, turns: float) -> Vector:
         """(n,) the state at a phase of the forcing, in turns; s where nothing forces the motion."""

@@ -22,7 +22,7 @@ from fmu_models.analyses.continuation.condition import Condition, Determinant, M
 from fmu_models.analyses.continuation.curve import Curve, told
 from fmu_models.analyses.continuation.discontinuous import repeats
 from fmu_models.analyses.continuation.meeting import met
-from fmu_models.analyses.continuation.node import Border, Lost, Node, arclength, look
+from fmu_models.analyses.continuation.node import Lost, Node, arclength, look
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.base.errors import StickslipError
 
@@ -151,18 +151,35 @@ class _Way:
 
     def _step(self, node: Node, step: float) -> Node:
         """The next point of the curve, or the end of a range."""
-        guess = node.u + step * node.tangent
-        pin: Border = arclength(node.u, node.tangent, node.scales, step)
-        for place, (low, high) in self.box.items():
-            value = guess[place] * node.scales[place]
-            if not low <= value <= high:
-                bound = min(max(value, low), high)
-                step = (bound / node.scales[place] - node.u[place]) / node.tangent[place]
-                guess, pin = node.u + step * node.tangent, pinned(place, bound)
-        after = self.condition.directed(self.condition.solved(node, guess, pin, step), node.tangent)
+        way = step * node.tangent
+        end = self._end(node, way)
+        if end is not None:
+            after = self._solved_at(end, node, way)
+        else:
+            after = self.condition.solved(node, node.u + way, arclength(node.u, node.tangent, node.scales, step), step)
+            # a bent curve leaves the range where its tangent does not
+            end = self._end(node, after.u - node.u)
+            after = after if end is None else self._solved_at(end, node, after.u - node.u)
+        after = self.condition.directed(after, node.tangent)
         if after.tangent @ node.tangent < STRAIGHT:
             raise Lost("it turns too fast")
         return after
+
+    def _end(self, node: Node, way: Vector) -> tuple[float, int, float] | None:
+        """The share of a way in u after which it first leaves a range, and the place of that and its bound."""
+        ends = []
+        for place, (low, high) in self.box.items():
+            value = (node.u[place] + way[place]) * node.scales[place]
+            if not low <= value <= high:
+                bound = min(max(value, low), high)
+                ends.append(((bound / node.scales[place] - node.u[place]) / way[place], place, bound))
+        return min(ends, default=None)
+
+    def _solved_at(self, end: tuple[float, int, float], node: Node, way: Vector) -> Node:
+        """The point of the curve at that bound."""
+        share, place, bound = end
+        step = share * float(np.linalg.norm(way))
+        return self.condition.solved(node, node.u + share * way, pinned(place, bound), step)
 
     def _is_parent(self, node: Node) -> bool:
         """Whether the motion has become that of half its period; the curve ends there."""

@@ -1,10 +1,10 @@
 // The page: a state, controls that change it, and what is drawn of the motion that follows from it.
 import { Engine } from "./engine.mjs";
 import { columns, drifts, findSection, sampling } from "./reading.mjs";
-import { deal } from "./sweep.mjs";
 import { Picture, brief } from "./plot.mjs";
-import { element, make, palette } from "./elements.mjs";
-import { LAST, Pictures } from "./pictures.mjs";
+import { element, make } from "./elements.mjs";
+import { LAST } from "./pictures.mjs";
+import { Diagrams } from "./diagram.mjs";
 
 const FRAME = 14; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
@@ -14,7 +14,7 @@ const SECONDS = 20; // of a run whose period is not known
 const COARSE = 400, FINE = 600; // samples of the beginning, and of the settled part and the finest each
 const STOPS = 1000; // of a slider
 
-export class Page extends Pictures {
+export class Page extends Diagrams {
   constructor(model, module) {
     super();
     this.model = model;
@@ -329,71 +329,6 @@ export class Page extends Pictures {
     const { rows, from } = this.motion;
     this.kept = [...this.kept, { plane: this.state.plane, rows: rows.slice(from) }].slice(-8);
     this.draw();
-  }
-
-  // the diagram -------------------------------------------------------------------------------------------------------
-
-  rangeOf() {
-    const q = [...this.model.parameters, ...this.model.inputs][Number(element("over").value)];
-    if (!q) return;
-    element("from").value = q.low;
-    element("to").value = q.high;
-  }
-
-  diagram() {
-    const q = [...this.model.parameters, ...this.model.inputs][Number(element("over").value)];
-    const [low, high, count] = ["from", "to", "count"].map((id) => Number(element(id).value));
-    if (!q || !Number.isFinite(low) || !Number.isFinite(high) || low === high || !(count >= 2 && count <= 2000)) {
-      return this.note("A diagram goes over 2 to 2000 values from one number to another.");
-    }
-    if (!(this.period > 0) && !this.state.section) return this.note("This motion meets no section again and again, so that there is nothing to draw over a parameter.");
-    const values = Float64Array.from({ length: count }, (_, i) => low + ((high - low) * i) / (count - 1));
-    const index = this.settable.indexOf(q);
-    const job = {
-      base: this.state.values.slice(), over: index, values, transient: 140, keep: 40, section: this.period > 0 ? null : this.state.section,
-      firstState: this.firstState, columns: this.at.count, states: this.model.states.length, memories: this.model.memories.length,
-    };
-    this.stop?.();
-    const begin = performance.now(), cores = Math.max(1, Math.min(4, (navigator.hardwareConcurrency || 2)));
-    this.swept = { q, index, values, points: new Map(), refused: new Map(), done: false, shown: this.section0() };
-    element("progress").textContent = "computing …";
-    this.stop = deal(this.module, job, Math.min(cores, count), ({ found, done, failed }) => {
-      for (const one of found) {
-        this.swept.points.set(one.index, one.points);
-        if (one.refused) this.swept.refused.set(one.index, one.refused);
-      }
-      this.swept.done = done;
-      const why = [...new Set(this.swept.refused.values())], n = this.swept.refused.size;
-      element("progress").textContent = failed ? `Workers are not to be had here: ${failed}` : `${this.swept.points.size} of ${count} values${done ? ` in ${brief((performance.now() - begin) / 1000, 3)} s` : ""}${n ? `; ${n} refused, such as: ${why[0]}` : ""}`;
-      this.drawSweep(palette());
-    });
-    this.drawSweep(palette());
-  }
-
-  // the state that a diagram shows: that of the plane which the section leaves free
-  section0() {
-    const [i, j] = this.model.planes[this.state.plane];
-    return !(this.period > 0) && this.state.section?.state === i ? j : i;
-  }
-
-  drawSweep(colours) {
-    const { q, index, values, points, shown } = this.swept, flat = [];
-    for (const [k, found] of points) for (const point of found) flat.push(values[k], point[shown]);
-    let low = Infinity, high = -Infinity;
-    for (let i = 1; i < flat.length; i += 2) (low = Math.min(low, flat[i])), (high = Math.max(high, flat[i]));
-    const picture = this.pictures.sweeps, ends = [values[0], values[values.length - 1]].sort((a, b) => a - b);
-    picture.begin({ x: [...ends, this.axis(q)], y: [low, high, this.axis(this.model.states[shown])], exact: true }, colours);
-    const now = this.state.values[index];
-    if (Number.isFinite(low)) picture.line([now, low, now, high], colours.hold, 1);
-    picture.dots(flat, colours.line, 1.5);
-    picture.draw();
-    element("sweeps").setAttribute("aria-label", `Bifurcation diagram: ${this.model.states[shown].name} at the section over ${q.name}; ${points.size} of ${values.length} values. A click sets ${q.name}.`);
-  }
-
-  choose(value) {
-    if (!this.swept) return;
-    const { values, index } = this.swept, ends = [values[0], values[values.length - 1]];
-    this.change(index, Number(Math.min(Math.max(value, Math.min(...ends)), Math.max(...ends)).toPrecision(6)));
   }
 
   // files and clipboard -----------------------------------------------------------------------------------------------

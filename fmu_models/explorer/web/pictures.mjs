@@ -17,7 +17,6 @@ export class Pictures {
     this.drawPortrait(colours);
     this.drawSeries(colours);
     this.drawSection(colours);
-    if (this.swept) this.drawSweep(colours);
     this.tell();
   }
 

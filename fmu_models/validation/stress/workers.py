@@ -10,7 +10,8 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 
 from fmu_models import oscillators
-from fmu_models.base.processes import IsolatedFailure, Limits, Pool
+from fmu_models.base.child_process import IsolatedFailure, Limits
+from fmu_models.base.processes import Pool
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.validation.stress.cases import Case, grid

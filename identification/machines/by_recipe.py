@@ -1,0 +1,161 @@
+"""The machine that a recipe declares, its logs with the recipe's filters, and its inverse dynamics."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.registry import Reference
+from fmu_models.language.mechanism import Mechanism
+from identification.inference.problem import identifier
+from identification.machines.axis import CARRIED, declared_axis
+from identification.machines.axis_terms import Model, Term, check_terms, read_model
+from identification.machines.base_parameters import base_parameters
+from identification.machines.identify import METHODS
+from identification.machines.inverse import identify_machine
+from identification.machines.joint_laws import with_laws
+from identification.machines.machine import Machine
+from identification.machines.machine_fit import MachineFit
+from identification.machines.motion import MachineLog, Motion
+from identification.machines.regressor import regressor_of
+from identification.measurement.recipe import ACCELERATION, EFFORT, POSITION, TIME, VELOCITY, WEIGHT, Recipe
+from identification.measurement.signals import Piece, Prepared, decimated, decimating, prepare, turning_of
+from rig_io.packages.datapackage import read_columns
+
+if TYPE_CHECKING:
+    from lmfit import Parameters
+
+
+@dataclass(frozen=True, eq=False)
+class RecipeMachine(Machine):
+    """A recipe with the machine that its terms declare."""
+
+    recipe: Recipe
+    model: Model
+    mechanism: Mechanism
+
+    def logs(
+        self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
+    ) -> list[MachineLog]:
+        """As in `Machine`, with the recipe's filters and without."""
+        return [self._log(path, reader, repair) for path in paths]
+
+    def _log(self, path: str | os.PathLike[str], reader: Reference | None, repair: Collection[str]) -> MachineLog:
+        recipe, table = self.recipe, read_columns(path, reader=reader)
+        prepared = prepare(recipe, table, repair)
+        # what cutoffs are given for has one low-pass for all signals, and derivatives of its own
+        bare = {name: replace(one, filter=None) for name, one in recipe.signals.items()}
+        plain = prepare(replace(recipe, signals=bare), table, repair)
+        ready = motions_of(recipe, prepared)
+        time, effort = _joined(plain, TIME), _joined(plain, EFFORT)
+        position = _joined(plain, POSITION) if POSITION in recipe.signals else np.full_like(time, np.nan)
+        return MachineLog(Path(path).name, time, position[:, None], effort[:, None], prepared.notes, ready)
+
+    def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
+        """As in `Machine`."""
+        asked, model = self.model.laws or laws, self.model
+        return with_laws(self.mechanism, fit, logs, asked, normal_force=model.normal_force, sign=model.sign)
+
+    def known(self, cutoff: float | None) -> dict[str, float]:
+        """As in `Machine`: with the recipe's own filters what moves has no inertia beside its terms."""
+        none = cutoff is None and any(p.name == CARRIED for p in self.mechanism.parameters)
+        return {CARRIED: 0.0} if none else {}
+
+
+def recipe_machine(recipe: Recipe) -> RecipeMachine:
+    """The machine of a recipe's terms.
+
+    Raises:
+        StickslipError: the recipe names no terms, or such as no log tells apart.
+    """
+    model = read_model(recipe)
+    turning = turning_of(recipe)
+    check_terms(recipe, turning, model.terms)
+    mechanism = declared_axis(model.terms, turning, title=recipe.title, source=recipe.source)
+    _check_apart(recipe, model.terms, mechanism)
+    return RecipeMachine(recipe, model, mechanism)
+
+
+def inverse_dynamics(
+    recipe: Recipe,
+    logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    held_out: Sequence[str | os.PathLike[str]] = (),
+    *,
+    parameters: Parameters | None = None,
+    reader: Reference | None = None,
+    repair: Collection[str] = (),
+    progress: Callable[[float], None] | None = None,
+) -> MachineFit:
+    """Fit a recipe's terms to a log or several by least squares with the recipe's own filters, judge them, compare the
+    friction laws that it names, and score other logs with the same values.
+
+    parameters: first values, bounds and held parameters of the terms, by name (Fv+ is called Fv_plus). reader, repair:
+    as in `rig_io.read_log`.
+
+    Raises:
+        StickslipError: as in `recipe_machine` and `identify_machine`, or a log cannot be read or does not fit.
+    """
+    machine = recipe_machine(recipe)
+    paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    seen, others = (machine.logs(part, reader=reader, repair=repair) for part in (paths, held_out))
+    fit = identify_machine(
+        machine.mechanism,
+        seen,
+        known=machine.known(None),
+        cutoff=None,
+        method=METHODS[1],
+        parameters=parameters,
+        held_out=others,
+        progress=progress,
+    )
+    return machine.compared(fit, seen)
+
+
+def _check_apart(recipe: Recipe, terms: Sequence[Term], mechanism: Mechanism) -> None:
+    regressor = regressor_of(mechanism)
+    base = base_parameters(regressor)
+    for place in set(range(len(regressor.names))) - set(base.places):
+        alike = {place, *(base.places[row] for row in np.flatnonzero(base.combine[:, place]))}
+        names = ", ".join(term.name for term in terms if regressor.names.index(identifier(term.name)) in alike)
+        raise StickslipError(
+            f"{recipe.name} cannot tell the terms {names} apart, whatever the log: each is a sum of the others. Leave "
+            "one out."
+        )
+
+
+def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[Motion, ...]:
+    """Pieces of a log with the recipe's filters.
+
+    Raises:
+        StickslipError: none of its samples is fast enough.
+    """
+    found = tuple(piece for one in prepared.pieces if len((piece := _motion(recipe, prepared, one)).kept))
+    if not found:
+        raise StickslipError(f"{prepared.source}: no sample is as fast as 'least_speed' of {recipe.name}. Lower it.")
+    return found
+
+
+def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> Motion:
+    """A piece with the recipe's filters; a signal that it does not have counts as zero."""
+    values, every = piece.values, recipe.sampling.decimate
+    none = np.zeros_like(values[TIME])
+    position, velocity, acceleration, effort = (
+        values.get(name, none)[:, None] for name in (POSITION, VELOCITY, ACCELERATION, EFFORT)
+    )
+    kept = decimated(len(none), every)
+    if recipe.sampling.least_speed.value > 0:
+        kept = kept[np.abs(decimating(velocity[:, 0], every)[kept]) >= recipe.sampling.least_speed.value]
+    weight = values.get(WEIGHT, none + 1.0)
+    smooth = partial(decimating, every=every)
+    return Motion(0, prepared.step, values[TIME], position, velocity, acceleration, effort, weight, smooth, kept)
+
+
+def _joined(prepared: Prepared, name: str) -> np.ndarray:
+    return np.concatenate([piece.values[name] for piece in prepared.pieces])

@@ -1,0 +1,136 @@
+"""Inverse dynamics: a declared machine and logs of its efforts and motion give its parameters, and what to think of
+them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Input
+from identification.inference.lmfit_exchange import given
+from identification.inference.uncertainty import autocorrelation, inflation
+from identification.machines.base_parameters import Base, base_parameters
+from identification.machines.identify import METHODS, Identified, solve_machine
+from identification.machines.machine_fit import MachineFit, MachineParameter
+from identification.machines.motion import Cutoffs, MachineLog, motions
+from identification.machines.regressor import Regressor, regressor_of
+from identification.machines.rows import Rows, rows_of, together
+from identification.machines.scores import joint_scores
+from identification.machines.verdicts import Quality, verdicts
+
+if TYPE_CHECKING:
+    from lmfit import Parameters
+
+
+def identify_machine(
+    mechanism: Mechanism,
+    logs: Sequence[MachineLog],
+    *,
+    known: Mapping[str, float] | None = None,
+    cutoff: float | None = 10.0,
+    parallel_cutoff: float | None = None,
+    method: str = METHODS[0],
+    parameters: Parameters | None = None,
+    held_out: Sequence[MachineLog] = (),
+    progress: Callable[[float], None] | None = None,
+) -> MachineFit:
+    """Base parameters of a declared machine from logs of efforts and positions.
+
+    known: values of parameters that are not to be found, by name; cutoff: Hz, of the low-pass of positions, None to
+    filter logs as their recipe says; parallel_cutoff: of that over efforts and columns, the same if None; method:
+    "instruments" or "least squares"; parameters: for least squares, bounds of base parameters and which are held, by
+    name as lmfit takes it (m2_r2 for "m2 r2"); held_out: logs that only score.
+
+    Raises:
+        StickslipError: as in `regressor_of`, `motions` and `solve_machine`.
+    """
+    if method not in METHODS:
+        raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
+    if not logs:
+        raise StickslipError("There is no log. Give one, better several.")
+    regressor = regressor_of(mechanism, known)
+    base = base_parameters(regressor)
+    cutoffs = None if cutoff is None else Cutoffs(cutoff, parallel_cutoff or cutoff)
+    found = solve_machine(regressor, base, logs, cutoffs, method=method, said=given(parameters), progress=progress)
+    joints = joint_scores(
+        found,
+        _others(regressor, base, held_out, cutoffs),
+        [one.unit for one in _inputs(mechanism, regressor)],
+    )
+    listed = _parameters(mechanism, base, found)
+    quality = _quality(found, oversampled=cutoffs is not None)
+    said = verdicts(mechanism, found, listed, joints, quality)
+    return MachineFit(
+        machine=mechanism.name,
+        title=mechanism.title,
+        source=mechanism.source,
+        method=method,
+        joints=joints,
+        parameters=listed,
+        known=dict(known or {}),
+        silent=base.silent,
+        cutoff=cutoffs and cutoffs.kinematic,
+        parallel_cutoff=cutoffs and cutoffs.parallel,
+        logs=tuple(log.name for log in logs),
+        samples=len(found.rows.effort),
+        condition=quality.condition,
+        raw_condition=float(np.linalg.cond(found.rows.weighted[0])),
+        neighbour_correlation=quality.neighbour_correlation,
+        effective_samples=quality.effective_samples,
+        rounds=found.best.rounds,
+        verdicts=(*said, *dict.fromkeys(note for log in (*logs, *held_out) for note in log.notes)),
+        identified=found,
+    )
+
+
+def _quality(found: Identified, *, oversampled: bool) -> Quality:
+    columns, effort = found.rows.weighted
+    best = found.best
+    neighbours = autocorrelation(effort - columns @ best.values, found.rows.series)
+    return Quality(*together(found.rows), neighbours, len(effort) / inflation(best.white, best.covariance), oversampled)
+
+
+def _others(
+    regressor: Regressor, base: Base, held_out: Sequence[MachineLog], cutoffs: Cutoffs | None
+) -> dict[str, Rows]:
+    """Rows of each of these logs by its name, which several may have."""
+    found: dict[str, Rows] = {}
+    for log in held_out:
+        again = sum(name.partition(" (")[0] == log.name for name in found)
+        name = f"{log.name} ({again + 1})" if again else log.name
+        found[name] = rows_of(regressor, base, motions([log], regressor.joints, cutoffs))
+    return found
+
+
+def _inputs(mechanism: Mechanism, regressor: Regressor) -> list[Input]:
+    by_name = {one.name: one for one in mechanism.inputs}
+    return [by_name[name] for name in regressor.efforts]
+
+
+def _parameters(mechanism: Mechanism, base: Base, found: Identified) -> tuple[MachineParameter, ...]:
+    best, squares = found.best, found.least_squares
+    meanings = {p.name: p.description for p in mechanism.parameters}
+    white = np.sqrt(np.diag(best.white))
+    shift = np.divide(
+        best.values - squares.values, best.deviation, out=np.zeros_like(best.values), where=best.deviation > 0
+    )
+    return tuple(
+        MachineParameter(
+            one.name,
+            one.combination,
+            meanings.get(one.combination, ""),
+            float(best.values[place]),
+            one.unit,
+            float(best.deviation[place]),
+            float(white[place]),
+            float(squares.values[place]),
+            float(squares.deviation[place]),
+            float(shift[place]),
+            one.frictional,
+        )
+        for place, one in enumerate(base.parameters)
+    )

@@ -1,0 +1,148 @@
+"""Friction laws of each joint of a machine, compared on its effort.
+
+    of one joint alone     effort = columns of what is no friction + law, all found together
+    of joint j of several  tau_j - (Y theta)_j over what is no friction, at its values = offset + law
+
+A law is a function of the joint's own velocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import sympy
+
+from fmu_models.language.mechanism import Mechanism
+from identification.inference.comparison import Comparing, LawComparison, compare_problems
+from identification.inference.problem import Solution, Unknown, solve
+from identification.laws import find_law
+from identification.machines.base_parameters import base_parameters
+from identification.machines.force_law import BY_DIRECTION, ForceLaw, force_law
+from identification.machines.machine_fit import MachineFit
+from identification.machines.motion import MachineLog, Motion, motions
+from identification.machines.predicted import cutoffs_of
+from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
+from identification.machines.regressor import SIGN, SLIP, regressor_of
+from identification.machines.rows import PARTS, Rows, check_excited, rows_of
+
+LAWS = ("Coulomb", "Coulomb+viscous", "Stribeck+viscous", BY_DIRECTION)
+
+
+def compare_joint_laws(
+    mechanism: Mechanism,
+    fit: MachineFit,
+    logs: Sequence[MachineLog],
+    laws: Sequence[str] = LAWS,
+    *,
+    normal_force: float | None = None,
+    sign: Sign = np.sign,
+) -> dict[str, LawComparison]:
+    """By joint, laws judged by HAC deviations and parts held out. logs: those of the fit; normal_force: N, of which
+    coefficients of friction are, else of the root mean square effort; sign: of velocities, that goes with the laws.
+
+    Raises:
+        StickslipError: as in `motions`; there is no such law; or a log is too short to compare laws by.
+    """
+    regressor = regressor_of(mechanism, fit.known)
+    pieces = motions(logs, regressor.joints, cutoffs_of(fit))
+    whole = rows_of(regressor, base_parameters(regressor), pieces)
+    found = {}
+    for place, joint in enumerate(fit.joints):
+        rows = _beside_friction(fit, whole.where(whole.joint == place), joint.unit, len(fit.joints) == 1)
+        problems: dict[str, MachineProblem] = {}
+        for name in laws:
+            made = _by_direction(rows, pieces, place, joint.unit) if name == BY_DIRECTION else rows
+            check_excited(made, ", ".join(fit.logs))
+            force = None if name == BY_DIRECTION else _force_law(name, rows, normal_force, joint.unit)
+            problems[name] = machine_problem(made, force and JointFriction(force, pieces, place, sign))
+        found[joint.joint] = _compared(problems, joint.joint)
+    return found
+
+
+def with_laws(
+    mechanism: Mechanism, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str], **how: Any
+) -> MachineFit:
+    """The fit with laws compared by joint, where any are asked for. how: as in `compare_joint_laws`.
+
+    Raises:
+        StickslipError: as in `compare_joint_laws`.
+    """
+    known = _known_friction(mechanism, fit)
+    if not laws:
+        return fit
+    if known:
+        said = [f"Friction laws were not compared, for {', '.join(known)} is taken as known: leave it to be found."]
+        return replace(fit, verdicts=(*fit.verdicts, *said))
+    found, said = compare_joint_laws(mechanism, fit, logs, laws, **how), []
+    for joint, one in found.items():
+        aside = [f"{score.law} is put aside: {' '.join(score.warnings)}" for score in one.scores if score.warnings]
+        said += [f"Friction laws of '{joint}': {one.verdict}", *aside]
+    return replace(fit, laws=found, verdicts=(*fit.verdicts, *said))
+
+
+def _known_friction(mechanism: Mechanism, fit: MachineFit) -> list[str]:
+    forces = [one.law.force(SLIP, SIGN) for one in mechanism.frictions]
+    held = {symbol for force in (*forces, mechanism.dissipation) for symbol in sympy.sympify(force).free_symbols}
+    return [p.name for p in mechanism.parameters if p in held and fit.known.get(p.name, 0.0) != 0]
+
+
+def _force_law(name: str, rows: Rows, normal_force: float | None, unit: str) -> ForceLaw:
+    scale = normal_force or float(np.sqrt(np.mean(rows.effort**2)))
+    return force_law(find_law(name), scale, unit == "N m")
+
+
+def _beside_friction(fit: MachineFit, rows: Rows, unit: str, alone: bool) -> Rows:
+    """Rows of a joint with columns of what is no friction, or with an offset in place of what is known by the fit."""
+    rows = replace(rows, joint=np.zeros_like(rows.joint), deviation=np.ones(1))
+    rest = np.array([not fit[name].frictional for name in rows.names])
+    if alone:
+        unknowns = tuple(one for one, keep in zip(rows.unknowns, rest, strict=True) if keep)
+        return replace(rows, unknowns=unknowns, columns=rows.columns[:, rest])
+    values = np.array([fit[name].value for name in rows.names])
+    effort, none = rows.residual(values * rest), np.zeros_like(rows.effort)
+    offset = (Unknown("offset", unit, description="offset of the effort"),)
+    return replace(rows, unknowns=offset, columns=np.ones((len(effort), 1)), given=none, effort=effort)
+
+
+def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:
+    """With friction of each direction, which holds an offset already: half their difference."""
+    steady = np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
+    rest = tuple(one for one, constant in zip(rows.unknowns, steady, strict=True) if not constant)
+    viscous = "N m s/rad" if unit == "N m" else "N s/m"
+
+    def of(v: np.ndarray) -> np.ndarray:
+        sign = np.sign(v)
+        shapes = (np.maximum(sign, 0), np.minimum(sign, 0), np.maximum(v, 0), np.minimum(v, 0))
+        return np.stack(shapes, axis=1)
+
+    names = ("F_c+", "F_c-", "F_v+", "F_v-")
+    both = tuple(Unknown(name, viscous if name.startswith("F_v") else unit) for name in names)
+    columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint])) for piece in pieces])
+    return replace(rows, unknowns=(*rest, *both), columns=np.concatenate([rows.columns[:, ~steady], columns], axis=1))
+
+
+def _compared(problems: Mapping[str, MachineProblem], log: str) -> LawComparison:
+    """Laws by their problems; friction that drives is put aside."""
+    solutions = {name: solve(problem) for name, problem in problems.items()}
+    warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
+    asked = Comparing("hac", PARTS, warnings)
+    return compare_problems(problems, [log], solutions=solutions, asked=asked)
+
+
+def _meaning(problem: MachineProblem, found: Solution) -> tuple[str, ...]:
+    """Why the values of a law mean nothing."""
+    if problem.friction is None:
+        friction = [
+            (u.name, value)
+            for u, value in zip(problem.unknowns, found.values, strict=True)
+            if u.name.startswith(("F_c", "F_v"))
+        ]
+        wrong = [f"{name} = {value:.4g}" for name, value in friction if value < 0]
+        return (f"{', '.join(wrong)} below zero: friction that drives.",) if wrong else ()
+    named = zip(problem.unknowns, found.values, found.at_bound, strict=True)
+    ends = [f"{unknown.name} = {value:.3g} at the end of its range" for unknown, value, at in named if at]
+    said = problem.friction.law.warnings(found.values[len(problem.rows.unknowns) :])
+    return (*said, *((f"{', '.join(ends)}.",) if ends else ()))

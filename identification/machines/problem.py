@@ -1,0 +1,98 @@
+"""Inverse dynamics as a problem of least squares, perhaps with a friction law that is not linear in its parameters.
+
+    weight (columns theta + sgn(v) F(|v|; q) - effort) = residual
+
+F is the friction of one joint: of a law of friction coefficients times a force. Columns and friction go through the
+same filter as the effort. Residuals may depend on one another inside a block of a log (a cluster).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.inference.problem import Evaluation, Problem, Unknown
+from identification.laws.law import FittableLaw, unknowns
+from identification.machines.motion import Motion
+from identification.machines.rows import Rows
+
+STILL = 0.05  # of the greatest speed: slower samples say nothing to a law's first guess
+
+Sign = Callable[[np.ndarray], np.ndarray]  # of velocities (n,), with the limits -1 and 1
+
+
+@dataclass(frozen=True, eq=False)
+class JointFriction:
+    """A friction law of one joint. pieces: of the logs, as rows were made of them; sign: that goes with the law."""
+
+    law: FittableLaw
+    pieces: Sequence[Motion]
+    joint: int
+    sign: Sign
+
+    def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Friction (rows of the joint,) and its derivatives (rows, m)."""
+        law, sign = self.law, self.sign
+        return (
+            self.thinned(lambda v: sign(v) * law.value(np.abs(v), q)),
+            self.thinned(lambda v: (sign(v) * law.gradient(np.abs(v), q)).T),
+        )
+
+    def thinned(self, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """A function of the joint's velocities (n,) in the rows of the joint."""
+        return np.concatenate([piece.thinned(of(piece.velocity[:, self.joint])) for piece in self.pieces])
+
+
+@dataclass(frozen=True, eq=False)
+class MachineProblem(Problem):
+    """rows: linear part, of the joint alone where there is a law; chosen: (rows,) of these among all of them; cluster:
+    (rows,); unknowns: parameters of the rows, then of the law."""
+
+    rows: Rows
+    unknowns: tuple[Unknown, ...]
+    chosen: np.ndarray
+    cluster: np.ndarray
+    friction: JointFriction | None = None
+    noise_known = False
+
+    def start(self) -> np.ndarray:
+        """The solution itself of rows alone; with a law, parameters from a fit with Coulomb and viscous friction, and
+        the law's own guess from what these leave."""
+        columns, effort = self.rows.weighted
+        if self.friction is None:
+            return np.linalg.lstsq(columns, effort, rcond=None)[0]
+        rough = self.friction.thinned(lambda v: np.stack([np.sign(v), v], axis=1))[self.chosen]
+        weight, speed = self.rows.weight, self.rows.speed
+        whole = np.concatenate([columns, rough * weight[:, None]], axis=1)
+        x = np.linalg.lstsq(whole, effort, rcond=None)[0][: columns.shape[1]]
+        moving = (np.abs(speed) > STILL * np.max(np.abs(speed))) & (weight > 0)
+        left = self.rows.residual(x)[moving] * np.sign(speed[moving])
+        return np.concatenate([x, self.friction.law.start(np.abs(speed[moving]), left)])
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Weighted residuals, effort modelled less measured."""
+        columns, effort = self.rows.weighted
+        count = columns.shape[1]
+        residual, gradient = columns @ x[:count] - effort, columns
+        if self.friction is not None:
+            weight = self.rows.weight
+            force, slope = (one[self.chosen] for one in self.friction(x[count:]))
+            residual, gradient = residual + weight * force, np.concatenate([gradient, weight[:, None] * slope], axis=1)
+        log = np.zeros(len(residual), dtype=int)
+        return Evaluation(residual, gradient, self.cluster, log, np.abs(self.rows.speed))
+
+    def resampled(self, clusters: np.ndarray) -> MachineProblem:
+        """As in `Problem`."""
+        places = [np.flatnonzero(self.cluster == label) for label in clusters]
+        labels = np.repeat(np.arange(len(places)), [len(part) for part in places])
+        taken = np.concatenate(places)
+        return replace(self, rows=self.rows.where(taken), chosen=self.chosen[taken], cluster=labels)
+
+
+def machine_problem(rows: Rows, friction: JointFriction | None = None) -> MachineProblem:
+    """The problem of these rows, and of a law of friction force of their joint."""
+    more = unknowns(friction.law) if friction else ()
+    cluster = np.unique(rows.block, return_inverse=True)[1]
+    return MachineProblem(rows, (*rows.unknowns, *more), np.arange(len(rows.effort)), cluster, friction)

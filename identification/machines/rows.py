@@ -1,0 +1,165 @@
+"""The linear problem that logs make of a machine: a row for each joint at each thinned sample.
+
+weight (effort - columns theta) = residual
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.inference.problem import Unknown
+from identification.machines.base_parameters import Base
+from identification.machines.motion import Motion, in_rows, stacked
+from identification.machines.regressor import Regressor
+
+WEIGHTS = 3  # rounds
+PARTS = 8  # of a log, left out in turn
+BLOCKS = 3 * PARTS  # of a log: each longer than the lags of Newey and West
+INDISTINGUISHABLE = 1e8  # condition of the scaled columns from which on base parameters are one
+WHOLE = ("unknowns", "deviation")  # fields that are not by row
+SHARE = 0.1  # of the greatest: parts of the weakest direction that name it
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """unknowns: the parameters (b,); columns: theirs (rows, b); given: effort of what is known, effort, speed of
+    the joint: (rows,); series (joint of a
+    piece), joint, log: labels (rows,); block: 24th of its log (rows,), counted on from log to log; trust: weight of the
+    sample (rows,); deviation: (joints,) of the residuals."""
+
+    unknowns: tuple[Unknown, ...]
+    columns: np.ndarray
+    given: np.ndarray
+    effort: np.ndarray
+    speed: np.ndarray
+    series: np.ndarray
+    joint: np.ndarray
+    log: np.ndarray
+    block: np.ndarray
+    trust: np.ndarray
+    deviation: np.ndarray
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Of each row (rows,)."""
+        return self.trust / self.deviation[self.joint]
+
+    @property
+    def part(self) -> np.ndarray:
+        """Eighth of its log (rows,), counted on from log to log."""
+        return self.block * PARTS // BLOCKS
+
+    @property
+    def names(self) -> list[str]:
+        """Of the parameters."""
+        return [one.name for one in self.unknowns]
+
+    @property
+    def weighted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Columns (rows, b) and the effort that they make up (rows,)."""
+        return self.columns * self.weight[:, None], (self.effort - self.given) * self.weight
+
+    def where(self, kept: np.ndarray) -> Rows:
+        """Some of the rows, by place or (rows,) of truth."""
+        taken = {one.name: getattr(self, one.name)[kept] for one in fields(self) if one.name not in WHOLE}
+        return replace(self, **taken)
+
+    def residual(self, values: np.ndarray) -> np.ndarray:
+        """Measured less modelled effort (rows,), not weighted."""
+        return self.effort - self.given - self.columns @ values
+
+
+def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
+    """The linear problem of measured motion, joints not weighted against one another."""
+    joints = len(regressor.joints)
+    used = base.places if base.given is None else [*base.places, base.given]
+    whole = stacked(pieces, lambda one: regressor(one.position, one.velocity, one.acceleration)[:, :, used])
+    columns, given = whole[:, : len(base.places)], whole[:, len(base.places) :].sum(axis=1)
+    each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
+    return Rows(
+        tuple(Unknown(one.name, one.unit, description=one.combination) for one in base.parameters),
+        columns,
+        given,
+        stacked(pieces, lambda one: one.effort),
+        stacked(pieces, lambda one: one.velocity),
+        in_rows([number * joints + one for number, one in enumerate(each)]),
+        in_rows(each),
+        in_rows([np.full_like(one, piece.log) for one, piece in zip(each, pieces, strict=True)]),
+        in_rows([np.broadcast_to(one[:, None], (len(one), joints)) for one in _blocks(pieces)]),
+        in_rows([np.repeat(piece.weight[piece.kept, None], joints, axis=1) for piece in pieces]),
+        np.ones(joints),
+    )
+
+
+def _blocks(pieces: Sequence[Motion]) -> list[np.ndarray]:
+    """24th of its log of each thinned sample (k,), counted on from log to log."""
+    counts = [len(piece.kept) for piece in pieces]
+    found = []
+    for place, piece in enumerate(pieces):
+        mine = [other for other, one in enumerate(pieces) if one.log == piece.log]
+        before = sum(counts[other] for other in mine if other < place)
+        total = sum(counts[other] for other in mine)
+        found.append(piece.log * BLOCKS + (before + np.arange(counts[place])) * BLOCKS // total)
+    return found
+
+
+def balanced(rows: Rows) -> Rows:
+    """With the deviations of the residuals of each joint, as least squares with them finds them again; a joint alone
+    has no other to be weighted against."""
+    if len(rows.deviation) == 1:
+        return rows
+    for _ in range(WEIGHTS):
+        columns, effort = rows.weighted
+        off = rows.residual(np.linalg.lstsq(columns, effort, rcond=None)[0])
+        joints = range(len(rows.deviation))
+        deviation = np.array([np.sqrt(np.mean(off[rows.joint == joint] ** 2)) for joint in joints])
+        rows = replace(rows, deviation=np.maximum(deviation, 1e-12 * np.max(np.abs(rows.effort))))
+    return rows
+
+
+def check_excited(rows: Rows, where: str) -> None:
+    """Refuse logs that say nothing of parameters, or in which some go together. where: the logs, as they are called.
+
+    Raises:
+        StickslipError: which.
+    """
+    names = rows.names
+    if len(rows.effort) <= len(names):
+        raise StickslipError(
+            f"{len(rows.effort)} samples of {where} cannot determine {len(names)} parameters. Record a longer log, or "
+            "keep more samples: a higher cutoff, in a recipe a lower 'least_speed' or 'decimate'."
+        )
+    for joint in range(len(rows.deviation)):
+        mine = rows.effort[rows.joint == joint]
+        if np.ptp(mine) == 0:
+            raise StickslipError(
+                f"{where}: an effort is {mine[0]:g} throughout, which says nothing of a machine. Check its column."
+            )
+    sizes = np.linalg.norm(rows.columns * rows.weight[:, None], axis=0)
+    idle = [name for name, size in zip(names, sizes, strict=True) if size == 0]
+    if idle:
+        raise StickslipError(
+            f"{where} says nothing of {', '.join(idle)}: no motion in it needs it. Record one that does, or leave it "
+            "out."
+        )
+    if not names:
+        return
+    condition, alike = together(rows)
+    if condition > INDISTINGUISHABLE:
+        raise StickslipError(
+            f"{where} cannot tell {', '.join(alike)} apart: each is a sum of the others there. "
+            "Record a motion that excites all joints, at several speeds, take some as known, or leave one out."
+        )
+
+
+def together(rows: Rows) -> tuple[float, list[str]]:
+    """Condition of the weighted columns, each scaled to one, and the parameters that they tell apart least."""
+    columns, _ = rows.weighted
+    _, singular, directions = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
+    shares = np.abs(directions[-1])
+    alike = [name for name, share in zip(rows.names, shares, strict=True) if share > SHARE * shares.max()]
+    return float(singular[0] / max(singular[-1], 1e-300)), alike

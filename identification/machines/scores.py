@@ -1,0 +1,101 @@
+"""How well efforts are predicted, joint by joint: in the logs of a fit, in parts that it has not seen, in others; how
+far the simulated machine comes from its logs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.machines.identify import Identified
+from identification.machines.motion import Motion
+from identification.machines.rows import Rows
+from identification.machines.simulated import Stretches, run
+
+FREE_RUN = 1.0  # s
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well a model explains efforts. relative_error: |residual|/|effort|; explained: share of their variance."""
+
+    relative_error: float
+    explained: float
+
+
+@dataclass(frozen=True)
+class JointScore:
+    """How well one joint's effort is predicted: seen: in the logs of the fit; left_out: each of these by the others (of
+    one log: eighths of it); held_out: by log that was held out; free_run: of its position over 1 s from the measured
+    state by the measured efforts, rms error over the standard deviation of its motion, None where the simulation leaves
+    the logs or there are no positions."""
+
+    joint: str
+    unit: str
+    seen: Score
+    left_out: Score
+    held_out: Mapping[str, Score]
+    free_run: float | None
+
+
+def joint_scores(found: Identified, others: Mapping[str, Rows], units: Sequence[str]) -> tuple[JointScore, ...]:
+    """By joint. others: rows of logs that were held out, by name; units: of the efforts."""
+    rows, values = found.rows, found.best.values
+    left_out = _left_out(found)
+    return tuple(
+        JointScore(
+            name,
+            unit,
+            _score(rows, rows.residual(values), place),
+            _score(rows, left_out, place),
+            {log: _score(one, one.residual(values), place) for log, one in others.items()},
+            error,
+        )
+        for place, (name, unit, error) in enumerate(zip(found.regressor.joints, units, free_run(found), strict=True))
+    )
+
+
+def _score(rows: Rows, residual: np.ndarray, joint: int) -> Score:
+    """Of one joint. residual: (rows,), not weighted."""
+    mine = rows.joint == joint
+    off, effort = residual[mine], rows.effort[mine]
+    return Score(float(np.linalg.norm(off) / np.linalg.norm(effort)), float(1 - np.mean(off**2) / np.var(effort)))
+
+
+def _left_out(found: Identified) -> np.ndarray:
+    """Residual (rows,) of each log with the values from the others; of one log: of eighths of it."""
+    rows = found.rows
+    parts = rows.log if len(np.unique(rows.log)) > 1 else rows.part
+    residual = np.empty(len(rows.effort))
+    for part in np.unique(parts):
+        mine = parts == part
+        residual[mine] = rows.residual(found.from_rows(~mine))[mine]
+    return residual
+
+
+def free_run(found: Identified) -> list[float | None]:
+    """By joint, see `JointScore`: windows one after the other, all at once."""
+    regressor, pieces = found.regressor, found.pieces
+    length = max(int(FREE_RUN / pieces[0].step), 2)
+    windows = [
+        (piece, begin)
+        for piece in pieces
+        for begin in range(piece.span.start, max(piece.span.stop - length, piece.span.start), length)
+    ]
+    spread = np.std(np.concatenate([piece.position for piece in pieces]), axis=0)
+    if not windows or not np.all(spread > 0):
+        return [None] * len(regressor.joints)
+
+    def taken(of: Callable[[Motion], np.ndarray]) -> np.ndarray:
+        return np.stack([of(piece)[begin : begin + length] for piece, begin in windows])
+
+    measured = taken(lambda one: one.position)
+    stretches = Stretches(pieces[0].step, measured, taken(lambda one: one.velocity), taken(lambda one: one.effort))
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            position, _, _ = run(regressor, found.base.whole(found.best.values), stretches, 0.0)
+    except np.linalg.LinAlgError:
+        return [None] * len(regressor.joints)
+    errors = np.sqrt(np.mean((position - measured) ** 2, axis=(0, 1))) / spread
+    return [float(one) if np.isfinite(one) and one < 10 else None for one in errors]

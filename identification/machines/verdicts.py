@@ -1,0 +1,190 @@
+"""What to think of the fit of a machine, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.base.digits import value_with_sd
+from fmu_models.language.mechanism import Mechanism
+from identification.inference.uncertainty import LAG_RULE
+from identification.machines.identify import LOW, Identified, usual_frequency
+from identification.machines.machine_fit import MachineParameter
+from identification.machines.scores import FREE_RUN, JointScore, Score
+
+BIASED = 3.0  # standard deviations between least squares and instruments
+ZERO = 1.96  # standard deviations: a value nearer to zero cannot be told from it
+OPEN = 300.0  # condition of the columns: logs of good motion have 5 to 100
+ROUGH = 0.1  # of its value: a deviation of friction that a lower cutoff would mend
+POOR = 0.8  # of the variance: a model that explains less does not describe the machine
+UNSEEN_WORSE = 1.5  # times the error of the fit: the parameters belong to the log, not to the machine
+TOO_SMALL = 1.5  # times: white standard deviations smaller than that by this are worth a warning
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What rows say of themselves. condition: of the weighted columns, each scaled to one; alike: the parameters that
+    they tell apart least; neighbour_correlation: of residuals; effective_samples: independent ones that they are worth;
+    oversampled: more samples than the low-pass leaves independent, so that even white noise is coloured."""
+
+    condition: float
+    alike: Sequence[str]
+    neighbour_correlation: float
+    effective_samples: float
+    oversampled: bool
+
+
+def verdicts(
+    mechanism: Mechanism,
+    found: Identified,
+    parameters: Sequence[MachineParameter],
+    joints: Sequence[JointScore],
+    quality: Quality,
+) -> list[str]:
+    """All of them."""
+    return [
+        *_left_open(quality),
+        *(said for one in joints for said in _on_scores(one)),
+        *_biased(found, parameters),
+        *_on_values(mechanism, found, parameters),
+        *_on_colour(parameters, len(found.rows.effort), quality),
+        *_on_runs(found, joints),
+        *([f"No effort shows {', '.join(found.base.silent)}, whatever the motion."] if found.base.silent else []),
+        *_gravity(found),
+    ]
+
+
+def _left_open(quality: Quality) -> list[str]:
+    if quality.condition < OPEN:
+        return []
+    return [
+        f"The logs hardly tell {', '.join(quality.alike)} apart (condition {quality.condition:.0f}): they show one "
+        "combination, and each value rests on noise, more than its deviation says. Record motion at several "
+        "frequencies and poses ('stickslip excite' designs it), or take one of them as known."
+    ]
+
+
+def _on_scores(one: JointScore) -> list[str]:
+    said, here = [], one.seen
+    if here.explained < POOR:
+        said.append(
+            f"Poor fit of '{one.joint}': the residual is {100 * here.relative_error:.0f} % of the effort, the model "
+            f"fits {100 * (1 - here.relative_error):.0f} % of it; {100 * here.explained:.0f} % of its variance "
+            "explained. That values can be reproduced does not make them valid: mend the model or the log before you "
+            "use them (effort sensor, delay between the signals, play, missing terms, noise of the effort above the "
+            "motion)."
+        )
+    unseen: Mapping[str, Score] = {"what was left out in turn": one.left_out, **one.held_out}
+    for name, other in unseen.items():
+        if other.explained < POOR <= here.explained or other.relative_error > UNSEEN_WORSE * here.relative_error:
+            said.append(
+                f"Worse on what the fit has not seen: '{one.joint}' in {name}, error {100 * other.relative_error:.0f} "
+                f"% against {100 * here.relative_error:.0f} %, {100 * other.explained:.0f} % of the variance explained."
+            )
+    return said
+
+
+def _biased(found: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
+    biased = [one.name for one in parameters if abs(one.shift) > BIASED]
+    if not biased:
+        return []
+    said = [
+        f"Least squares is biased in {', '.join(biased)} (more than {BIASED:g} deviations from the instruments): "
+        "the noise of the positions is in its columns. Take the values by instruments, or lower the cutoff."
+    ]
+    rough = [one.name for one in parameters if one.frictional and one.standard_deviation > ROUGH * abs(one.value)]
+    if rough:
+        enough = LOW * usual_frequency(found.pieces)
+        said.append(
+            f"{', '.join(rough)} rest on the velocity near its turns, where noise of the positions is strongest: they "
+            f"scatter more than their deviations say. Lower the cutoff; {enough:.2g} Hz pass the motion of these logs."
+        )
+    return said
+
+
+def _on_values(mechanism: Mechanism, found: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
+    best = found.best
+    positive = {p.name for p in mechanism.parameters if p.positive or p.minimum == 0}
+    said = []
+    for one, spec in zip(parameters, found.base.parameters, strict=True):
+        must = one.name in positive and all(factor > 0 for _, factor in spec.others)
+        must = must or (one.frictional and not spec.others)
+        here = f"{one.combination} = {one.value:.4g} {one.unit}"
+        if one.name in best.at_bound:
+            said.append(f"{here} lies on a bound that was given: the logs ask for more.")
+        elif one.name in best.held:
+            said.append(f"{one.combination} was held at {one.value:.4g} {one.unit}.")
+        elif must and one.value < 0:
+            what = one.meaning or ("friction" if one.frictional else "what it stands for")
+            sure = abs(one.value) > ZERO * one.standard_deviation
+            said.append(
+                f"{here} is below zero, which {what} cannot be"
+                + (
+                    ": check the signs of effort and motion, or leave it out."
+                    if sure
+                    else "; it is within its deviation."
+                )
+            )
+        elif abs(one.value) < ZERO * one.standard_deviation:
+            told = value_with_sd(one.value, one.standard_deviation, one.unit)
+            said.append(
+                f"{one.combination} cannot be told from zero: {told}. Motion that excites it more would help, or take "
+                "it as known."
+            )
+    return said
+
+
+def _on_colour(parameters: Sequence[MachineParameter], samples: int, quality: Quality) -> list[str]:
+    if quality.oversampled:
+        return []
+    neighbours, effective = quality.neighbour_correlation, quality.effective_samples
+    factors = {one.name: one.factor for one in parameters}
+    # neighbours of white residuals are correlated as much in 1 of 20 logs
+    if abs(neighbours) < 1.96 / np.sqrt(samples) or max(factors.values()) < TOO_SMALL:
+        return []
+    told = ", ".join(f"{name} {factor:.1f}" for name, factor in factors.items())
+    return [
+        f"The residuals are coloured (neighbours {neighbours:+.2f}): {samples} samples are worth {effective:.0f}. "
+        f"Standard deviations for white noise are too small by {told}; those given allow for colour ({LAG_RULE})."
+    ]
+
+
+def _on_runs(found: Identified, joints: Sequence[JointScore]) -> list[str]:
+    still = np.zeros((1, len(joints)))
+    heavy = (found.regressor(still, still, still + 1) - found.regressor(still, still, still)).any()
+    placed = any(piece.position.any() for piece in found.pieces)
+    if not heavy or not placed:
+        return []  # what has no mass or no measured place is not simulated
+    return [
+        f"Simulated from the measured state, '{one.joint}' leaves the log within {FREE_RUN:g} s."
+        for one in joints
+        if one.free_run is None
+    ]
+
+
+def _gravity(found: Identified) -> list[str]:
+    """Whether the declared gravity is met in size and sign, joint by joint, where the declaration has values for it."""
+    regressor = found.regressor
+    rest = np.zeros((1, len(regressor.joints)))
+    said = []
+    rng = np.random.default_rng(0)
+    for place, joint in enumerate(regressor.joints):
+        q = rng.uniform(-np.pi, np.pi, (50, len(regressor.joints)))
+        standing = regressor(q, np.zeros_like(q) + rest, np.zeros_like(q))[:, place]
+        declared = standing @ regressor.declared
+        met = standing @ found.base.whole(found.best.values)
+        if np.linalg.norm(declared) < 1e-9 * max(np.linalg.norm(met), 1e-12):
+            continue
+        ratio = float(met @ declared / (declared @ declared))
+        if ratio < 0:
+            said.append(
+                f"The weight on '{joint}' comes out with the other sign: its effort or its position is reversed."
+            )
+        elif not 0.2 < ratio < 5:
+            said.append(
+                f"The weight on '{joint}' comes out {ratio:.3g} times the declared one: check the unit of its effort "
+                "(N m, on the joint's side of the gear) and of its position (rad)."
+            )
+    return said

@@ -1,0 +1,60 @@
+"""Figure of slip events in time and their distributions.
+
+matplotlib is imported only here, inside the functions.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from identification.slips.block_on_belt import SlipModel
+    from identification.slips.events import SlipEvents
+    from identification.slips.statistics import SlipStatistics
+
+BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
+
+
+def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel | None) -> Figure:
+    """Friction in time with peaks and after-slip values, a stretch of it, and histograms."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
+    grid = figure.add_gridspec(2, 6)
+    whole, part = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
+    middle = len(events.time) // 2
+    last = min(middle + 4, len(events.time) - 1)
+    begin, end = events.time[max(middle - 4, 0)], events.time[last] + float(np.median(np.diff(events.time))) / 4
+    inside = (events.smooth_time >= begin) & (events.smooth_time <= end)
+    every = max(len(events.smooth) // 20000, 1)
+    whole.plot(events.smooth_time[::every], events.smooth[::every], color=GREY, linewidth=0.5)
+    part.plot(events.smooth_time[inside], events.smooth[inside], color=GREY, linewidth=1.0)
+    for axes, chosen in ((whole, slice(None)), (part, slice(max(middle - 4, 0), middle + 5))):
+        axes.plot(events.time[chosen], events.peak[chosen], "^", color=BLUE, markersize=3, label="peak")
+        axes.plot(events.time[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
+        axes.set_xlabel("time (s)")
+        axes.set_ylabel("force over weight (1)")
+    figure.legend(
+        *part.get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small", frameon=False
+    )
+    lines = {one.name: one.modelled for one in model.predictions} if model else {}
+    histograms = (
+        ("peak friction", events.peak, statistics.peak.value, "1"),
+        ("friction after slip", events.after, statistics.after.value, "1"),
+        ("period", events.interval[np.isfinite(events.interval)], statistics.period.value, "s"),
+    )
+    for place, (name, values, centre, unit) in enumerate(histograms):
+        axes = figure.add_subplot(grid[1, 2 * place : 2 * place + 2])
+        axes.hist(values, bins="auto", color="#c6dbef", edgecolor=BLUE)
+        axes.axvline(centre, color=BLUE, linewidth=1.6, label=f"measured {centre:.4g}")
+        if name in lines:
+            axes.axvline(lines[name], color="black", linestyle="--", linewidth=1.6, label=f"model {lines[name]:.4g}")
+        axes.set_xlabel(f"{name} ({unit})")
+        axes.set_ylabel("slip events")
+        axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    figure.suptitle(f"{statistics.title}: {statistics.events} slip events")
+    return figure

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, fields
-from typing import Any
+from math import inf
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from fmu_models.scene.check import KEYS as SCENE
 from fmu_models.scene.check_compute import AXES
 from fmu_models.scene.check_compute import KEYS as COMPUTE
 from fmu_models.scene.kinds import KINDS
-from rig_io.logs.columns import COLUMNS
+from rig_io.logs import packed
+from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME
 from rig_io.logs.log import (
     RIG_UNITS,
     Calibration,
@@ -23,7 +26,11 @@ from rig_io.logs.log import (
     LoadCalibration,
     RigConstants,
 )
+from rig_io.packages.described import FIELD_KEYS
+from rig_io.packages.sidecar import LOG_KEYS, PACKAGE_KEYS, QUANTITY_KEYS
+from rig_io.readers import READERS
 
+JSON = {str: "text", bool: "true or false", int: "whole number", float: "number", Mapping: "object"}
 KINDS_OF = {LaserCalibration: "laser", EncoderCalibration: "encoder, drive0, drive1", LoadCalibration: "load0, load1"}
 
 
@@ -70,21 +77,46 @@ def _sidecar() -> Iterator[str]:
     yield "# Keys of the sidecar of logs"
     yield (
         "Logs of a folder are described in its `datapackage.json` ([Frictionless Data Package]"
-        "(https://specs.frictionlessdata.io/data-package/)), which `stickslip describe` writes. "
+        "(https://specs.frictionlessdata.io/data-package/)), which `stickslip describe` writes. These are the keys "
+        "that are read; the others of the standard may stand beside them."
     )
-    yield inspect.cleandoc(importlib.import_module("rig_io.packages.sidecar").__doc__ or "").replace("``", "`")
-    yield "## Columns"
-    yield inspect.cleandoc(importlib.import_module("rig_io.packages.described").__doc__ or "").replace("``", "`")
+    yield _table(("key", "meaning"), PACKAGE_KEYS.items())
+    yield "## resources"
+    yield _table(("key of a log", "meaning"), LOG_KEYS.items())
+    yield "## fields"
+    yield _table(("key of a column", "meaning"), FIELD_KEYS.items())
     rows = ((f"`{one.name}`", one.unit, one.description) for one in COLUMNS.values())
     yield _table(("role", "unit", "meaning"), rows)
+    yield (
+        f"Needed are `{TIME.name}` and one of {_codes(ANGLE_SOURCES)}; a column without a role is left unread "
+        "(`rig_io.read_table` reads any, under its name). Each needs a unit, here or in the file (`time [s]`, a row "
+        "below the header, an attribute). Another unit of the same dimension is converted; two that contradict each "
+        "other are refused. What becomes of a damaged log: [logs as recorders leave them](../how_to/damaged_logs.md)."
+    )
+    yield "## dialect"
+    yield _table(("files", "options"), _readers())
     yield "## rig\n\n" + _said(RigConstants)
     yield _table(("constant", "unit"), RIG_UNITS.items())
+    yield _table(("key of a constant", "meaning"), QUANTITY_KEYS.items())
     yield "## experiment\n\n" + _said(Experiment)
     yield _fields(Experiment)
+    yield "`guessed`: what of it nobody has confirmed, and why it was guessed. Any other key is refused."
     yield "## calibration\n\n" + _said(Calibration)
     for kind, instruments in KINDS_OF.items():
         yield f"### {instruments}\n\n" + _said(kind)
         yield _fields(kind)
+
+
+def _readers() -> Iterator[tuple[str, str]]:
+    """Suffixes and options of each kind of file."""
+    for name in READERS.members():
+        reader = READERS.load(name)
+        yield _codes(reader.suffixes), "; ".join(f"`{key}`: {what}" for key, what in reader.options.items())
+    yield _codes(packed.SUFFIXES), f"`{packed.MEMBER}`: file in the archive; and those of that file"
+
+
+def _codes(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
 
 
 def _said(kind: type) -> str:
@@ -92,12 +124,23 @@ def _said(kind: type) -> str:
 
 
 def _fields(kind: type[Any]) -> str:
-    rows = []
+    types, rows = get_type_hints(kind), []
     for one in fields(kind):
         needed = one.default is MISSING and one.default_factory is MISSING
-        given = "" if one.default in (None, MISSING, ()) else str(one.default)
-        rows.append((one.name, str(one.type).replace("|", "or"), "needed" if needed else given))
+        # neither an object nor a bound that is not there can be written
+        given = "" if one.default in (None, MISSING, (), inf, -inf) else f"`{json.dumps(one.default)}`"
+        rows.append((one.name, _words(types[one.name]), "needed" if needed else given))
     return _table(("key", "type", "if left out"), rows)
+
+
+def _words(kind: Any) -> str:
+    """A type as JSON has it."""
+    parts = [one for one in get_args(kind) if one not in (type(None), Ellipsis)]
+    if get_origin(kind) is Literal:
+        return " or ".join(f'`"{one}"`' for one in parts)
+    if get_origin(kind) is tuple:
+        return f"list: {_words(parts[0])}"
+    return JSON.get(get_origin(kind) or kind) or _words(parts[0])
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]] | Mapping[str, str]) -> str:

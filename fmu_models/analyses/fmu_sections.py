@@ -38,9 +38,9 @@ class Strobe(FmuSection):
         self.every, self.autonomous = every, autonomous
         if not self.forced or every < 1:
             raise StickslipError(
-                f"A strobe of '{self.name}' needs a period: name the parameter that is the frequency of its forcing, "
-                'as forcing="omega", or give period= in s, with autonomous=True where nothing forces the motion; and '
-                "it takes at least one period a step."
+                f"A strobe of '{self.name}' needs a period, and takes at least one a step. Name the parameter that is "
+                "the frequency of its forcing (--forcing, forcing=), or give the period in s (--period, period=), with "
+                "--autonomous, autonomous=True where nothing forces the motion."
             )
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")

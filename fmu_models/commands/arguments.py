@@ -11,8 +11,22 @@ from fmu_models.base.errors import StickslipError
 if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
 
+
+def no_fmu(model: str) -> str:
+    """The model, unless it is an FMU.
+
+    Raises:
+        StickslipError: it is one.
+    """
+    if model.lower().endswith(".fmu"):
+        raise StickslipError(
+            f"'{model}' is an FMU, where a declared model is needed. What it holds: stickslip inspect {model}"
+        )
+    return model
+
+
 NAMED = "its name in 'stickslip models', my_model.py, my_model.py:NAME or package.module:NAME"
-Model = Annotated[str, typer.Argument(metavar="MODEL", help=f"A model: {NAMED}.")]
+Model = Annotated[str, typer.Argument(metavar="MODEL", help=f"A model: {NAMED}.", callback=no_fmu)]
 ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), or a model: {NAMED}.")]
 
 

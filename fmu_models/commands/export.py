@@ -12,7 +12,7 @@ from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shipped import is_scene
 from fmu_models.codegen.rights import Rights
-from fmu_models.commands.arguments import ModelOrScene, scene_of
+from fmu_models.commands.arguments import ModelOrScene, no_fmu, scene_of
 from fmu_models.maps import MAPS
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
@@ -149,7 +149,7 @@ def _export_one(
         if contacts or expose:
             raise StickslipError(f"{declared.name} is a map: it has no contacts to choose or to expose.")
         return export_map(declared, path or folder / f"{declared.name}.fmu", values=values, **options)
-    name = model if kept_by_name(model) else MODELS.load(model).name
+    name = model if kept_by_name(no_fmu(model)) else MODELS.load(model).name
     kept = console.chosen(contacts)
     path = path or folder / ("_".join([name, *(kept or [])]) + ".fmu")
     return write_fmu(model, path, contacts=kept, values=values, expose=expose, **options)

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.shown import Shown
 from fmu_models.base.temporary import claim_folder, release_folder
@@ -46,7 +46,9 @@ class Fmu(Shown):
             StickslipError: no such file, not an FMU, of another FMI version, an archive that is unsafe to unpack, or
                 a description that does not say what is meant.
         """
-        path = existing(path, advice=" Export a model first: stickslip export MODEL")
+        beside = sorted(file.name for file in Path(path).absolute().parent.glob("*.fmu"))
+        advice = nearest(Path(path).name, beside) or " Check its name and folder, or write one: stickslip export MODEL"
+        path = existing(path, advice=advice)
         if not path.is_file():
             raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = claim_folder("fmu")

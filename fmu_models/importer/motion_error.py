@@ -89,7 +89,7 @@ def _held(report: Any, states: Sequence[str]) -> str:
     if report.method == METHOD.CO_SIMULATION:
         return "The run can go on as the FMU does: on_zeno, --on-zeno continue."
     if report.on_zeno != ZENO.HOLD:
-        return "The run can be held there, or go on as the FMU does: on_zeno, --on-zeno."
+        return "The run can be held there, or go on as the FMU does: on_zeno, --on-zeno hold or continue."
     if report.report_other >= 0:
         return f"It cannot be held there: the state '{states[report.report_other]}' goes on."
     return "It cannot be held there: inputs change afterwards, or a time event comes."

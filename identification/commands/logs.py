@@ -156,7 +156,7 @@ def _with_speed(logs: Sequence[RigLog], said: Stated) -> list[RigLog]:
     if value is not None and len(nominal) > 1:
         raise StickslipError(
             f"One speed is said, {value:g} rad/s, and {len(nominal)} logs do not record theirs. State it for each log: "
-            '"drive_speed": [...] of its experiment in datapackage.json.'
+            "stickslip describe FILES --set w:FILE=VALUE."
         )
     made = []
     for log in logs:

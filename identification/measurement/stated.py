@@ -38,11 +38,12 @@ def stated_priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: F
             )
         ]
     elif log.rig.k is None or log.rig.c is None:
-        missing = " and ".join(name for name in ("k", "c") if getattr(log.rig, name) is None)
+        absent = [name for name in ("k", "c") if getattr(log.rig, name) is None]
+        missing, options = " and ".join(absent), " ".join(f"--set {name}=VALUE" for name in absent)
         raise StickslipError(
             f"Log '{log.name}' does not state {missing}, and there is no free decay among the logs. Record one (the "
             'disc let go with no driving disc in contact, "kind": "free-decay"), from which k/J and c/J follow, or '
-            f'state {missing} under "rig" in datapackage.json.'
+            f"state {missing}: stickslip describe FILES {options}."
         )
     stated = []
     for name, entry in names.items():

@@ -7,6 +7,7 @@ join = "columns"
 [values]
 J = "0.0548 ± 0.0003 kg*m^2"
 c = "unknown"
+"w:run3.csv" = "0.83 ± 0.01 rad/s"   # speed of a drive that is not recorded
 laser = "0.01 ± 0.00002 m/V, 5 V"
 laser_noise = "20 um"
 encoder = "1000 x4"
@@ -32,6 +33,7 @@ from rig_io.logs.log import RIG_UNITS
 INSTRUMENTS = ("laser", "encoder", "drive0", "drive1")
 LASER_NOISE = "laser_noise"
 VALUES = (*RIG_UNITS, *INSTRUMENTS, LASER_NOISE, "sampling_rate")
+SPEED = "w:"  # before the name of a log
 KINDS = ("stick-slip", "free-decay")
 NONE = "none"
 
@@ -55,8 +57,8 @@ class Answers:
             if role != NONE and role not in COLUMNS:
                 raise StickslipError(f"Column '{column}': there is no role '{role}'.{nearest(role, COLUMNS)}")
         for name in self.values:
-            if name not in VALUES:
-                raise StickslipError(f"There is no value '{name}' to be set.{nearest(name, VALUES)}")
+            if name not in VALUES and not name.startswith(SPEED):
+                raise StickslipError(f"There is no value '{name}' to be set.{nearest(name, (*VALUES, f'{SPEED}FILE'))}")
         for file, kind in self.kinds.items():
             if kind not in KINDS:
                 raise StickslipError(f"'{file}': there is no kind of experiment '{kind}'.{nearest(kind, KINDS)}")

@@ -13,15 +13,19 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
 from rig_io.description import quantities
-from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, Answers
+from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
 from rig_io.description.roles import Proposal
 from rig_io.description.runs import File, Log, described_file, described_log, is_named, rule_of, runs_of, slug
+from rig_io.logs.columns import COLUMNS
 from rig_io.logs.log import RIG_UNITS
 from rig_io.logs.table import Table
 from rig_io.packages.described import files_of
-from rig_io.packages.sidecar import SIDECAR, file_hash
+from rig_io.packages.sidecar import SIDECAR, file_hash, mapping
 from rig_io.readers import read_table
+from rig_io.repair.table import conversion
+
+SPEEDS = ("drive_speed", "drive_speed_uncertainty")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +53,15 @@ class Draft:
         files = [described_file(path, table, self.answers, self.example) for path, table in self.tables]
         rule = rule_of(files, self.answers, self.example)
         runs = [[one] for one in files] if rule is None else runs_of(files, rule)
-        return tuple(described_log(run, rule if len(run) > 1 else None, self.answers) for run in runs)
+        return tuple(
+            described_log(run, rule if len(run) > 1 else None, self.answers, self._experiment(run)) for run in runs
+        )
+
+    def _experiment(self, files: Sequence[File]) -> dict[str, Any]:
+        """What the sidecar that is there says of the experiment of a run."""
+        names, where = {file.path.name for file in files}, f"'{self.folder / SIDECAR}'"
+        known = (one for one in self.known.get("resources", []) if names & set(files_of(one)))
+        return next((mapping(one, "experiment", where) for one in known), {})
 
     @property
     def roles(self) -> set[str]:
@@ -72,6 +84,21 @@ class Draft:
             made = quantities.laser if name == "laser" else quantities.encoder
             return made(self.answers.values[name], name)
         return self.example.get("calibration", {}).get(name)
+
+    def speed(self, log: Log) -> dict[str, Any] | None:
+        """What is said of the speed of a drive that a log does not record, as its experiment has it; None: nothing."""
+        names = [file.path.name for file in log.files]
+        said = next((text for name in names if (text := self.answers.values.get(SPEED + name))), None)
+        if said is None:
+            known = self.done(log)
+            return {key: known[key] for key in SPEEDS if key in known} if SPEEDS[0] in known else None
+        found = quantities.quantity(said, "rad/s", f"The speed of the drive in {names[0]}")
+        return {key: [one] for key, one in zip(SPEEDS, (found.value, found.deviation), strict=True) if one is not None}
+
+    def done(self, log: Log) -> dict[str, Any]:
+        """What the sidecar that is there says of the experiment, where the discs are the same."""
+        known = self._experiment(log.files)
+        return known if known.get("contacts") == log.contacts else {}
 
     @property
     def noise(self) -> dict[str, Any]:
@@ -115,7 +142,7 @@ def draft(
 
 
 def check_named(made: Draft) -> None:
-    """Raises StickslipError: a column or a log that the user named is not there."""
+    """Raises StickslipError: a column or a log that the user named is not there, or a column cannot have the unit."""
     names = {name for _, table in made.tables for name in table.columns}
     files = [path.name for path, _ in made.tables]
     for key in (*made.answers.columns, *made.answers.units):
@@ -124,6 +151,27 @@ def check_named(made: Draft) -> None:
     for name in made.answers.kinds:
         if name not in files:
             raise StickslipError(f"There is no log '{name}'.{nearest(name, files)}")
+    for name in made.answers.values:
+        if name.startswith(SPEED) and name.removeprefix(SPEED) not in files:
+            raise StickslipError(f"'{name}': there is no such log.{nearest(name.removeprefix(SPEED), files)}")
+    for file in (file for log in made.logs for file in log.files):
+        for one in file.columns:
+            said = any(is_named(key, file.path, one.name, len(file.columns)) for key in made.answers.units)
+            if said and (fault := unit_fault(one)):
+                raise StickslipError(fault)
+
+
+def unit_fault(one: Proposal) -> str:
+    """Why a column of its role cannot be written in its unit; "" where it can, or counts."""
+    if one.role is None or one.unit is None or COLUMNS[one.role].unit == "1":
+        return ""
+    if one.role == "laser" and is_length(one.unit):
+        return ""
+    try:
+        conversion(one.unit, COLUMNS[one.role].unit, f"Column '{one.name}' ({one.role})")
+    except StickslipError as error:
+        return str(error)
+    return ""
 
 
 def package_of(made: Draft) -> dict[str, Any]:
@@ -139,7 +187,9 @@ def package_of(made: Draft) -> dict[str, Any]:
 def _resource(made: Draft, log: Log) -> dict[str, Any]:
     names = [file.path.name for file in log.files]
     several = len(names) > 1
-    experiment: dict[str, Any] = {"kind": log.kind, "contacts": log.contacts}
+    kept = {key: value for key, value in made.done(log).items() if key not in (*SPEEDS, "guessed")}
+    speed = made.speed(log) or {}
+    experiment: dict[str, Any] = {**kept, **speed, "kind": log.kind, "contacts": log.contacts}
     if not log.kind_said:
         experiment["guessed"] = {"kind": log.kind_reason}
     resource: dict[str, Any] = {
@@ -171,8 +221,6 @@ def _measured(log: Log, instrument: str) -> bool:
 
 def is_length(unit: str | None) -> bool:
     """Whether a unit is one of length."""
-    from rig_io.repair.table import conversion
-
     try:
         return unit is not None and bool(conversion(unit, "m", ""))
     except StickslipError:

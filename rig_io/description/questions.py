@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
-from rig_io.description.answers import LASER_NOISE, Answers
-from rig_io.description.draft import Draft, check_named, is_length
+from rig_io.description.answers import LASER_NOISE, SPEED, Answers
+from rig_io.description.draft import Draft, check_named, is_length, unit_fault
+from rig_io.description.runs import Log
 from rig_io.logs.columns import ANGLE_SOURCES, TIME
 from rig_io.logs.log import RIG_UNITS
 
@@ -46,7 +47,18 @@ def questions(made: Draft) -> list[Question]:
             Question(COLUMNS_RIGHT, text, "yes, or COLUMN=ROLE UNIT; FILE=free-decay", "" if faults else "yes")
         )
     found += [_instrument(name, made) for name in _instruments(made) if made.instrument(name) is None]
+    found += [_speed(log) for log in made.logs if _lacks_drive(log) and made.speed(log) is None]
     return found + [_constant(name) for name in _constants(made) if name not in made.rig]
+
+
+def _lacks_drive(log: Log) -> bool:
+    return log.kind == "stick-slip" and not any(role.startswith("drive") for role in log.roles)
+
+
+def _speed(log: Log) -> Question:
+    file = log.files[0].path.name
+    text = f"No column of {file} shows the drive (drive0_count or drive0_speed). Its nominal speed?"
+    return Question(f"{SPEED}{file}", text, "VALUE ± UNCERTAINTY rad/s (or unknown)")
 
 
 def optional(made: Draft) -> list[Question]:
@@ -66,10 +78,11 @@ def missing(made: Draft) -> list[str]:
             found.append(f"No column of {names} is the time (or say the sampling_rate).")
         if not log.roles & set(ANGLE_SOURCES):
             found.append(f"No column of {names} shows the disc (laser, encoder_count or angle).")
-        if log.kind == "stick-slip" and not any(role.startswith("drive") for role in log.roles):
-            found.append(f"No column of {names} shows the drive (drive0_count or drive0_speed).")
-        bare = [one for file in log.files for one in file.columns if one.role and one.unit is None]
-        found += [f"The unit of '{one.name}' ({one.role}) is not known." for one in bare]
+        columns = [one for file in log.files for one in file.columns]
+        found += [
+            f"The unit of '{one.name}' ({one.role}) is not known." for one in columns if one.role and one.unit is None
+        ]
+        found += [fault for one in columns if (fault := unit_fault(one))]
     return list(dict.fromkeys(found))
 
 
@@ -134,6 +147,8 @@ def answered(made: Draft, question: Question, text: str) -> Answers:
         return changed
     if question.key == "laser":
         quantities.laser(said, "laser")
+    elif question.key.startswith(SPEED):
+        quantities.quantity(said, "rad/s", question.key)
     elif question.key == LASER_NOISE:
         quantities.noise(said, LASER_NOISE)
     elif question.key in RIG_UNITS:

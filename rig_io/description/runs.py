@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.description.answers import NONE, Answers
+from rig_io.description.answers import KINDS, NONE, Answers
 from rig_io.description.example import known_fields
 from rig_io.description.names import plain
 from rig_io.description.roles import Proposal, proposals
@@ -162,10 +162,13 @@ def runs_of(files: Sequence[File], rule: str) -> list[list[File]]:
     return [list(files)]
 
 
-def described_log(files: Sequence[File], rule: str | None, answers: Answers) -> Log:
+def described_log(files: Sequence[File], rule: str | None, answers: Answers, known: Mapping[str, Any]) -> Log:
+    """known: what was said of the experiment before."""
     name = _stem(files[0].path) if len(files) == 1 else _common(files)
     said = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
     kind, reason = (said, "as said") if said else _kind(files)
+    if not said and reason != TURNS and known.get("kind") in KINDS and "kind" not in known.get("guessed", {}):
+        said, kind, reason = known["kind"], known["kind"], "as described before"
     return Log(slug(name), tuple(files), rule, kind, reason, said is not None or answers.confirm or reason == TURNS)
 
 

@@ -76,8 +76,8 @@ class RigConstants(Shown):
         if found is None:
             unit = RIG_UNITS[name]
             raise StickslipError(
-                f'The rig constant {name} [{unit}] is needed but not given. Add it under "rig" in datapackage.json: '
-                f'"{name}": {{"value": ..., "unit": "{unit}", "standard_uncertainty": ...}}.'
+                f"The rig constant {name} [{unit}] is needed but not given. State it: stickslip describe FILES --set "
+                f"'{name}=VALUE ± UNCERTAINTY {unit}'."
             )
         return found
 
@@ -157,10 +157,10 @@ class Calibration(Shown):
         """
         found = getattr(self, instrument)
         if found is None:
-            example = '{"gain": ..., "zero": ...}' if instrument == "laser" else '{"pulses_per_revolution": ...}'
+            example = "GAIN ± UNCERTAINTY m/V, ZERO V" if instrument == "laser" else "LINES_PER_REVOLUTION"
             raise StickslipError(
-                f"The log has a column of '{instrument}' but no calibration for it. Add to its resource in "
-                f'datapackage.json: "calibration": {{"{instrument}": {example}}}.'
+                f"The log has a column of '{instrument}' but no calibration for it. State it: stickslip describe FILES "
+                f"--set '{instrument}={example}'."
             )
         return found
 

@@ -123,7 +123,9 @@ def _sizes(resource: Mapping[str, Any], constants: Mapping[str, Any], where: str
         unit = _as_metres(laser.unit) or (known.laser.gain if known.laser else None)
         found |= {LASER: abs(unit) / radius.value} if unit else {}
     angle = fields.get("angle")
-    return found | ({"angle": conversion(angle.unit, "rad", where)} if angle and angle.unit else {})
+    return found | (
+        {"angle": conversion(angle.unit, "rad", f"{where}: column '{angle.name}'")} if angle and angle.unit else {}
+    )
 
 
 def _as_metres(unit: str) -> float | None:
@@ -222,7 +224,7 @@ def read_package(
     path = Path(path)
     found = path / SIDECAR if existing(path, "package of logs").is_dir() else path
     if not found.exists():
-        raise StickslipError(f"There is no {SIDECAR} in '{path}'. Name a folder that holds one.")
+        raise StickslipError(f"There is no {SIDECAR} in '{path}'. Have one written: stickslip describe {path}.")
     if found.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
     resources = sidecar.load_json(found)["resources"]

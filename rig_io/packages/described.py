@@ -1,9 +1,4 @@
-"""What the sidecar says of the columns of a log's files: the role of each, its unit, and what is still a guess.
-
-A field of a resource's schema: ``name`` in the file; ``role``, a name of `rig_io.logs.columns` or null (absent: the
-name is the role); ``unit``; ``header_unit``, which the file states and which the user has overruled; ``file``, where
-the resource has several; ``guessed``: what of it nobody has confirmed, and why it was guessed.
-"""
+"""What the sidecar says of the columns of a log's files: the role of each, its unit, and what is still a guess."""
 
 from __future__ import annotations
 
@@ -19,6 +14,15 @@ from rig_io.logs.table import Table
 from rig_io.logs.text_layout import unit_like
 from rig_io.repair.table import conversion
 
+# what the reference of the manual says of each key of a field
+FIELD_KEYS = {
+    "name": "in the file",
+    "role": "what the column is, as listed below; null: it is not to be read; its name is its role if left out",
+    "unit": "of the column; that which the file states if left out",
+    "header_unit": "which the file states, and which `unit` overrules",
+    "file": "that it stands in, where the log has several",
+    "guessed": "what of it nobody has confirmed, and why it was guessed",
+}
 COUNT_UNITS = ("", "1", "-", "count", "counts", "pulses")
 
 

@@ -1,9 +1,7 @@
 """What ``datapackage.json`` says of a log, as values, and back.
 
-Package level: ``rig``: {name: {value, unit, standard_uncertainty}}. Per resource: ``experiment`` (kind, contacts,
-materials, drive_speed in rad/s, arrangement), ``calibration`` (laser, encoder, drive0, drive1), ``rig`` where a log
-departs from the package's constants, and ``hash``. Every function that reads takes ``where``, with which its errors
-begin.
+Its keys: ``PACKAGE_KEYS``, ``LOG_KEYS``, ``QUANTITY_KEYS``, ``EXPERIMENT_KEYS`` and the fields of the calibrations.
+Every function that reads takes ``where``, with which its errors begin.
 """
 
 from __future__ import annotations
@@ -36,6 +34,30 @@ from rig_io.repair.table import conversion
 
 SIDECAR = "datapackage.json"
 LOADS = ("load0", "load1")
+# what the reference of the manual says of each key
+PACKAGE_KEYS = {
+    "resources": "the logs",
+    "rig": "constants of the rig for all of them",
+}
+LOG_KEYS = {
+    "path": "its file, beside the sidecar, or a list of its files",
+    "name": "of the log; the file's if left out",
+    "join": 'how several files belong together: `"columns"` (one file per signal), `"time"` (a recorder that began a '
+    'new file) or `"clocks"` (two recorders, each with its own clock)',
+    "dialect": "how its files are written, by the options of their reader",
+    "sampling_rate": "Hz, of files without a clock",
+    "hash": "`sha256:...` of its file, or of each of its files by name; a file that differs is refused",
+    "rig": "constants that depart from those of the package",
+    "experiment": "what was done",
+    "calibration": "of its instruments",
+    "schema": "`fields`: its columns",
+}
+QUANTITY_KEYS = {
+    "value": "a number; null for what is not known, which a fit then says",
+    "unit": "that of the table above, or another one of the same dimension",
+    "standard_uncertainty": "one standard deviation, in the same unit; not known if left out",
+}
+EXPERIMENT_KEYS = (*(one.name for one in fields(Experiment)), "guessed")
 LICENCE = {
     "name": "CC0-1.0",
     "title": "Creative Commons Zero v1.0",
@@ -161,6 +183,9 @@ def _load(entry: Mapping[str, Any], at: str) -> LoadCalibration:
 
 
 def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
+    for key in entry:
+        if key not in EXPERIMENT_KEYS:
+            raise StickslipError(f"{where}: an experiment has no key '{key}'.{nearest(key, EXPERIMENT_KEYS)}")
     kind = entry.get("kind", "stick-slip")
     if kind not in ("stick-slip", "free-decay"):
         raise StickslipError(f"{where}: experiment kind {kind!r} is unknown. Expected 'stick-slip' or 'free-decay'.")

@@ -74,6 +74,7 @@ def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:
     if not log.has(f"{name}_count"):
         raise StickslipError(
             f"Log '{log.name}' does not say how disc {disc} turned: it needs '{name}_count' and '{name}_edge_time', or "
-            f"'{name}_speed' [rad/s], or a nominal speed: \"drive_speed\" of its experiment in datapackage.json."
+            f"'{name}_speed' [rad/s], or a nominal speed: stickslip describe FILES --set 'w:FILE=VALUE ± UNCERTAINTY "
+            "rad/s'."
         )
     return velocity_mid_interval(log, name)

@@ -5,8 +5,10 @@
 Per model 256 motions over a range of a parameter, 300 periods; ns per motion and period, and how many times the series
 take, for every number of lanes that this processor has; what the derivative of each step and all exponents take,
 in parts of that; share of the steps that lanes left to the series; median and largest difference after 10 periods, in
-parts of the largest point. Last, how much a single run of 1000 periods could gain at most by the exact flow, with so
-many samples a period: all that it takes beside its steps stays.
+parts of the largest point. Then what few motions gain that are made in one call: two, as the sweeps of a diagram up and
+down would be, gain a tenth, for their events come at other times, and each fills a vector alone. Last, how much a
+single run of 1000 periods could gain at most by the exact flow, with so many samples a period: all that it takes beside
+its steps stays.
 """
 
 from __future__ import annotations
@@ -56,6 +58,25 @@ def families() -> Iterator[tuple[Strobe, Jobs]]:
         toy = Strobe(load("woodpecker"), period=0.146, autonomous=True)
         varied = {"eN1": np.linspace(low, high, MOTIONS)}
         yield toy, Jobs(np.tile(toy.start({}), (MOTIONS, 1)), varied, transient=PERIODS - 1, rows=1)
+
+
+def few_motions(repetitions: int) -> None:
+    """Gain of one call for some motions over a call for each, by number of lanes."""
+    for name, (forcing, values, varied, (low, high)) in FAMILIES.items():
+        system, cells = Strobe(load(name), forcing=forcing, parameters=values), []
+        steppers = [one for width in (1, 2, 4, 8) if (one := lanes_of(system.fmu).stepper(width))]
+        for motions in (2, 4, 8):
+            starts = np.tile(system.start({"x": 0.0, "v": 0.0} if name.endswith("support") else {}), (motions, 1))
+            jobs = Jobs(starts, {varied: np.linspace(low, high, motions)}, transient=4000, rows=1)
+            calls = [[jobs.part(i, i + 1) for i in range(motions)], *([jobs] for _ in steppers)]
+            taken = []
+            for stepper, parts in zip([steppers[0], *steppers], calls, strict=True):
+                vars(system)["_stepper"] = lambda _, one=stepper: one
+                made = seconds(lambda one=system, parts=parts: [one.run(jobs, GO) for jobs in parts], repetitions)
+                taken.append(made)
+            gains = (f"{one.lanes}: {taken[0] / time:.2f}" for one, time in zip(steppers, taken[1:], strict=True))
+            cells.append(f"{motions} motions {' '.join(gains)}")
+        print(f"{name:24} {'   '.join(cells)}", flush=True)
 
 
 def single_runs(repetitions: int) -> None:
@@ -109,4 +130,5 @@ def main(repetitions: int) -> None:
 if __name__ == "__main__":
     repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else 5
     main(repetitions)
+    few_motions(repetitions)
     single_runs(repetitions)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 
 import pytest
+from firefox import FIREFOX, Tab, firefox
 
 from identification import cli
 
@@ -34,3 +36,18 @@ def stickslip(monkeypatch, capsys, tmp_path):
         return Answer(int(stopped.value.code or 0), printed.out, printed.err)
 
     return run
+
+
+@pytest.fixture(scope="module")
+def firefox_tab() -> Iterator[Tab]:
+    """A tab of the system's Firefox; a test is skipped where it, or what leads it, is absent.
+
+    No page that is opened in it complains, or asks the network for anything.
+    """
+    websockets = pytest.importorskip("websockets.sync.client", reason="websockets, which leads Firefox, is missing")
+    if FIREFOX is None:
+        pytest.skip("no Firefox is installed, in which the page could be opened")
+    with firefox(websockets.connect) as made:
+        yield made
+        assert made.complaints == []
+        assert {one.partition(":")[0] for one in made.requests} <= {"file", "data", "blob"}

@@ -21,7 +21,7 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 
 FIREFOX = shutil.which("firefox-esr") or shutil.which("firefox")
-KEYS = {"Enter": "\ue006", "ArrowRight": "\ue014"}  # as the standard numbers them
+KEYS = {"Enter": "\ue006", "End": "\ue010", "ArrowRight": "\ue014"}  # as the standard numbers them
 PATIENCE = 60.0  # s
 
 
@@ -34,7 +34,7 @@ class Tab:
         self.complaints: list[str] = []
         self._send("session.new", capabilities={})
         self._send("session.subscribe", events=["log.entryAdded", "network.beforeRequestSent"])
-        self._context = self._send("browsingContext.getTree")["contexts"][0]["context"]
+        self._page = self._context = self._tree()["context"]
 
     def _send(self, method: str, **params: Any) -> Any:
         self._sent += 1
@@ -53,13 +53,23 @@ class Tab:
         else:
             self.requests.append(told["request"]["url"])
 
+    def _tree(self) -> Any:
+        """The page, and under ``children`` its frames."""
+        return self._send("browsingContext.getTree")["contexts"][0]
+
     def resize(self, width: int) -> None:
-        self._send("browsingContext.setViewport", context=self._context, viewport={"width": width, "height": 900})
+        self._send("browsingContext.setViewport", context=self._page, viewport={"width": width, "height": 900})
 
     def open(self, address: str) -> None:
         """Afresh, also where only what follows the # differs from before."""
+        self._context = self._page
         for url in ("about:blank", address):
-            self._send("browsingContext.navigate", context=self._context, url=url, wait="complete")
+            self._send("browsingContext.navigate", context=self._page, url=url, wait="complete")
+
+    def enter(self) -> None:
+        """The only frame of the page: what follows is asked of it and done in it, until a page is opened."""
+        (frame,) = self._tree()["children"]
+        self._context = frame["context"]
 
     def evaluate(self, expression: str) -> Any:
         """What JSON can hold of a value, or of what is promised."""

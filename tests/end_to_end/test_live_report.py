@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from firefox import Tab
 from made_fit import made_fit
 
 from fmu_models.base.version import version
@@ -82,14 +83,15 @@ def frame(browser: Any, report: Path) -> Iterator[Any]:
 
 
 def results(frame: Any) -> list[dict[str, Any]]:
-    for _ in range(400):
-        if frame.evaluate("live.complete"):
-            break
-        frame.page.wait_for_timeout(50)
+    """Of the frame in either browser, when they are complete."""
     return frame.evaluate(
-        """live.results.map(({ motion, metrics }) => ({
-          metrics: Object.fromEntries(metrics.map((one) => [one.name, [one.value, one.passed]])),
-          words: motion.words, angle: motion.angle && [...motion.angle], speed: motion.speed && [...motion.speed] }))"""
+        """new Promise((done) => {
+          const told = ({ motion, metrics }) => ({
+            metrics: Object.fromEntries(metrics.map((one) => [one.name, [one.value, one.passed]])), words: motion.words,
+            angle: motion.angle && [...motion.angle], speed: motion.speed && [...motion.speed] });
+          const look = () => live.complete ? done(live.results.map(told)) : setTimeout(look, 20);
+          look();
+        })"""
     )
 
 
@@ -156,30 +158,63 @@ def test_what_cannot_move_is_named():
     assert live.html == "" and "begins before it has settled: log0.5" in live._repr_html_()
 
 
-def test_a_notebook_shows_a_fit_live_and_its_page_needs_no_network(frame: Any, tmp_path: Path):
+@pytest.fixture(scope="module")
+def shown() -> FrictionFit:
+    logs = [emulate(one, 1, number) for number, one in enumerate(standard_set(duration=8.0)[1:])]
+    return fit_friction(logs, estimator="weak-form")
+
+
+@pytest.fixture(scope="module")
+def notebook(shown: FrictionFit, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Address of the page of a notebook that shows a fit."""
     notebooks = pytest.importorskip("nbformat.v4", reason="nbformat, which makes notebooks, is missing")
     nbconvert = pytest.importorskip("nbconvert", reason="nbconvert, which makes a page of a notebook, is missing")
-    logs = [emulate(one, 1, number) for number, one in enumerate(standard_set(duration=8.0)[1:])]
-    fit = fit_friction(logs, estimator="weak-form")
-    html = fit._repr_html_()
+    html = shown._repr_html_()
     assert "<table" in html and html.count("<iframe sandbox=") == 1
-    shown = notebooks.new_output("execute_result", {"text/html": html, "text/plain": repr(fit)}, execution_count=1)
-    cell = notebooks.new_code_cell("fit", outputs=[shown], execution_count=1)
+    both = {"text/html": html, "text/plain": repr(shown)}
+    output = notebooks.new_output("execute_result", both, execution_count=1)
+    cell = notebooks.new_code_cell("fit", outputs=[output], execution_count=1)
     written, _ = nbconvert.HTMLExporter(template_name="basic").from_notebook_node(notebooks.new_notebook(cells=[cell]))
-    (tmp_path / "fit.html").write_text(written, "utf-8")
+    page = tmp_path_factory.mktemp("notebook") / "fit.html"
+    page.write_text(written, "utf-8")
+    return page.as_uri()
+
+
+def test_a_notebook_shows_a_fit_live_and_its_page_needs_no_network(frame: Any, shown: FrictionFit, notebook: str):
     tab = frame.page.context.browser.new_page()
     said: list[str] = []
     tab.on("request", lambda request: said.append(request.url))
     tab.on("console", lambda message: said.append(message.text))
-    tab.goto((tmp_path / "fit.html").as_uri())
+    tab.goto(notebook)
     tab.frame_locator("iframe").locator("#metrics tr").first.wait_for()
-    assert tab.frame_locator("iframe").locator("#which").inner_text().startswith(f"{logs[0].name}: disc0 ")
-    assert said == [(tmp_path / "fit.html").as_uri()]
+    assert tab.frame_locator("iframe").locator("#which").inner_text().startswith(f"{shown.recorded[0].name}: disc0 ")
+    assert said == [notebook]
     # of a file there is the table alone, and where no comparison can be made the reason beside it
-    read = FrictionFit.from_json(fit.to_json())
+    read = FrictionFit.from_json(shown.to_json())
     assert "<table" in read._repr_html_() and "<iframe" not in read._repr_html_()
-    still = replace(read, recorded=(logs[-1],))._repr_html_()
+    still = replace(read, recorded=(shown.recorded[-1],))._repr_html_()
     assert "<table" in still and "<p>Not live: There is no stick-slip log among those given." in still
+
+
+def test_firefox_shows_the_same_in_a_notebook_and_in_a_report(firefox_tab: Tab, notebook: str, report: Path, families):
+    tab = firefox_tab
+    for address, width in ((notebook, 360), (report.as_uri(), 1400)):
+        tab.resize(width)
+        tab.open(address)
+        tab.enter()
+        tab.wait("document.querySelector('#metrics tr')")
+        assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert len(results(tab)) == 3
+    for found, known in zip(results(tab), families[0].members, strict=True):
+        agree(found, known)
+    tab.click("#s-mu_s0")
+    tab.press("End")
+    assert tab.evaluate("live.values.mu_s0") == pytest.approx(FIT.interval("mu_s0")[1], rel=1e-6)
+    tab.evaluate("document.querySelector('[aria-label=\"value of k\"]').select()")
+    tab.press("2.7", "Enter")
+    one = families[0].members[0]
+    moved = motion(fitted_model(FIT, contacts=("disc0",)), one.drive_speeds, tab.evaluate("live.values"))
+    agree(results(tab)[0], replace(one, model=moved, verdicts=compare_motions(one.measured, moved)))
 
 
 def test_the_page_grows_by_little_and_only_then_has_scripts(report: Path, tmp_path: Path):

@@ -251,6 +251,46 @@ def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
     assert read_log(described).time[-1] == pytest.approx(3.999)
 
 
+def test_the_speed_of_a_drive_that_no_column_shows_is_asked_for_and_kept(tmp_path: Path) -> None:
+    log = bench_log()
+    path = written(tmp_path, "t [s];laser [V]", [log["time"], log["laser"]])
+    values = {"laser": "0.01 m/V, 5 V", **dict.fromkeys(("J", "k", "c", "R", "r", "N0"), "unknown")}
+    answers = Answers(values=values, kinds={"x.csv": "stick-slip"}, confirm=True)
+    (asked,) = questions(draft([path], answers))
+    assert asked.key == "w:x.csv" and "shows the drive" in asked.text
+    write(draft([path], answers.over(Answers(values={"w:x.csv": "8.0 ± 0.1 rpm"}))))
+    again = draft([path], Answers())  # described once more, nothing is lost
+    assert not questions(again)
+    write(again)
+    experiment = read_log(path).experiment
+    assert (experiment.kind, experiment.contacts) == ("stick-slip", ("disc0",))
+    assert experiment.drive_speed == pytest.approx((8 * np.pi / 30,))
+    assert experiment.drive_speed_uncertainty == pytest.approx((0.1 * np.pi / 30,))
+    for wrong, message in (({"w:y.csv": "1"}, "no such log"), ({"w:x.csv": "1 kg"}, "cannot be converted to rad/s")):
+        with pytest.raises(StickslipError, match=message):
+            write(draft([path], Answers(values=wrong)))
+
+
+UNFIT = {
+    "1/min": "counts radians or whole turns. Write rad/s, deg/s, turn/s or rpm",
+    "Hz": "counts radians or whole turns",
+    "Grad/s": "may be degrees or gon. Write deg or gon",
+    "kg": "cannot be converted to rad/s",
+    "blink": ". Write rad/s, deg/s, turn/s or rpm",
+}
+
+
+@pytest.mark.parametrize(("unit", "message"), UNFIT.items())
+def test_a_unit_that_a_role_cannot_have_is_refused_where_it_is_said(tmp_path: Path, unit: str, message: str) -> None:
+    log = bench_log()
+    speed = 0.9 + 0.01 * np.sin(log["time"])
+    path = written(tmp_path, "t [s];laser [V];motor speed [1/min]", [log["time"], log["laser"], speed])
+    with pytest.raises(StickslipError, match=rf"'motor speed' \(drive0_speed\).*'{unit}'.*{message}"):
+        draft([path], Answers(units={"motor speed": unit}))
+    assert UNFIT["1/min"] in questions(draft([path], Answers()))[0].text  # of the file: it is asked for
+    assert not questions(draft([path], Answers(units={"motor speed": "rpm"})))[0].text.startswith("Column")
+
+
 def test_guesses_are_marked_until_they_are_confirmed(tmp_path: Path) -> None:
     from dataclasses import replace
 

@@ -183,7 +183,7 @@ def test_nominal_speeds_are_found_with_the_law() -> None:
 
 def test_a_drive_of_which_nothing_is_known_is_refused() -> None:
     log = bench(drive_encoder=None)[0]
-    with pytest.raises(StickslipError, match='or a nominal speed: "drive_speed"'):
+    with pytest.raises(StickslipError, match=r"or a nominal speed: stickslip describe .* --set 'w:FILE="):
         disc_motion(replace(log, experiment=replace(log.experiment, drive_speed=())))
     unsure = fit_friction([log], estimator="weak-form")
     assert "w_1" in unsure.unstated("p")

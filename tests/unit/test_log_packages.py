@@ -68,6 +68,7 @@ SIDECARS = {
         "expected true or false",
     ),
     "unknown kind": (lambda c: c["resources"][0]["experiment"].update(kind="slip"), "'slip' is unknown"),
+    "no key of it": (lambda c: c["resources"][0]["experiment"].update(drive_speeds=[1]), "Did you mean 'drive_speed'"),
     "unknown contact": (lambda c: c["resources"][0]["experiment"].update(contacts=["disc7"]), "'disc7'"),
     "speeds without discs": (lambda c: c["resources"][0]["experiment"].update(drive_speed=[1, 2]), "2 drive speeds"),
     "experiment no object": (lambda c: c["resources"][0].update(experiment=[1]), "expected an object"),

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from made import formats
 
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.columns import COLUMNS
-from rig_io.logs.log import RigLog
+from rig_io.logs.log import RIG_UNITS, RigLog
+from rig_io.packages import described, sidecar
 from rig_io.packages.datapackage import read_package
 from rig_io.packages.sidecar import file_hash
 
@@ -29,9 +32,45 @@ def test_the_checksums_of_the_readme_are_those_of_the_files() -> None:
     assert stated == files
 
 
-def test_the_readme_names_every_column() -> None:
-    named = set(re.findall(r"`(\w+?)`", README)) | {"drive1_count", "drive1_edge_time"}
-    assert set(COLUMNS) <= named
+class Asked(dict[str, Any]):
+    """An object of a sidecar that notes for which keys it was asked, with others of its level."""
+
+    def __init__(self, entries: dict[str, Any], noted: set[str]) -> None:
+        super().__init__(entries)
+        self.noted = noted
+
+    def get(self, key: str, default: Any = None) -> Any:
+        self.noted.add(key)
+        return super().get(key, default)
+
+    def __getitem__(self, key: str) -> Any:
+        self.noted.add(key)
+        return super().__getitem__(key)
+
+
+def test_the_manual_lists_the_keys_that_the_reader_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, set[str]] = {name: set() for name in ("package", "log", "field", "constant", "experiment")}
+    load = sidecar.load_json
+
+    def noting(path: Path) -> Asked:
+        package = load(path)
+        package["rig"] = {name: Asked(one, asked["constant"]) for name, one in package["rig"].items()}
+        for log in package["resources"]:
+            log["experiment"] = Asked(log["experiment"], asked["experiment"])
+            log["schema"]["fields"] = [Asked(one, asked["field"]) for one in log["schema"]["fields"]]
+            log["schema"]["fields"][0]["role"] = "time"
+        package["resources"] = [Asked(one, asked["log"]) for one in package["resources"]]
+        return Asked(package, asked["package"])
+
+    monkeypatch.setattr(sidecar, "load_json", noting)
+    read_package(DATA / "rigs" / "paper_rubber")
+    told = {
+        **{"package": sidecar.PACKAGE_KEYS, "log": sidecar.LOG_KEYS, "field": described.FIELD_KEYS},
+        **{"constant": sidecar.QUANTITY_KEYS, "experiment": sidecar.EXPERIMENT_KEYS},
+    }
+    assert {name: set(keys) for name, keys in told.items()} == asked
+    page = dict(formats.pages())["reference/sidecar.md"]
+    assert {*COLUMNS, *RIG_UNITS, *(key for keys in told.values() for key in keys)} <= set(re.findall(r"`(\w+)`", page))
 
 
 def test_the_set_holds_three_speeds_and_a_free_decay(logs: list[RigLog]) -> None:

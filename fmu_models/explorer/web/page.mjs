@@ -285,7 +285,8 @@ export class Page extends Diagrams {
     const opening = turn ? Math.min(settled, OPENING * turn) : settled;
     const last = turn ? Math.max(settled, this.until - LAST * turn) : settled;
     const spans = { until: this.until, opening, settled, last, period: this.period };
-    this.plan = { ...spans, ...sampling(spans, COARSE, FINE) };
+    // while a slider moves the spans stay, as a rule
+    if (Object.keys(spans).some((name) => spans[name] !== this.plan?.[name])) this.plan = { ...spans, ...sampling(spans, COARSE, FINE) };
     engine.ask(this.plan.times, this.period > 0 ? null : state.section);
     engine.go(() => performance.now() - begin > FRAME);
     this.collect();

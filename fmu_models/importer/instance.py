@@ -344,7 +344,7 @@ def _no_interface(fmu: Fmu, kind: str) -> str:
     }
     listed = " and ".join(words[name] for name in has) or "no interface at all"
     if kind != "modelExchange":
-        return f"'{fmu.path}' offers {listed}, but no {words[kind]}. Leave the method out, or choose 'auto'."
+        return f"'{fmu.path}' offers {listed}, but no {words[kind]}. Leave method and step out, or choose 'auto'."
     return (
         f"'{fmu.path}' offers {listed}, but no Model Exchange, which methods of integration need. "
         "Choose the method 'co-simulation'."

@@ -68,18 +68,18 @@ class Estimated:
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """Both estimates of the same rows (instruments None where they were not asked for), what is behind them, the
-    columns (rows, b) that stand for Z, and what was said of the parameters; low: Hz, a cutoff that passes the motion, 0
-    of least squares alone."""
+    """Both estimates of the same rows, what is behind them, and what was said of the parameters. instruments: None if
+    they were not asked for; solved: the rows that they were found from, and the columns (rows, b) that stand for Z;
+    low: Hz, a cutoff that passes the motion, 0 of least squares alone."""
 
     regressor: Regressor
     base: Base
     pieces: list[Motion]
     rows: Rows
     least_squares: Estimated
-    instruments: Estimated | None
-    columns: np.ndarray
     said: Given = NOTHING
+    instruments: Estimated | None = None
+    solved: tuple[Rows, np.ndarray] | None = None
     low: float = 0.0
 
     @property
@@ -89,10 +89,10 @@ class Identified:
 
     def from_rows(self, kept: np.ndarray) -> np.ndarray:
         """Values (b,) from some of the rows (rows,)."""
-        rows = self.rows.where(kept)
-        if self.instruments is None:
-            return _solved(rows, self.said).values
-        return _by_instruments(rows, self.columns[kept])
+        if self.solved is None:
+            return _solved(self.rows.where(kept), self.said).values
+        rows, columns = self.solved
+        return _by_instruments(rows.where(kept), columns[kept])
 
     def lmfit(self) -> lmfit_exchange.Solved:
         """For lmfit, with the stated deviations.
@@ -134,7 +134,7 @@ def solve_machine(
     squares = least_squares(rows, said)
     told(0.2)
     if method != METHODS[0]:
-        return Identified(regressor, base, pieces, rows, squares, None, rows.columns, said)
+        return Identified(regressor, base, pieces, rows, squares, said)
     if cutoffs is None or said != NOTHING:
         raise StickslipError(
             "Instruments need a cutoff and have no bounds: give a cutoff, take parameters as known, or ask for "
@@ -152,8 +152,11 @@ def solve_machine(
         squares = least_squares(rows)
     first = least_squares(balanced(rows_of(regressor, base, slowly))).values
     asked = _Asked(regressor, base, pieces, slowly, slow.parallel, band)
-    found, columns = _instrumented(asked, rows, first, lambda done: told(0.2 + 0.8 * done))
-    return Identified(regressor, base, pieces, rows, squares, found, columns, low=low)
+    slow_friction = _with_slow_friction(asked, rows)
+    found, columns = _instrumented(asked, slow_friction, first, lambda done: told(0.2 + 0.8 * done))
+    return Identified(
+        regressor, base, pieces, rows, squares, instruments=found, solved=(slow_friction, columns), low=low
+    )
 
 
 def least_squares(rows: Rows, said: Given = NOTHING) -> Estimated:
@@ -225,7 +228,6 @@ class _Asked:
 def _instrumented(
     asked: _Asked, rows: Rows, first: np.ndarray, told: Callable[[float], None]
 ) -> tuple[Estimated, np.ndarray]:
-    rows = _with_slow_friction(asked, rows)
     values, found, columns = first, None, rows.columns
     for number in range(ROUNDS):
         simulated = instruments(asked, values)

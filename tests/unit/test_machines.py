@@ -146,6 +146,11 @@ def test_the_arm_is_found_again(fit: MachineFit):
     for one in fit.parameters:
         assert one.value == pytest.approx(true[one.name], rel=0.05 if one.frictional else 0.01)
         assert abs(one.value - true[one.name]) < 4 * one.standard_deviation
+    behind = fit.identified
+    assert behind is not None
+    # those who leave a log out begin from the same equations
+    every = np.ones(len(behind.rows.effort), dtype=bool)
+    assert behind.from_rows(every) == pytest.approx([one.value for one in fit.parameters], rel=1e-10)
     for joint in fit.joints:
         assert next(iter(joint.held_out.values())).relative_error < 0.03
         assert joint.left_out.relative_error < 1.3 * joint.seen.relative_error

@@ -1,6 +1,8 @@
 """The linear problem that logs make of a machine: a row for each joint at each thinned sample.
 
-weight (effort - columns theta) = residual
+    weight (effort - given - columns theta) = residual
+
+What is given is the effort of parts that hold nothing to be found.
 """
 
 from __future__ import annotations
@@ -26,10 +28,9 @@ SHARE = 0.1  # of the greatest: parts of the weakest direction that name it
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """unknowns: the parameters (b,); columns: theirs (rows, b); given: effort of what is known, effort, speed of
-    the joint: (rows,); series (joint of a
-    piece), joint, log: labels (rows,); block: 24th of its log (rows,), counted on from log to log; trust: weight of the
-    sample (rows,); deviation: (joints,) of the residuals."""
+    """unknowns: the parameters (b,); columns: theirs (rows, b); given: effort of what is known, effort, speed of the
+    joint: (rows,); series (joint of a piece), joint, log: labels (rows,); block: 24th of its log (rows,), counted on
+    from log to log; trust: weight of the sample (rows,); deviation: (joints,) of the residuals."""
 
     unknowns: tuple[Unknown, ...]
     columns: np.ndarray

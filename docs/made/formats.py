@@ -1,4 +1,4 @@
-"""Reference of the files that one writes: keys of a scene and of the sidecar of logs, as the checks know them."""
+"""Reference of files that one writes: keys of a scene, a recipe and the sidecar of logs, as the checks know them."""
 
 from __future__ import annotations
 
@@ -15,6 +15,20 @@ from fmu_models.scene.check import KEYS as SCENE
 from fmu_models.scene.check_compute import AXES
 from fmu_models.scene.check_compute import KEYS as COMPUTE
 from fmu_models.scene.kinds import KINDS
+from identification.machines.axis_terms import FRICTION_KEYS, TERM_KEYS
+from identification.machines.axis_terms import KINDS as TERMS
+from identification.machines.force_law import comparable
+from identification.measurement.recipe import (
+    FILTER_KEYS,
+    IMPLIED,
+    ROLES,
+    SAMPLING_KEYS,
+    SAVITZKY_GOLAY_KEYS,
+    SIGNAL_KEYS,
+    TASKS,
+)
+from identification.measurement.recipe import KEYS as RECIPE
+from identification.slips.statistics import SETTINGS
 from rig_io.logs import packed
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME
 from rig_io.logs.log import (
@@ -35,9 +49,9 @@ KINDS_OF = {LaserCalibration: "laser", EncoderCalibration: "encoder, drive0, dri
 
 
 def pages() -> Iterator[tuple[str, str]]:
-    """A page for each of the two formats."""
-    yield "reference/scene.md", "\n\n".join(_scene()) + "\n"
-    yield "reference/sidecar.md", "\n\n".join(_sidecar()) + "\n"
+    """A page for each of the formats."""
+    for name, parts in (("scene", _scene()), ("recipe", _recipe()), ("sidecar", _sidecar())):
+        yield f"reference/{name}.md", "\n\n".join(parts) + "\n"
 
 
 def _scene() -> Iterator[str]:
@@ -71,6 +85,47 @@ def _literal(module: str) -> str:
     """What a module says, its indented block as one of code."""
     said = inspect.cleandoc(importlib.import_module(module).__doc__ or "")
     return re.sub(r"\n\n((?: {4}.*\n)+)", lambda block: f"\n\n```text\n{inspect.cleandoc(block[1])}\n```\n", said)
+
+
+def _recipe() -> Iterator[str]:
+    yield "# Keys of a recipe"
+    yield (
+        "A recipe (TOML) says how the columns of a log become signals, and what is to be found in them; it holds no "
+        f"data. Of {' and '.join(f'`[{task}]`' for task in TASKS)} it needs one. A value is a number in the unit told "
+        'here, or a text of number and unit: `"30.7 g"`. `stickslip data` lists the recipes that come along; copy one '
+        "to begin with: `stickslip data copy recipes/axis`. A key that nobody reads is refused, with its line."
+    )
+    yield _table(("key", "meaning"), RECIPE.items())
+    yield "## [signals.NAME]"
+    yield _table(("key", "meaning"), SIGNAL_KEYS.items())
+    yield _table(("signal", "unit", "meaning"), ((name, " or ".join(r.units), r.meaning) for name, r in ROLES.items()))
+    implied = " and ".join(f"`{name}` (of `{of}`)" for name, of in IMPLIED.items())
+    yield f"Left out, {implied} are derivatives by central differences. Signals of other names serve these."
+    yield "### filter"
+    yield _table(("key", "meaning"), FILTER_KEYS.items())
+    yield "### savitzky_golay"
+    yield _table(("key", "meaning"), SAVITZKY_GOLAY_KEYS.items())
+    yield "## [sampling]"
+    yield _table(("key", "meaning"), SAMPLING_KEYS.items())
+    yield "## [terms]"
+    yield (
+        'A parameter each, and its term: `Fv = "viscous"`, or a table, `Fc = { term = "coulomb-tanh", speed = '
+        '"0.01 rad/s" }`. The effort is the sum of parameters times columns, of position q, velocity `q\'` and '
+        "acceleration `q''`. Parameters are named in letters a to z and digits, in quotation marks with what else "
+        'stands between: `"m cx"`, `"Fc+"`.'
+    )
+    yield _table(("key", "meaning"), TERM_KEYS.items())
+    rows = (
+        (name, f"`{one.column}`", one.meaning, one.sliding_unit or "none", one.turning_unit, one.needs or "")
+        for name, one in TERMS.items()
+    )
+    yield _table(("term", "column", "parameter", "unit of a body that slides", "that turns", "needed signal"), rows)
+    yield "## [friction]"
+    yield _table(("key", "meaning"), FRICTION_KEYS.items())
+    yield f"Laws that can be compared: {_codes(comparable())}."
+    yield "## [slips]"
+    yield _table(("key", "unit", "meaning"), ((name, one.unit, one.meaning) for name, one in SETTINGS.items()))
+    yield "`--set` replaces them, in these units."
 
 
 def _sidecar() -> Iterator[str]:

@@ -2,17 +2,8 @@
 
     effort = sum_i parameter_i column_i(q, q', q'')
 
-| term | column | declared as | | term | column | declared as |
-|---|---|---|---|---|---|---|
-| inertia | q'' | T = p v^2/2 | | coulomb | sgn q' | dry friction |
-| viscous | q' | D = p v^2/2 | | coulomb-arctan | atan(q'/speed) | smoothed friction |
-| quadratic | q' abs(q') | dry friction | | coulomb-tanh | tanh(q'/speed) | smoothed friction |
-| offset | 1 | applied force | | coulomb+, coulomb- | max(sgn q', 0), min(sgn q', 0) | dry friction |
-| stiffness | q | U = p q^2/2 | | viscous+, viscous- | max(q', 0), min(q', 0) | dry friction |
-| gravity | g sin q | U = -p g cos q | | | | |
-
-`axis` declares the machine and derives the columns. Source of the form: Khalil, Dombre, Modeling, Identification and
-Control of Robots (2002), chapter 12.
+`KINDS` has the column of each term and how it is declared; `axis` makes the machine, whose regressor has these columns.
+Source of the form: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), chapter 12.
 """
 
 from __future__ import annotations
@@ -51,9 +42,11 @@ FRICTION = (Part.DISSIPATION, Part.DRY, Part.SMOOTHED)
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of term. part, shape: how it is declared; unit for a body that slides and for one that turns (None: has no
-    such term); needs: signals; positive: a value below zero has no meaning."""
+    """A kind of term. column: of the effort over its parameter p, as the reference of the manual says it; part, shape:
+    how it is declared; unit for a body that slides and for one that turns (None: has no such term); needs: signals;
+    positive: a value below zero has no meaning."""
 
+    column: str
     part: Part
     shape: Callable[[Any, Any], Any]
     sliding_unit: str | None
@@ -91,32 +84,52 @@ class Term:
         return KINDS[self.kind].turning_unit if turning else KINDS[self.kind].sliding_unit
 
 
-def _friction_kind(part: Part, shape: Callable[[Any, Any], Any], units: tuple[str, str], meaning: str) -> Kind:
-    return Kind(part, shape, *units, "velocity", meaning, positive=True)
+def _friction_kind(
+    column: str, part: Part, shape: Callable[[Any, Any], Any], units: tuple[str, str], meaning: str
+) -> Kind:
+    return Kind(column, part, shape, *units, "velocity", meaning, positive=True)
 
 
 _FORCE, _VISCOUS = ("N", "N m"), ("N s/m", "N m s/rad")
 # shapes by direction are polynomials in the sign, zero at rest
 KINDS: Mapping[str, Kind] = {
-    "inertia": Kind(Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "acceleration", "inertia", positive=True),
-    "viscous": _friction_kind(Part.DISSIPATION, lambda q, v: v**2 / 2, _VISCOUS, "viscous friction"),
-    "viscous+": _friction_kind(Part.DRY, lambda v, s: v * (1 + s) / 2, _VISCOUS, "viscous friction, forwards"),
-    "viscous-": _friction_kind(Part.DRY, lambda v, s: v * (1 - s) / 2, _VISCOUS, "viscous friction, backwards"),
-    "quadratic": _friction_kind(Part.DRY, lambda v, s: s * v**2, ("N s2/m2", "N m s2/rad2"), "quadratic friction"),
-    "coulomb": _friction_kind(Part.DRY, lambda v, s: s, _FORCE, "Coulomb friction"),
-    "coulomb+": _friction_kind(Part.DRY, lambda v, s: s * (1 + s) / 2, _FORCE, "Coulomb friction, forwards"),
-    "coulomb-": _friction_kind(Part.DRY, lambda v, s: s * (1 - s) / 2, _FORCE, "Coulomb friction, backwards"),
+    "inertia": Kind(
+        "q''", Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "acceleration", "inertia", positive=True
+    ),
+    "viscous": _friction_kind("q'", Part.DISSIPATION, lambda q, v: v**2 / 2, _VISCOUS, "viscous friction"),
+    "viscous+": _friction_kind(
+        "max(q', 0)", Part.DRY, lambda v, s: v * (1 + s) / 2, _VISCOUS, "viscous friction, forwards"
+    ),
+    "viscous-": _friction_kind(
+        "min(q', 0)", Part.DRY, lambda v, s: v * (1 - s) / 2, _VISCOUS, "viscous friction, backwards"
+    ),
+    "quadratic": _friction_kind(
+        "q' abs(q')", Part.DRY, lambda v, s: s * v**2, ("N s2/m2", "N m s2/rad2"), "quadratic friction"
+    ),
+    "coulomb": _friction_kind("sgn(q')", Part.DRY, lambda v, s: s, _FORCE, "Coulomb friction"),
+    "coulomb+": _friction_kind(
+        "max(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 + s) / 2, _FORCE, "Coulomb friction, forwards"
+    ),
+    "coulomb-": _friction_kind(
+        "min(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 - s) / 2, _FORCE, "Coulomb friction, backwards"
+    ),
     "coulomb-arctan": _friction_kind(
+        "atan(q'/speed)",
         Part.SMOOTHED,
         lambda p, width: Arctan(Coulomb(sympy.pi / 2, p), width),
         _FORCE,
         "Coulomb friction times 2/pi, smoothed",
     ),
     "coulomb-tanh": _friction_kind(
-        Part.SMOOTHED, lambda p, width: Tanh(Coulomb(sympy.S.One, p), width), _FORCE, "Coulomb friction, smoothed"
+        "tanh(q'/speed)",
+        Part.SMOOTHED,
+        lambda p, width: Tanh(Coulomb(sympy.S.One, p), width),
+        _FORCE,
+        "Coulomb friction, smoothed",
     ),
-    "offset": Kind(Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, None, "offset of the effort"),
+    "offset": Kind("1", Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, None, "offset of the effort"),
     "gravity": Kind(
+        "g sin(q)",
         Part.POTENTIAL,
         lambda q, v: -GRAVITY * sympy.cos(q),
         None,
@@ -125,7 +138,18 @@ KINDS: Mapping[str, Kind] = {
         "mass times its distance",
         positive=True,
     ),
-    "stiffness": Kind(Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True),
+    "stiffness": Kind(
+        "q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True
+    ),
+}
+TERM_KEYS = {
+    "term": "its name",
+    "speed": 'over which a smoothed term turns, m/s or rad/s, `"0.01 rad/s"`',
+}
+FRICTION_KEYS = {
+    "compare": "list of friction laws to be compared in place of the friction terms",
+    "normal_force": "N, where it is known: the laws begin with friction coefficients times it, else times the root "
+    "mean square effort",
 }
 
 
@@ -189,7 +213,7 @@ def _term(recipe: Recipe, name: str) -> Term:
     place: tuple[str, ...] = ("terms", name)
     over = None
     if isinstance(raw, dict):
-        document.check_keys(("term", "speed"), *place)
+        document.check_keys(TERM_KEYS, *place)
         kind = document.text("term", *place)
         if "speed" in raw:
             over = speed(document, raw["speed"], *place, "speed")
@@ -213,7 +237,7 @@ def _term(recipe: Recipe, name: str) -> Term:
 
 def _friction(recipe: Recipe) -> tuple[tuple[str, ...], float | None]:
     document = recipe.document
-    document.check_keys(("compare", "normal_force"), "friction")
+    document.check_keys(FRICTION_KEYS, "friction")
     table = document.table("friction")
     laws = document.names("compare", "friction") or ()
     for law in laws:

@@ -2,7 +2,8 @@
 
 A recipe is a TOML file without data; the log is named beside it. Every signal is a column (times a gain) or the
 derivative of another signal, then perhaps filtered. What is to be found in them stands in tables that others read:
-[terms] and [friction] (machines.axis_terms), [slips] (slips.statistics). Which keys there are: data/README.md.
+[terms] and [friction] (machines.axis_terms), [slips] (slips.statistics). The keys of each table are a mapping beside
+its reader, to what the reference of the manual says of them.
 """
 
 from __future__ import annotations
@@ -22,15 +23,59 @@ SUFFIX = ".toml"
 TIME = "time"
 POSITION, VELOCITY, ACCELERATION, EFFORT, WEIGHT = "position", "velocity", "acceleration", "effort", "weight"
 FRICTION = "friction"
-# what each signal of a known name must be measured in
-ROLES: Mapping[str, tuple[str, ...]] = {
-    TIME: ("s",),
-    POSITION: ("m", "rad"),
-    VELOCITY: ("m/s", "rad/s"),
-    ACCELERATION: ("m/s2", "rad/s2"),
-    EFFORT: ("N", "N m"),
-    WEIGHT: ("1",),
-    FRICTION: ("1",),
+KEYS = {
+    "title": "what it is; needed",
+    "source": "where the log comes from",
+    "signals": "the signals, each a table by its name, `[signals.position]`",
+    "sampling": "which samples are used",
+    "terms": "the terms of the effort, for `stickslip inverse`",
+    "friction": "friction laws to be compared",
+    "slips": "what is known of the slider, for `stickslip slips`",
+}
+SIGNAL_KEYS = {
+    "column": "of the log",
+    "unit": "of the column; one that the log states counts instead",
+    "gain": "that the column is multiplied by: a number, or the name of a single number in the log; 1 if left out",
+    "gain_unit": "of the gain, such as `N/V`; 1 if left out",
+    "derivative_of": "the name of another signal, in place of `column`",
+    "derivative": "how many times it is differentiated, once if left out",
+    "savitzky_golay": "how; by central differences if left out",
+    "filter": "low-pass that the signal goes through at last; none if left out",
+}
+FILTER_KEYS = {
+    "order": "of the Butterworth low-pass, which runs forward and backward; 4 if left out",
+    "cutoff": 'needed: Hz, `"100 Hz"`, or a share of the Nyquist frequency, `"0.2 Nyquist"`',
+    "padding": "samples by which the ends are reflected before; 3 per order if left out",
+}
+SAVITZKY_GOLAY_KEYS = {
+    "order": "of the local polynomial, 3 if left out",
+    "window": 'needed: that it is fitted over, s or `"20 ms"`',
+}
+SAMPLING_KEYS = {
+    "rate": "of the clock, Hz; the stamps count if left out",
+    "drop": "samples left out at the begin, where filters have their edges; none if left out",
+    "decimate": "one sample in so many is kept, counted back from the last, behind a Chebyshev low-pass of order 8 "
+    "that runs forward and backward; every one if left out",
+    "least_speed": 'slower samples are left out: m/s or rad/s, `"3 deg/s"`; none if left out',
+}
+
+
+@dataclass(frozen=True)
+class Role:
+    """What a signal of a known name must be measured in, of a body that slides or turns, and what it is."""
+
+    units: tuple[str, ...]
+    meaning: str
+
+
+ROLES: Mapping[str, Role] = {
+    TIME: Role(("s",), "of the samples; needed"),
+    POSITION: Role(("m", "rad"), "of the body"),
+    VELOCITY: Role(("m/s", "rad/s"), "of the body"),
+    ACCELERATION: Role(("m/s2", "rad/s2"), "of the body"),
+    EFFORT: Role(("N", "N m"), "force or torque that drives it"),
+    WEIGHT: Role(("1",), "that a sample has in the fit; 1 if left out"),
+    FRICTION: Role(("1",), "friction force over weight, for `stickslip slips`"),
 }
 # left out, these are central differences of the signal before
 IMPLIED = {VELOCITY: POSITION, ACCELERATION: VELOCITY}
@@ -121,7 +166,7 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
         StickslipError: no such file, or what is wrong in it, with its line.
     """
     document = read_document(named_file(path, recipes(), "recipe"))
-    document.check_keys(("title", "source", "signals", "sampling", "terms", "friction", "slips"))
+    document.check_keys(KEYS)
     names = document.table("signals")
     signals = {name: _signal(document, name, names) for name in names}
     for name, of in IMPLIED.items():
@@ -144,9 +189,7 @@ def recipes() -> list[Path]:
 
 def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:
     place = ("signals", name)
-    document.check_keys(
-        ("column", "unit", "gain", "gain_unit", "derivative_of", "derivative", "savitzky_golay", "filter"), *place
-    )
+    document.check_keys(SIGNAL_KEYS, *place)
     table = document.table(*place)
     if ("column" in table) == ("derivative_of" in table):
         raise document.fault(f"signal '{name}' needs either 'column' (with 'unit') or 'derivative_of'.", *place)
@@ -177,7 +220,7 @@ def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:
 
 
 def _filter(document: Document, *place: str) -> Filter:
-    document.check_keys(("order", "cutoff", "padding"), *place)
+    document.check_keys(FILTER_KEYS, *place)
     table = document.table(*place)
     if "cutoff" not in table:
         raise document.fault('a filter needs "cutoff", such as "100 Hz" or "0.2 Nyquist".', *place)
@@ -195,7 +238,7 @@ def _filter(document: Document, *place: str) -> Filter:
 
 
 def _savitzky_golay(document: Document, *place: str) -> SavitzkyGolay:
-    document.check_keys(("order", "window"), *place)
+    document.check_keys(SAVITZKY_GOLAY_KEYS, *place)
     table = document.table(*place)
     if "window" not in table:
         raise document.fault('savitzky_golay needs "window", such as "20 ms".', *place)
@@ -218,7 +261,7 @@ def _refuse_circle(document: Document, signals: Mapping[str, Signal], name: str)
 
 
 def _sampling(document: Document) -> Sampling:
-    document.check_keys(("rate", "drop", "decimate", "least_speed"), "sampling")
+    document.check_keys(SAMPLING_KEYS, "sampling")
     table = document.table("sampling")
     rate = document.value(table["rate"], "Hz", "sampling", "rate") if "rate" in table else None
     if rate is not None and rate <= 0:

@@ -117,7 +117,7 @@ def turning_of(recipe: Recipe) -> bool:
         StickslipError: a unit does not fit, or signals are of both kinds.
     """
     units = {
-        name: _si(_gained(signal, str(signal.unit)), ROLES.get(name), f"{recipe.name}: signal '{name}'")[0]
+        name: _si(_gained(signal, str(signal.unit)), _expected(name), f"{recipe.name}: signal '{name}'")[0]
         for name, signal in recipe.signals.items()
         if signal.column
     }
@@ -219,9 +219,14 @@ def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str])
         conversion(stated, given, f"{table.source}: column '{name}', for signal '{signal.name}' of {recipe.name},")
         given = stated
     where = f"{recipe.name}: signal '{signal.name}'"
-    found, factor = _si(_gained(signal, given), ROLES.get(signal.name), where)
+    found, factor = _si(_gained(signal, given), _expected(signal.name), where)
     units[signal.name] = found
     return values * (_gain(table, signal, where) * factor)
+
+
+def _expected(name: str) -> tuple[str, ...] | None:
+    """Units of which a signal must have one; None for a name without a meaning."""
+    return ROLES[name].units if name in ROLES else None
 
 
 def _gained(signal: Signal, unit: str) -> str:
@@ -269,9 +274,9 @@ def _unit_of(recipe: Recipe, name: str, units: Mapping[str, str]) -> str:
 
 
 def _check_unit(recipe: Recipe, name: str, unit: str) -> None:
-    if name in ROLES and unit not in ROLES[name]:
+    if name in ROLES and unit not in ROLES[name].units:
         raise StickslipError(
-            f"{recipe.name}: signal '{name}' comes out in '{unit}', expected {' or '.join(ROLES[name])}. Look at "
+            f"{recipe.name}: signal '{name}' comes out in '{unit}', expected {' or '.join(ROLES[name].units)}. Look at "
             "the units of the columns and at 'derivative_of'."
         )
 

@@ -27,13 +27,30 @@ from rig_io.packages.datapackage import read_columns
 if TYPE_CHECKING:
     import pandas
 
-UNITS = {"mass": "kg", "stiffness": "N/m", "speed": "m/s", "damping": "N s/m", "smoothing": "s"}
-SETTINGS = (*UNITS, "share")
 SMOOTHING = 0.1  # of the natural period: a tenth of a slip's two halves keeps its edges
 INERTIAL = 0.1  # of the natural period: what a mean period lasts longer at most where the slider swings
 LEAST_EVENTS = 5
 LOADING_SUSPECT = 0.15  # relative difference of the loading rate from k V/(m g)
 SLOW = 1.0  # natural periods: a slip that lasts longer is not one of a free slider
+SHARE = 0.5  # of the root mean square fall: a smaller one is a partial slip
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A key of [slips]: its unit, and what the reference of the manual says of it."""
+
+    unit: str
+    meaning: str
+
+
+SETTINGS: Mapping[str, Setting] = {
+    "mass": Setting("kg", "of the slider"),
+    "stiffness": Setting("N/m", "of the spring that draws it"),
+    "speed": Setting("m/s", "at which the spring is drawn"),
+    "damping": Setting("N s/m", "of the slider, 0 if left out"),
+    "smoothing": Setting("s", f"over which the log is smoothed, {SMOOTHING:g} of the natural period if left out"),
+    "share": Setting("1", f"of the root mean square fall, below which a fall is a partial slip; {SHARE:g} if left out"),
+}
 
 
 @dataclass(frozen=True)
@@ -154,11 +171,13 @@ def read_slips(recipe: Recipe) -> dict[str, float]:
     document = recipe.document
     document.check_keys(SETTINGS, "slips")
     table = document.table("slips")
-    known = {name: document.value(table[name], unit, "slips", name) for name, unit in UNITS.items() if name in table}
-    share = document.value(table.get("share", 0.5), "1", "slips", "share")
+    known = {
+        name: document.value(table[name], one.unit, "slips", name) for name, one in SETTINGS.items() if name in table
+    }
+    share = known.setdefault("share", SHARE)
     if not 0 <= share < 1:
         raise document.fault(f"'share' must lie from 0 to below 1, found {share:g}.", "slips", "share")
-    return {**known, "share": share}
+    return known
 
 
 def _window(recipe: Recipe, known: Mapping[str, float]) -> float:

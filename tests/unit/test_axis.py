@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from lmfit import Parameters
 from machine_log import LINEAR, MEASURED, log_of, motion, recipe_of, slide
+from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
@@ -62,6 +64,16 @@ def test_columns_of_the_declared_machine_are_those_of_the_terms(kinds):
     for kind in kinds:
         column = found[:, regressor.names.index(identifier(f"p {kind}"))]
         assert column == pytest.approx(CLOSED[kind](q, v, a), rel=1e-14, abs=1e-15), kind
+
+
+def test_the_manual_says_the_columns_of_the_terms():
+    rules = (*standard_transformations, implicit_multiplication)
+    names = {"sgn": sympy.sign, "g": 9.81, "speed": OVER}
+    q, v, a = np.random.default_rng(3).normal(size=(3, 200))
+    for kind, one in KINDS.items():
+        said = parse_expr(one.column.replace("q''", "a").replace("q'", "v"), names, rules)
+        column = np.broadcast_to(sympy.lambdify(sympy.symbols("q v a"), said)(q, v, a), q.shape)
+        assert column == pytest.approx(CLOSED[kind](q, v, a), rel=1e-14), kind
 
 
 def test_friction_at_rest_holds_what_the_terms_of_each_direction_say():

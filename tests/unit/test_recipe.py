@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from asked import Asked
 from machine_log import LINEAR, MEASURED, motion, recipe_of, table_of
+from made import formats
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.toml_document import Document
 from identification.inference.problem import Solution, solve
 from identification.machines.axis_terms import read_model
 from identification.machines.base_parameters import base_parameters
@@ -16,6 +22,7 @@ from identification.machines.by_recipe import inverse_dynamics, motions_of, reci
 from identification.machines.problem import machine_problem
 from identification.machines.regressor import regressor_of
 from identification.machines.rows import rows_of
+from identification.measurement import recipe as recipe_room
 from identification.measurement.recipe import Recipe, read_recipe, recipes
 from identification.measurement.signals import prepare
 from identification.slips.statistics import read_slips
@@ -44,6 +51,56 @@ def read(path: str | Path) -> Recipe:
 def test_every_recipe_that_comes_along_is_read(path):
     recipe = read(path.stem)
     assert recipe.title and recipe.source
+
+
+# every table of a recipe
+WHOLE = MEASURED.replace('"x"', '"x"\nfilter = { cutoff = 9 }').replace(
+    'column = "a"\nunit = "m/s2"', 'derivative_of = "velocity"\nsavitzky_golay = { window = 1 }'
+) + LINEAR.replace('"coulomb"', '{ term = "coulomb-tanh", speed = 1 }')
+WHOLE += "[friction]\nnormal_force = 1\n[sampling]\nrate = 1\n"
+WHOLE += "[slips]\nmass = 1\nstiffness = 1\nspeed = 1\ndamping = 1\nsmoothing = 1\nshare = 0.1\n"
+
+
+def heading(place: tuple[str | int, ...]) -> str:
+    """Of the page of the reference, above the keys of the table at a place."""
+    match place:
+        case ():
+            return "Keys of a recipe"
+        case ("signals", _):
+            return "[signals.NAME]"
+        case ("signals", _, inner):
+            return str(inner)
+    return f"[{place[0]}]"
+
+
+def test_the_manual_lists_the_keys_that_are_asked_for_and_no_others_are_accepted(tmp_path, monkeypatch):
+    asked: dict[str, set[str]] = defaultdict(set)
+    accepted, check = {}, Document.check_keys
+
+    def noting(table: dict[str, Any], *place: str) -> Asked:
+        inner = {name: noting(one, *place, name) if isinstance(one, dict) else one for name, one in table.items()}
+        named = place in {("signals",), ("terms",)}  # names, not keys
+        return Asked(inner, set() if named else asked[heading(place)])
+
+    def noted(path: Path) -> Document:
+        document = Document(path, path.read_text("utf-8"))
+        document.data = noting(document.data)
+        return document
+
+    def checked(document: Document, known: Any, *place: str | int) -> None:
+        accepted[heading(place)] = set(known)
+        check(document, known, *place)
+
+    monkeypatch.setattr(recipe_room, "read_document", noted)
+    monkeypatch.setattr(Document, "check_keys", checked)
+    read(recipe_of(tmp_path, WHOLE))
+    page = dict(formats.pages())["reference/recipe.md"]
+    parts = (part.split("\n", 1) for part in re.split(r"^#+ ", page, flags=re.MULTILINE)[1:])
+    tables = {title: re.search(r"^\| key .*\n.*\n((?:\| .*\n)+)", body, re.MULTILINE) for title, body in parts}
+    listed = {
+        title: set(re.findall(r"^\| `(\w+)`", table[1], re.MULTILINE)) for title, table in tables.items() if table
+    }
+    assert listed == accepted == asked
 
 
 @pytest.mark.parametrize(

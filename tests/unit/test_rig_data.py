@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from asked import Asked
 from made import formats
 
 from rig_io.bench.emulator import emulate, standard_set
@@ -30,22 +30,6 @@ def test_the_checksums_of_the_readme_are_those_of_the_files() -> None:
     stated = dict(re.findall(r"\| (\S+) \| `([0-9a-f]{64})` \|", README))
     files = {path.name: file_hash(path).removeprefix("sha256:") for path in (DATA / "rigs/paper_rubber").iterdir()}
     assert stated == files
-
-
-class Asked(dict[str, Any]):
-    """An object of a sidecar that notes for which keys it was asked, with others of its level."""
-
-    def __init__(self, entries: dict[str, Any], noted: set[str]) -> None:
-        super().__init__(entries)
-        self.noted = noted
-
-    def get(self, key: str, default: Any = None) -> Any:
-        self.noted.add(key)
-        return super().get(key, default)
-
-    def __getitem__(self, key: str) -> Any:
-        self.noted.add(key)
-        return super().__getitem__(key)
 
 
 def test_the_manual_lists_the_keys_that_the_reader_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:

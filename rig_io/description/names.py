@@ -46,7 +46,7 @@ def named(name: str) -> dict[str, float]:
     """Roles that a name speaks for, with how clearly (0 to 1)."""
     if name in COLUMNS:
         return {name: EXACT}
-    text = re.sub(r"[_\W]+", " ", plain(name)).strip()
+    text = _words(name)
     if ROWS.fullmatch(text):
         return {}
     found: dict[str, float] = {}
@@ -72,6 +72,15 @@ def named(name: str) -> dict[str, float]:
     if "encoder_count" in found:
         found.pop("angle", None)
     return found
+
+
+def unit_named(name: str, role: str) -> str | None:
+    """Unit that a name says outright for a role, `motor_rpm`; None where it says none."""
+    return "rpm" if COLUMNS[role].unit == "rad/s" and re.search(r"\brpm\b", _words(name)) else None
+
+
+def _words(name: str) -> str:
+    return re.sub(r"[_\W]+", " ", plain(name)).strip()
 
 
 def _number(text: str) -> int:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig_io.description.content import Features, evidence, features
-from rig_io.description.names import named, plain
+from rig_io.description.names import named, plain, unit_named
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.table import Table
 from rig_io.logs.text_layout import unit_like
@@ -130,6 +130,8 @@ def _proposal(table: Table, name: str, found: tuple[float, str, str, str | None]
         unit = "1"
     elif header is not None:
         unit = header
+    elif (said := unit_named(name, role)) is not None:
+        unit, guessed["unit"] = said, f"its name says '{said}'"
     if unit is not None and header is None and not COLUMNS[role].whole and name not in table.stamps:
-        guessed["unit"] = f"looks like {unit}: {reason}"
+        guessed.setdefault("unit", f"looks like {unit}: {reason}")
     return Proposal(name, role, unit, header, confidence, reason, guessed)

@@ -291,6 +291,18 @@ def test_a_unit_that_a_role_cannot_have_is_refused_where_it_is_said(tmp_path: Pa
     assert not questions(draft([path], Answers(units={"motor speed": "rpm"})))[0].text.startswith("Column")
 
 
+@pytest.mark.parametrize("header", ["motor_rpm", "motor_rpm [rad/s]"])
+def test_a_unit_in_a_name_is_proposed_where_the_file_states_none(tmp_path: Path, header: str) -> None:
+    log = bench_log()
+    speed = 8.0 + 0.01 * np.sin(log["time"])
+    path = written(tmp_path, f"t [s];laser [V];{header};laser rpm", [log["time"], log["laser"], speed, log["laser"]])
+    *_, motor, other = draft([path], Answers()).logs[0].files[0].columns
+    proposed = "rad/s" not in header
+    assert (motor.role, motor.unit) == ("drive0_speed", "rpm" if proposed else "rad/s")
+    assert motor.guessed.get("unit") == ("its name says 'rpm'" if proposed else None)
+    assert other.unit != "rpm"  # of no speed
+
+
 def test_guesses_are_marked_until_they_are_confirmed(tmp_path: Path) -> None:
     from dataclasses import replace
 

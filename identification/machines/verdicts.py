@@ -165,8 +165,8 @@ def _on_runs(found: Identified, joints: Sequence[JointScore]) -> list[str]:
         elif one.free_run > UNEVEN * one.usual_run:
             said.append(
                 f"The free run of '{one.joint}' hangs on where it begins: {100 * one.free_run:.1f} % over all windows "
-                f"of {FREE_RUN:g} s, {100 * one.usual_run:.1f} % and less in half of them. Small errors grow where a pose "
-                "is unstable (upright), and next to standstill."
+                f"of {FREE_RUN:g} s, {100 * one.usual_run:.1f} % and less in half of them. Small errors grow where a "
+                "pose is unstable (upright), and next to standstill."
             )
     return said
 

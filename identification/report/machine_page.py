@@ -73,7 +73,7 @@ def machine_summary(findings: MachineFindings) -> list[str]:
     """What was found and how far it can be trusted, in sentences."""
     fit = findings.fit
     worst = max(fit.parameters, key=lambda one: one.standard_deviation / max(abs(one.value), 1e-300))
-    many = f"{len(fit.logs)} logs" if len(fit.logs) > 1 else fit.logs[0]
+    many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
     off = max(fit.joints, key=lambda one: one.seen.relative_error)
     said = [
         f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",

@@ -159,7 +159,12 @@ def test_the_fit_of_a_recipe_goes_on_as_that_of_any_machine(tmp_path):
     assert run["joints"][0]["relative"] == pytest.approx(found["joints"][0]["free_run"], rel=0.1)
     command("report", fit, AXIS, "-o", tmp_path / "axis.html")
     page = (tmp_path / "axis.html").read_text()
-    assert "Coulomb friction" in page and "filters of the recipe" in page and page.count("<svg") == 2
+    assert (
+        "Coulomb friction" in page
+        and "position: Friction laws" in page
+        and "filters of the recipe" in page
+        and page.count("<svg") == 2
+    )
     handed = command("apply", fit, "-o", tmp_path / "axis.ssp")["values"]
     assert {name: handed[name]["value"] for name in TRUTH} == {one["name"]: one["value"] for one in found["parameters"]}
 

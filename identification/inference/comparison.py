@@ -119,8 +119,11 @@ class LawComparison(Pictured):
         return None if self.best.warnings else self.best.law
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values only."""
-        return asdict(self)
+        """Plain values only; None for a deviation that there is not."""
+        plain = asdict(self)
+        for score in plain["scores"]:
+            score["deviations"] = {n: sd if np.isfinite(sd) else None for n, sd in score["deviations"].items()}
+        return plain
 
 
 @dataclass(frozen=True)

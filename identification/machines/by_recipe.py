@@ -11,26 +11,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.registry import Reference
 from fmu_models.language.mechanism import Mechanism
+from identification.inference.lmfit_exchange import NOTHING
 from identification.inference.problem import identifier
 from identification.machines.axis import CARRIED, declared_axis
 from identification.machines.axis_terms import Model, Term, check_terms, read_model
 from identification.machines.base_parameters import base_parameters
-from identification.machines.identify import METHODS
+from identification.machines.identify import METHODS, solve_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.joint_laws import with_laws
 from identification.machines.machine import Machine
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import MachineLog, Motion
+from identification.machines.motion import Cutoffs, MachineLog, Motion
 from identification.machines.regressor import regressor_of
+from identification.machines.verdicts import BIASED
 from identification.measurement.recipe import ACCELERATION, EFFORT, POSITION, TIME, VELOCITY, WEIGHT, Recipe
 from identification.measurement.signals import Piece, Prepared, decimated, decimating, prepare, turning_of
 from rig_io.packages.datapackage import read_columns
 
 if TYPE_CHECKING:
     from lmfit import Parameters
+
+CHECKED = 10.0  # Hz
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +64,33 @@ class RecipeMachine(Machine):
         return MachineLog(Path(path).name, time, position[:, None], effort[:, None], prepared.notes, ready)
 
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
-        """As in `Machine`."""
+        """As in `Machine`, and with instruments beside the recipe's own filters."""
         asked, model = self.model.laws or laws, self.model
-        return with_laws(self.mechanism, fit, logs, asked, normal_force=model.normal_force, sign=model.sign)
+        told = replace(fit, verdicts=(*fit.verdicts, *self._beside_instruments(fit, logs)))
+        return with_laws(self.mechanism, told, logs, asked, normal_force=model.normal_force, sign=model.sign)
+
+    def _beside_instruments(self, fit: MachineFit, logs: Sequence[MachineLog]) -> list[str]:
+        """Whether least squares with the recipe's own filters is biased: noise is in columns of accelerations that are
+        derivatives."""
+        found, acceleration = fit.identified, self.recipe.signals.get(ACCELERATION)
+        if fit.cutoff is not None or found is None or found.said != NOTHING:
+            return []
+        if acceleration is None or acceleration.column is not None:
+            return []
+        try:
+            other = solve_machine(found.regressor, found.base, logs, Cutoffs(CHECKED, CHECKED)).best
+        except StickslipError:
+            return []  # no instruments, no second opinion
+        apart = np.abs(other.values - found.best.values) > BIASED * np.maximum(other.deviation, found.best.deviation)
+        values = zip(fit.parameters, other.values, other.deviation, strict=True)
+        told = [f"{p.name} = {value_with_sd(value, sd, p.unit)}" for p, value, sd in values]
+        named = ", ".join(one for one, far in zip(told, apart, strict=True) if far)
+        if not named:
+            return []
+        return [
+            f"Instruments at a cutoff of {CHECKED:g} Hz give {named}, more than {BIASED:g} deviations away: noise of "
+            "the positions biases least squares, or the model lacks something. See --method instruments."
+        ]
 
     def known(self, cutoff: float | None) -> dict[str, float]:
         """As in `Machine`: with the recipe's own filters what moves has no inertia beside its terms."""

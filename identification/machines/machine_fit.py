@@ -116,9 +116,9 @@ class MachineFit(Pictured):
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values."""
-        plain = dataclasses.asdict(dataclasses.replace(self, identified=None))
+        plain = dataclasses.asdict(dataclasses.replace(self, identified=None, laws={}))
         del plain["identified"]
-        return plain
+        return {**plain, "laws": {joint: found.to_dict() for joint, found in self.laws.items()}}
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.

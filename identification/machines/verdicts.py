@@ -20,6 +20,7 @@ OPEN = 300.0  # condition of the columns: logs of good motion have 5 to 100
 ROUGH = 0.1  # of its value: a deviation of friction that a lower cutoff would mend
 POOR = 0.8  # of the variance: a model that explains less does not describe the machine
 UNSEEN_WORSE = 1.5  # times the error of the fit: the parameters belong to the log, not to the machine
+UNEVEN = 3.0  # times the usual window: a free run that few windows decide
 TOO_SMALL = 1.5  # times: white standard deviations smaller than that by this are worth a warning
 
 
@@ -157,11 +158,17 @@ def _on_runs(found: Identified, joints: Sequence[JointScore]) -> list[str]:
     placed = any(piece.position.any() for piece in found.pieces)
     if not heavy or not placed:
         return []  # what has no mass or no measured place is not simulated
-    return [
-        f"Simulated from the measured state, '{one.joint}' leaves the log within {FREE_RUN:g} s."
-        for one in joints
-        if one.free_run is None
-    ]
+    said = []
+    for one in joints:
+        if one.free_run is None or one.usual_run is None:
+            said.append(f"Simulated from the measured state, '{one.joint}' leaves the log within {FREE_RUN:g} s.")
+        elif one.free_run > UNEVEN * one.usual_run:
+            said.append(
+                f"The free run of '{one.joint}' hangs on where it begins: {100 * one.free_run:.1f} % over all windows "
+                f"of {FREE_RUN:g} s, {100 * one.usual_run:.1f} % and less in half of them. Small errors grow where a "
+                "pose is unstable (upright), and next to standstill."
+            )
+    return said
 
 
 def _gravity(found: Identified) -> list[str]:

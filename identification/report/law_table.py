@@ -1,12 +1,12 @@
-"""Friction laws compared, as a table for a terminal (rich)."""
+"""Friction laws compared: a table for a page and a terminal."""
 
 from __future__ import annotations
 
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from fmu_models.base.console import table
 from fmu_models.base.digits import value_with_sd
+from fmu_models.base.table import Cell, Column, Table, number, table
 
 if TYPE_CHECKING:
     from identification.inference.comparison import LawComparison, LawScore
@@ -17,26 +17,35 @@ LEGEND = (
 )
 
 
-def law_table(found: LawComparison) -> table:
-    """One row for each law, the best first."""
-    columns = ("law", ">BIC", ">AIC", ">weight", ">held out", ">worse by", "parameters", "")
+def law_table(found: LawComparison, of: str = "") -> Table:
+    """One row for each law, the best first. of: what has the friction, before the title."""
     by = f" by {found.estimator}" if found.estimator else ""
     title = f"Friction laws{by}: {found.residuals} residuals, worth {found.effective:.0f} independent ones"
-    shown = table(*columns, title=title)
     best = found.best
-    for one in found.scores:
-        criteria = (one.bic - best.bic, one.aic - best.aic)
-        mark = "put aside" if one.warnings else "preferred" if one.law == found.preferred else ""
-        shown.add_row(
+    rows = [
+        [
             one.law,
-            *(f"{lead:+.1f}" for lead in criteria),
-            f"{one.weight:.2f}",
-            "" if one.held_out is None else f"{one.held_out:.3g}",
-            "" if one.worse is None else f"{one.worse:.1f} se",
+            number(one.bic - best.bic, "+.1f"),
+            number(one.aic - best.aic, "+.1f"),
+            number(one.weight, ".2f"),
+            number(one.held_out, ".3g"),
+            Cell("" if one.worse is None else f"{one.worse:.1f} se", "number"),
             "\n".join(_value(one, name) for name in one.values),
-            mark,
-        )
-    return shown
+            "put aside" if one.warnings else "preferred" if one.law == found.preferred else "",
+        ]
+        for one in found.scores
+    ]
+    columns = (
+        "law",
+        "BIC",
+        Column("AIC", spare=2),
+        Column("weight", spare=1),
+        "held out",
+        "worse by",
+        "parameters",
+        "",
+    )
+    return table(f"{of}: {title}" if of else title, columns, rows)
 
 
 def _value(one: LawScore, name: str) -> str:

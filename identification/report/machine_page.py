@@ -17,8 +17,9 @@ from identification.machines.motion import MachineLog
 from identification.machines.predicted import Predicted, predict_efforts
 from identification.model_check.machine_runs import MachineRun, machine_runs
 from identification.report.citations import machine_citations
+from identification.report.law_table import LEGEND
 from identification.report.machine_figures import machine_fit_figure, machine_runs_figure
-from identification.report.machine_tables import meaning, parameters_table, runs_table, scores_table
+from identification.report.machine_tables import laws_tables, meaning, parameters_table, runs_table, scores_table
 from identification.report.page import drawing, rendered
 
 TEMPLATE = "machine.html.j2"
@@ -72,7 +73,7 @@ def machine_summary(findings: MachineFindings) -> list[str]:
     """What was found and how far it can be trusted, in sentences."""
     fit = findings.fit
     worst = max(fit.parameters, key=lambda one: one.standard_deviation / max(abs(one.value), 1e-300))
-    many = f"{len(fit.logs)} logs" if len(fit.logs) > 1 else fit.logs[0]
+    many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
     off = max(fit.joints, key=lambda one: one.seen.relative_error)
     said = [
         f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",
@@ -120,6 +121,8 @@ def machine_page(findings: MachineFindings) -> str:
             machine_fit_figure(findings.mechanism, fit, findings.seen, findings.others), "efforts", efforts
         ),
         scores=scores_table(fit),
+        laws=laws_tables(fit),
+        legend=LEGEND,
         runs=drawing(machine_runs_figure(fit, runs), "runs", beside) if runs else None,
         run_table=runs_table(runs) if runs else None,
         machine=_sentences(fit),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain
@@ -14,9 +14,8 @@ from identification.machines.scores import FREE_RUN
 from identification.report.law_table import LEGEND, law_table
 
 if TYPE_CHECKING:
-    from rich.console import Group, RenderableType
+    from rich.console import Group
 
-    from identification.inference.comparison import LawComparison
     from identification.machines.machine_fit import MachineFit, MachineParameter
     from identification.model_check.machine_runs import MachineRun
 
@@ -29,7 +28,7 @@ def machine_report(fit: MachineFit) -> Group:
 
     head = [plain(fit.title, "bold"), plain(f"{fit.source}\n" if fit.source else "")]
     parts = [terminal(parameters_table(fit)), terminal(scores_table(fit)), plain(meaning(fit))]
-    laws = joint_laws(fit.laws) if fit.laws else []
+    laws = [*map(terminal, laws_tables(fit)), plain(LEGEND)] if fit.laws else []
     return Group(*head, *parts, *laws, *(plain(f"- {verdict}") for verdict in fit.verdicts))
 
 
@@ -119,14 +118,9 @@ def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
     return Group(plain(fit.title, "bold"), terminal(runs_table(runs)), *said)
 
 
-def joint_laws(compared: Mapping[str, LawComparison]) -> list[RenderableType]:
-    """Friction laws of each joint."""
-    parts: list[RenderableType] = []
-    for joint, found in compared.items():
-        shown = law_table(found)
-        shown.title = f"{joint}: {shown.title}"
-        parts.append(shown)
-    return [*parts, plain(LEGEND)]
+def laws_tables(fit: MachineFit) -> list[Table]:
+    """Friction laws of each joint, where they were compared."""
+    return [law_table(found, joint) for joint, found in fit.laws.items()]
 
 
 def _per_cent(error: float | None) -> Cell:

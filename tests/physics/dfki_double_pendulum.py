@@ -1,4 +1,7 @@
-"""The double pendulum of the DFKI (design C.0): motors of gear ratio gr act between neighbours, at the joints."""
+"""The double pendulum of the DFKI (design C.0): motors of gear ratio gr act between neighbours, at the joints. Friction
+is published as cf atan(100 w): Coulomb friction of cf pi/2."""
+
+from math import pi
 
 from sympy import S, cos
 
@@ -18,8 +21,8 @@ m2 = Parameter("m2", 0.5639, "kg", "mass of the lower link", positive=True)
 r2 = Parameter("r2", 0.3213, "m", "its centre of mass from the elbow", positive=True)
 b1 = Parameter("b1", 0.001, "N m s", "viscous friction of the shoulder")
 b2 = Parameter("b2", 0.001, "N m s", "viscous friction of the elbow")
-cf1 = Parameter("cf1", 0.093, "N m", "Coulomb friction of the shoulder")
-cf2 = Parameter("cf2", 0.078, "N m", "Coulomb friction of the elbow")
+cf1 = Parameter("cf1", 0.093 * pi / 2, "N m", "Coulomb friction of the shoulder")
+cf2 = Parameter("cf2", 0.078 * pi / 2, "N m", "Coulomb friction of the elbow")
 tau1 = Input("tau1", 0.0, "N m", "torque on the shoulder")
 tau2 = Input("tau2", 0.0, "N m", "torque on the elbow")
 

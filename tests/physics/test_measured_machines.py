@@ -74,6 +74,13 @@ def values_of(fit: MachineFit) -> dict[str, float]:
     return {one.name: one.value for one in fit.parameters}
 
 
+def test_half_of_the_free_runs_stay_near_the_logs_and_swing_ups_decide_the_rest(fits: dict[float, MachineFit]):
+    """Upright the pendulum is unstable: what the windows give together says little of the values."""
+    for one, bound in zip(fits[4.0].joints, (0.04, 0.08), strict=True):
+        assert one.usual_run is not None and one.usual_run < bound
+    assert sum("hangs on where it begins" in said for said in fits[4.0].verdicts) == 2
+
+
 def test_unseen_logs_are_predicted_as_well_as_by_the_publication():
     """Values from seven logs on the two others, per joint: at most three points worse than published values."""
     fit = identify_machine(MODEL, [measured(number) for number in (0, 1, 3, 4, 6, 12, 13)], known=KNOWN, cutoff=4.0,

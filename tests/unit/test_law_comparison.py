@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -124,3 +125,16 @@ def test_what_cannot_be_compared() -> None:
     short = polynomials(white(7, 20), 0.0, logs=1)
     with pytest.raises(StickslipError, match="2 slips, too few"):
         compare_problems(short, "a")
+
+
+def test_a_deviation_that_there_is_not_is_none_in_plain_values() -> None:
+    """Two columns that are one: neither parameter is determined."""
+    problems = polynomials(white(8), 0.0)
+    line = problems["line"]
+    columns = line.slope(line.start())[:, [0, 1, 1]]
+    made = linear(columns, line.measured, cluster=line.cluster, log=line.log)
+    twice = replace(made, noise_known=line.noise_known)
+    found = compare_problems({"line": line, "twice": twice}, "abc")
+    plain = {one["law"]: one for one in json.loads(json.dumps(found.to_dict(), allow_nan=False))["scores"]}
+    assert set(plain["twice"]["deviations"].values()) == {None}
+    assert all(sd > 0 for sd in plain["line"]["deviations"].values())

@@ -296,9 +296,7 @@ def test_a_rig_log_may_be_a_matlab_file(tmp_path: Path) -> None:
         assert np.isnan(read_log(tmp_path / "log.mat").column("laser")[7])
     resource.pop("schema")
     sidecar.write_text(json.dumps({"resources": [resource]}))
-    with pytest.raises(
-        StickslipError, match=r"'time' has no unit\. Add \"unit\": \"s\" to its field in [a-z.]*json\.$"
-    ):
+    with pytest.raises(StickslipError, match=r"'time' has no unit\. State it: stickslip describe .* COLUMN=s\.$"):
         read_log(tmp_path / "log.mat")
     saved(tmp_path, time=TIME, laser="5.1 5.2")
     with pytest.raises(StickslipError, match=r"'laser' is text"):

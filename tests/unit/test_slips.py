@@ -20,7 +20,7 @@ from identification.measurement.recipe import read_recipe
 from identification.measurement.signals import GRAVITY
 from identification.slips.block_on_belt import fit_slip_model
 from identification.slips.events import find_slips
-from identification.slips.statistics import slip_statistics, statistic
+from identification.slips.statistics import SETTINGS, slip_statistics, statistic
 from rig_io.readers.csv_log import write
 
 M, K, V = 0.5, 50.0, 0.01  # kg, N/m, m/s
@@ -209,6 +209,12 @@ def test_what_is_missing_or_wrong_is_said(tmp_path, run, text, setting, message)
         how = {"definition": setting["definition"]} if "definition" in setting else {}
         said = {name: value for name, value in setting.items() if name != "definition"}
         slip_statistics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.csv", said, **how)
+
+
+def test_the_help_tells_every_setting_with_its_unit():
+    said = " ".join(CliRunner().invoke(app, ["slips", "--help"], env={"COLUMNS": "200"}).output.split())
+    for name, setting in SETTINGS.items():
+        assert (name if setting.unit == "1" else f"{name} ({setting.unit})") in said
 
 
 def test_a_log_without_slips_is_refused(tmp_path):

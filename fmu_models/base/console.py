@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import inspect
 import json
 import math
 import os
@@ -52,6 +53,12 @@ def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = Fals
         add_completion=completion,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
+
+
+def flowing(command: Callable[..., None]) -> str:
+    """The help of a command from its docstring: typer breaks lines of all paragraphs but the first where we do."""
+    paragraphs = inspect.cleandoc(command.__doc__ or "").split("\n\n")
+    return "\n\n".join(one.replace("\n", " ") for one in paragraphs)
 
 
 def interactive() -> bool:

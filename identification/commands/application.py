@@ -56,13 +56,12 @@ MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench
 FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch, equilibria, manifolds)
 FRICTION = (describe, emulate, fit, demo, laws, design, excite, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
-    app.command()(command)
+    app.command(help=console.flowing(command))(command)
 app.command("map")(show_map)
 app.add_typer(new_commands, name="new")
 app.add_typer(data_commands, name="data")
-app.command()(docs)
-for command in FRICTION:
-    app.command()(command)
+for command in (docs, *FRICTION):
+    app.command(help=console.flowing(command))(command)
 
 
 def _say_version(asked: bool) -> None:

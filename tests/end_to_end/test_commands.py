@@ -14,6 +14,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+import typer
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
@@ -40,6 +41,12 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     for command in names | inner:
         assert command.partition(" ")[0] in listed.out
         assert f"Example: stickslip {command}" in stickslip(*command.split(), "--help").out
+
+
+def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else():
+    program: Any = typer.main.get_command(application.app)
+    helps = [one.help for one in [*program.commands.values(), *program.commands["new"].commands.values()]]
+    assert len(helps) > 30 and not any("\n" in paragraph for help in helps for paragraph in help.split("\n\n")[1:])
 
 
 def test_the_installed_command_starts_without_heavy_imports():

@@ -28,14 +28,14 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
     whole, part = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
     middle = len(events.time) // 2
     last = min(middle + 4, len(events.time) - 1)
-    begin, end = events.time[max(middle - 4, 0)], events.time[last] + float(np.median(np.diff(events.time))) / 4
+    begin, end = events.time[max(middle - 4, 0)], events.end[last] + float(np.median(np.diff(events.time))) / 4
     inside = (events.smooth_time >= begin) & (events.smooth_time <= end)
     every = max(len(events.smooth) // 20000, 1)
     whole.plot(events.smooth_time[::every], events.smooth[::every], color=GREY, linewidth=0.5)
     part.plot(events.smooth_time[inside], events.smooth[inside], color=GREY, linewidth=1.0)
     for axes, chosen in ((whole, slice(None)), (part, slice(max(middle - 4, 0), middle + 5))):
         axes.plot(events.time[chosen], events.peak[chosen], "^", color=BLUE, markersize=3, label="peak")
-        axes.plot(events.time[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
+        axes.plot(events.end[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
         axes.set_xlabel("time (s)")
         axes.set_ylabel("force over weight (1)")
     figure.legend(
@@ -55,6 +55,8 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
             axes.axvline(lines[name], color="black", linestyle="--", linewidth=1.6, label=f"model {lines[name]:.4g}")
         axes.set_xlabel(f"{name} ({unit})")
         axes.set_ylabel("slip events")
+        axes.locator_params(axis="x", nbins=5)
+        axes.locator_params(axis="y", integer=True)
         axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     figure.suptitle(f"{statistics.title}: {statistics.events} slip events")
     return figure

@@ -37,7 +37,7 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: st
     parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
     parts.append(
         plain(
-            f"Period varies by {100 * statistics.period_variation:.0f} %. Noise {statistics.noise:.2g}, least drop "
+            f"Period varies by {100 * statistics.period_variation:.2g} %. Noise {statistics.noise:.2g}, least drop "
             f"counted {statistics.threshold:.3g}."
         )
     )

@@ -27,18 +27,21 @@ ORDINARY = 0.9  # of the falls' heights: begin at 5 %, end at 95 %
 
 @dataclass(frozen=True, eq=False)
 class SlipEvents:
-    """Slip events of one log, by number. time: (n,) s of the peak; peak, after: (n,) friction; rise: (n,) s that the
-    slip takes; interval: (n,) s since the event before, NaN for the first behind a gap; loading: (n,) 1/s, rate in the
-    stick before, NaN likewise; beyond_noise: number of falls that noise does not explain; threshold: least drop;
-    noise: standard deviation; smooth_time, smooth: the smoothed log."""
+    """Slip events of one log, by number. time: (n,) s of the peak; peak, after: (n,) friction; end: (n,) s of the
+    valley that ``after`` is read at; duration: (n,) s of the middle `ORDINARY` part of the fall; interval: (n,) s since
+    the event before, NaN for the first behind a gap; loading: (n,) 1/s, rate in the stick before, NaN likewise;
+    beyond_noise: number of falls that noise does not explain; partial: of these, smaller than the threshold; threshold:
+    least drop; noise: standard deviation; smooth_time, smooth: the smoothed log."""
 
     time: np.ndarray
     peak: np.ndarray
     after: np.ndarray
+    end: np.ndarray
     duration: np.ndarray
     interval: np.ndarray
     loading: np.ndarray
     beyond_noise: int
+    partial: int
     threshold: float
     noise: float
     smooth_time: np.ndarray
@@ -77,17 +80,21 @@ def find_slips(
         slips = [_slip_time(time, s, i, j) for i, j in zip(peak, valley, strict=True)]
         loads = [np.nan, *(_loading(time, s, j, i) for j, i in zip(valley[:-1], peak[1:], strict=True))]
         interval = np.diff(time[peak], prepend=np.nan)
-        parts.append((time[peak], s[peak], s[valley], np.array(slips), interval, np.array(loads[: len(peak)])))
-    at, peak, after, duration, interval, loading = (np.concatenate(column) for column in zip(*parts, strict=True))
+        parts.append(
+            (time[peak], s[peak], s[valley], time[valley], np.array(slips), interval, np.array(loads[: len(peak)]))
+        )
+    at, peak, after, end, duration, interval, loading = (np.concatenate(column) for column in zip(*parts, strict=True))
     everywhere = np.concatenate([time for time, _ in pieces])
     return SlipEvents(
         at,
         peak,
         after,
+        end,
         duration,
         interval,
         loading,
         len(drops),
+        int(np.sum(drops < threshold)),
         threshold,
         noise,
         everywhere,
@@ -128,7 +135,12 @@ def _slip_time(time: np.ndarray, values: np.ndarray, peak: int, valley: int) -> 
     edge = (1 - ORDINARY) / 2
     end = int(np.argmax(fallen >= 1 - edge))
     begin = int(np.flatnonzero(fallen[: end + 1] <= edge)[-1])
-    return float(time[peak + end] - time[peak + begin])
+
+    def reached(level: float, sample: int) -> float:
+        """Time between two samples, of which only a few may fall into a slip."""
+        return float(np.interp(level, fallen[sample : sample + 2], time[peak + sample : peak + sample + 2]))
+
+    return reached(1 - edge, end - 1) - reached(edge, begin)
 
 
 def _loading(time: np.ndarray, values: np.ndarray, valley: int, peak: int) -> float:

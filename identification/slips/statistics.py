@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 SMOOTHING = 0.1  # of the natural period: a tenth of a slip's two halves keeps its edges
 INERTIAL = 0.1  # of the natural period: what a mean period lasts longer at most where the slider swings
 LEAST_EVENTS = 5
+LEAST_INTERVALS = 2  # one varies by nothing
 LOADING_SUSPECT = 0.15  # relative difference of the loading rate from k V/(m g)
 SLOW = 1.0  # natural periods: a slip that lasts longer is not one of a free slider
 SHARE = 0.5  # of the root mean square fall: a smaller one is a partial slip
@@ -125,7 +126,7 @@ def slip_statistics(
 
     Raises:
         StickslipError: unknown setting or definition, the log cannot be read or does not fit the recipe, a constant is
-            missing or not above zero, or there are hardly any slip events.
+            missing or not above zero, or there are hardly any slip events or periods.
     """
     if "slips" not in recipe.document.data or FRICTION not in recipe.signals:
         raise StickslipError(
@@ -147,16 +148,27 @@ def slip_statistics(
     if not 0 <= share < 1:
         raise StickslipError(f"'share' must lie from 0 to below 1, found {share:g}.")
     for name, value in known.items():
-        if value <= 0 and not (name == "damping" and value == 0):
-            raise StickslipError(f"'{name}' must be above 0, found {value:g}.")
+        if not (0 < value < np.inf or (name == "damping" and value == 0)):
+            raise StickslipError(f"'{name}' must be finite and above 0, found {value:g}.")
     window = _window(recipe, known)
     prepared = prepare(recipe, read_columns(log, reader=reader), repair)
     pieces = [(piece.values[TIME], piece.values[FRICTION]) for piece in prepared.pieces]
+    longest = max(time[-1] - time[0] for time, _ in pieces)
+    if window > longest:
+        raise StickslipError(
+            f"{prepared.source} would be smoothed over {window:.4g} s, which is more than its {longest:.4g} s: a mass "
+            "or stiffness is not that of this log, or 'smoothing' is too long."
+        )
     events = find_slips(pieces, prepared.step, window, 0.0 if definition == "every" else share)
     if len(events.time) < LEAST_EVENTS:
         raise StickslipError(
             f"{prepared.source} shows {len(events.time)} slip events (noise {events.noise:.2g}); statistics need "
             f"{LEAST_EVENTS} or more. Check the column, 'smoothing' and 'share', or record for longer."
+        )
+    if np.count_nonzero(np.isfinite(events.interval)) < LEAST_INTERVALS:
+        raise StickslipError(
+            f"{prepared.source}: a gap of the clock lies between nearly all of its {len(events.time)} slip events, so "
+            "that they have no period. Record without gaps."
         )
     return _summary(recipe, os.fspath(log), known, definition, events, seed), events
 
@@ -256,11 +268,11 @@ def _verdicts(
     expected: float | None,
 ) -> list[str]:
     said = []
-    partial = events.beyond_noise - len(events.time)
-    if partial > 0:
+    if events.partial:
+        falls = "1 smaller fall" if events.partial == 1 else f"{events.partial} smaller falls"
         said.append(
-            f"{partial} smaller falls beyond noise (below {events.threshold:.3g}) are counted as partial slips: the "
-            "number of events and the period depend on 'share' (the definition 'every' counts them too)."
+            f"{falls} beyond noise (below {events.threshold:.3g}) not counted, as partial slips: the number of events "
+            "and the period depend on 'share' (the definition 'every' counts them too)."
         )
     if expected is not None:
         ratio = loading / expected

@@ -20,7 +20,7 @@ from identification.measurement.recipe import read_recipe
 from identification.measurement.signals import GRAVITY
 from identification.slips.block_on_belt import fit_slip_model
 from identification.slips.events import find_slips
-from identification.slips.statistics import SETTINGS, slip_statistics, statistic
+from identification.slips.statistics import SETTINGS, SlipStatistics, Statistic, slip_statistics, statistic
 from rig_io.readers.csv_log import write
 
 M, K, V = 0.5, 50.0, 0.01  # kg, N/m, m/s
@@ -127,7 +127,67 @@ def test_partial_slips_are_counted_apart():
     saw = np.concatenate([*parts, np.linspace(0, 0.3, 300)]) + 1e-3 * rng.normal(size=30 * 220 + 300)
     pieces = [(np.arange(len(saw)) * STEP, saw)]
     assert (len(find_slips(pieces, STEP, 5 * STEP).time), find_slips(pieces, STEP, 5 * STEP).beyond_noise) == (20, 30)
+    assert find_slips(pieces, STEP, 5 * STEP).partial == 10
     assert len(find_slips(pieces, STEP, 5 * STEP, share=0.0).time) == 30
+
+
+def test_a_whole_slip_that_the_end_of_the_log_cuts_off_is_no_partial_one():
+    tooth = np.concatenate([np.linspace(0, 0.2, 200), np.linspace(0.2, 0, 20)])
+    cut = np.concatenate([np.tile(tooth, 8), np.linspace(0, 0.05, 50)])  # the last rise is seen to a quarter
+    found = find_slips([(np.arange(len(cut)) * STEP, cut)], STEP, 3 * STEP)
+    assert (len(found.time), found.beyond_noise, found.partial) == (7, 8, 0)
+
+
+def test_a_slip_of_few_samples_takes_as_long_as_one_of_many(run):
+    """90 % of the same fall, to a tenth of the sample interval, wherever the samples happen to lie."""
+    done, friction = run
+    fine = find_slips([(done.time, friction)], STEP, 0.06)
+    assert np.all(fine.end > fine.time + fine.duration)
+    for begin in (0, 4, 9, 14):
+        rough = find_slips([(done.time[begin::20], friction[begin::20])], 20 * STEP, 0.06)
+        assert np.median(rough.duration) == pytest.approx(np.median(fine.duration), abs=2 * STEP)
+
+
+def test_slips_that_repeat_themselves_are_not_called_irregular(tmp_path, run):
+    done, friction = run
+    noise = np.random.default_rng(3).normal(size=len(friction))
+    wander = np.interp(done.time, np.arange(0.0, 61.0, 2.0), np.random.default_rng(4).normal(size=31))
+    for disturbed, said in ((1e-3 * noise, "so do these slips"), (0.03 * wander, "no law of slip speed alone")):
+        write(tmp_path / "log.csv", {"time": done.time, "f": friction + disturbed})
+        statistics, _ = slip_statistics(read_recipe(recipe_of(tmp_path, RECIPE)), tmp_path / "log.csv")
+        model = fit_slip_model(statistics)
+        assert model is not None
+        assert said in model.verdict
+
+
+def test_the_model_is_smoothed_as_the_log_was(tmp_path, run):
+    """A long window takes much off the peaks; off those of the model too, so that its coefficients stay."""
+    done, friction = run
+    write(tmp_path / "log.csv", {"time": done.time, "f": friction})
+    recipe = read_recipe(recipe_of(tmp_path, RECIPE))
+    statistics, _ = slip_statistics(recipe, tmp_path / "log.csv", {"smoothing": 0.3})
+    assert statistics.peak.value < MU_S - 0.01
+    model = fit_slip_model(statistics)
+    assert model is not None
+    assert (model.mu_s, model.mu_k) == pytest.approx((MU_S, MU_K), rel=0.01)
+
+
+def test_peaks_that_no_coefficients_meet_exactly_have_their_law():
+    """The model's peaks lie on samples, so that they jump. Measured ones in closed form, of a slider drawn fast, where
+    the search went to and fro: friction falls at once and swings about mu_k with an amplitude that V has its part in."""
+    speed, frequency = 10 * V, 2 * np.pi / PERIOD
+    unit = M * GRAVITY / K  # m of the spring
+    fall, carried = MU_S - MU_K, speed / frequency / unit
+    swing = np.hypot(fall, carried)
+    period = 2 * fall * unit / speed + (np.pi + 2 * np.arctan2(carried, fall)) / frequency
+    peak, after, drop, mean, slip = (
+        Statistic(one, one, one, 0.0) for one in (MU_K + swing, MU_K - swing, 2 * swing, period, PERIOD / 2)
+    )
+    known = {"mass": M, "stiffness": K, "speed": speed}
+    measured = (peak, after, drop, mean, 0.0, slip, 1.0, 1.0, known, ())
+    model = fit_slip_model(SlipStatistics("", "", "", 10 * period, "large", 10, 10, drop.value / 2, 0.0, *measured))
+    assert model is not None
+    assert (model.mu_s, model.mu_k) == pytest.approx((MU_S, MU_K), rel=0.01)
 
 
 def test_no_period_reaches_across_a_gap(tmp_path, run):
@@ -194,7 +254,10 @@ def test_the_interval_of_a_median_grows_with_the_memory_of_the_series():
     ("text", "setting", "message"),
     [
         (RECIPE, {"stifness": 2.0}, "no setting 'stifness'. Did you mean 'stiffness'"),
-        (RECIPE, {"mass": 0.0}, "'mass' must be above 0"),
+        (RECIPE, {"mass": 0.0}, "'mass' must be finite and above 0"),
+        (RECIPE, {"stiffness": np.nan}, "'stiffness' must be finite and above 0"),
+        (RECIPE, {"stiffness": np.inf}, "'stiffness' must be finite and above 0"),
+        (RECIPE, {"mass": 1e9}, "smoothed over .* s, which is more than its 4.999 s"),
         (RECIPE, {"share": 1.2}, "'share' must lie from 0 to below 1"),
         (RECIPE, {"definition": "evry"}, "no definition 'evry'.* Did you mean 'every'"),
         (RECIPE, {"definition": "every", "share": 0.3}, "with the definition 'every' there is none"),
@@ -209,6 +272,31 @@ def test_what_is_missing_or_wrong_is_said(tmp_path, run, text, setting, message)
         how = {"definition": setting["definition"]} if "definition" in setting else {}
         said = {name: value for name, value in setting.items() if name != "definition"}
         slip_statistics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.csv", said, **how)
+
+
+def test_slips_with_a_gap_between_them_have_no_period(tmp_path, run):
+    done, friction = run
+    keep = np.ones(len(done.time), dtype=bool)
+    for tear in tears(done):
+        keep &= ~((done.time > tear + 2.4) & (done.time < tear + 2.7))
+    write(tmp_path / "log.csv", {"time": done.time[keep], "f": friction[keep]})
+    with pytest.raises(StickslipError, match=r"a gap of the clock lies between nearly all of its \d+ slip events"):
+        slip_statistics(read_recipe(recipe_of(tmp_path, RECIPE)), tmp_path / "log.csv")
+
+
+def test_constants_of_another_slider_and_a_sensor_the_wrong_way_get_no_law(tmp_path, run):
+    done, friction = run
+    write(tmp_path / "log.csv", {"time": done.time, "f": friction})
+    write(tmp_path / "negative.csv", {"time": done.time, "f": -friction})
+    recipe = read_recipe(recipe_of(tmp_path, RECIPE))
+    for log, setting, message in (
+        ("log.csv", {"mass": 1e-9}, "too much stick to be simulated"),
+        ("log.csv", {"speed": 1e-6}, "it slides steadily, or sticks"),
+        ("negative.csv", {}, "write gain = -1"),
+    ):
+        statistics, _ = slip_statistics(recipe, tmp_path / log, setting)
+        with pytest.raises(StickslipError, match=message):
+            fit_slip_model(statistics)
 
 
 def test_the_help_tells_every_setting_with_its_unit():

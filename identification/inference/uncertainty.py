@@ -107,7 +107,7 @@ def clustered_covariance(
     return found / np.outer(units, units)
 
 
-def student(freedom: int, level: float) -> float:
+def student(freedom: float, level: float) -> float:
     """Quantile of Student's distribution for a two-sided interval of that level."""
     from scipy.special import stdtrit
 

@@ -8,6 +8,7 @@ constants. Medians and means have 95 % intervals by a bootstrap of blocks of suc
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Tabular
-from identification.inference.uncertainty import lag_count
+from identification.inference.uncertainty import lag_count, student
 from identification.measurement.recipe import FRICTION, TIME, Recipe
 from identification.measurement.signals import GRAVITY, prepare
 from identification.slips.events import DEFINITIONS, SlipEvents, find_slips
@@ -249,14 +250,23 @@ def _summary(
 
 
 def statistic(values: np.ndarray, seed: int, *, mean: bool = False, draws: int = 1000) -> Statistic:
-    """Median or mean of (n,) with a 95 % interval: blocks of successive values are drawn anew."""
+    """Median or mean of (n,) with a 95 % interval: blocks of successive values are drawn anew.
+
+    Blocks are sqrt(n) long at least: two successive periods share a peak, in a log of few slips too. As few blocks
+    vary less than what they are drawn from, and their own spread is uncertain, the interval is widened as Student's is.
+    """
     centre = np.mean if mean else np.median
     rng = np.random.default_rng(seed)
-    length = lag_count(len(values))
-    starts = rng.integers(0, len(values), size=(draws, -(-len(values) // length)))
-    rows = (starts[:, :, None] + np.arange(length)).reshape(draws, -1)[:, : len(values)] % len(values)
-    low, high = np.quantile(centre(values[rows], axis=1), [0.025, 0.975])
-    return Statistic(float(centre(values)), float(low), float(high), float(np.std(values)))
+    count = len(values)
+    length = max(lag_count(count), math.isqrt(count))
+    starts = rng.integers(0, count, size=(draws, -(-count // length)))
+    rows = (starts[:, :, None] + np.arange(length)).reshape(draws, -1)[:, :count] % count
+    middle = float(centre(values))
+    ends = np.quantile(centre(values[rows], axis=1), [0.025, 0.975])
+    blocks = count / length
+    wider = student(blocks - 1, 0.95) / student(np.inf, 0.95) * np.sqrt(blocks / (blocks - 1))
+    low, high = middle + wider * (ends - middle)
+    return Statistic(middle, float(low), float(high), float(np.std(values)))
 
 
 def _verdicts(

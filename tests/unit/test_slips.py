@@ -174,7 +174,7 @@ def test_the_model_is_smoothed_as_the_log_was(tmp_path, run):
 
 def test_peaks_that_no_coefficients_meet_exactly_have_their_law():
     """The model's peaks lie on samples, so that they jump. Measured ones in closed form, of a slider drawn fast, where
-    the search went to and fro: friction falls at once and swings about mu_k with an amplitude that V has its part in."""
+    the search went to and fro: friction falls at once and swings about mu_k with an amplitude that V is part of."""
     speed, frequency = 10 * V, 2 * np.pi / PERIOD
     unit = M * GRAVITY / K  # m of the spring
     fall, carried = MU_S - MU_K, speed / frequency / unit

@@ -119,6 +119,8 @@ def sample(
     ]
     sampler = emcee.EnsembleSampler(walkers, count, target.log_probability, moves=moves)
     sampler.random_state = random.get_state()
+    # emcee's wrapper of it prints the traceback of whatever ends the sampling, of an interrupt too
+    sampler.log_prob_fn = target.log_probability
     state: Any = target.first(walkers, random)
     lengths = np.full(count, np.inf)
     while sampler.iteration < steps:
@@ -133,7 +135,7 @@ def sample(
     worst = target.problem.unknowns[int(np.argmax(lengths))].name
     raise StickslipError(
         f"The chains have not converged: {sampler.iteration} steps are {sampler.iteration / np.max(lengths):.0f} "
-        f"autocorrelation times of '{worst}', {LENGTHS} are needed. Allow more steps (about "
+        f"autocorrelation times of '{worst}', {LENGTHS} are needed. Allow more (in Python, steps="
         f"{1.2 * LENGTHS * np.max(lengths):.0f}), or bound what the logs leave open."
     )
 

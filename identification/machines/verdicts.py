@@ -81,8 +81,8 @@ def _on_scores(one: JointScore) -> list[str]:
     for name, other in unseen.items():
         if other.explained < POOR <= here.explained or other.relative_error > UNSEEN_WORSE * here.relative_error:
             said.append(
-                f"Worse on what the fit has not seen: '{one.joint}' in {name}, error {100 * other.relative_error:.0f} "
-                f"% against {100 * here.relative_error:.0f} %, {100 * other.explained:.0f} % of the variance explained."
+                f"Worse on what the fit has not seen: '{one.joint}' in {name}, error {100 * other.relative_error:.3g} "
+                f"% against {100 * here.relative_error:.3g} %, {100 * other.explained:.4g} % of the variance explained."
             )
     return said
 

@@ -30,6 +30,7 @@ def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
         StickslipError: corner is not installed, the fit holds no samples, or a name is not among its unknowns.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     try:
         import corner
@@ -57,6 +58,11 @@ def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
         "truth_color": "black",
     }
     corner.corner(np.asarray(found.samples)[:, places], fig=figure, **options)
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_locator(), MaxNLocator):
+                # none at the ends, where those of the next panel stand; few, as their numbers are long
+                axis.set_major_locator(MaxNLocator(4, prune="both"))
     figure.suptitle(
         f"{fit.law} law of {' and '.join(fit.contacts)}, posterior\n{found.independent:.0f} independent samples\n"
         "solid: fit; dashed: 95 %\ncontours: 39 and 86 %",

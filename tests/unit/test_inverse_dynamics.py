@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -230,6 +231,18 @@ def test_a_log_of_another_machine_scores_worse(tmp_path):
     )
     assert "Worse on what the fit has not seen" in said(result)
     assert "other.csv" in said(result) and "same.csv" not in said(result)
+
+
+def test_errors_below_a_per_cent_are_told_apart(tmp_path):
+    noise = 0.03 * np.random.default_rng(0).normal(size=10_000)
+    other = log_of(tmp_path, effort=lambda x, v, a: slide(x, v, a) + 0.08 * np.sign(v), noise=noise, name="other")
+    result = inverse_dynamics(read_recipe(recipe_of(tmp_path)), log_of(tmp_path, noise=noise), [other])
+    seen, unseen = result.joints[0].seen, result.joints[0].held_out["other.csv"]
+    assert 0.0 < seen.relative_error < unseen.relative_error / 1.5 < 0.01
+    told = re.search(r"other.csv, error (\S+) % against (\S+) %", said(result))
+    assert told is not None
+    errors = [100 * unseen.relative_error, 100 * seen.relative_error]
+    assert [float(one) for one in told.groups()] == pytest.approx(errors, rel=5e-3)
 
 
 def test_terms_that_cannot_be_told_apart_are_named(tmp_path):

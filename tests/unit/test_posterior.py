@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -83,8 +84,24 @@ def test_a_side_that_the_data_leave_open_is_told_and_has_its_shape():
 
 def test_chains_that_have_not_converged_are_refused():
     problem = linear(*line(1))
-    with pytest.raises(StickslipError, match=r"have not converged: 25 steps .* Allow more steps"):
+    with pytest.raises(StickslipError, match=r"have not converged: 25 steps .* Allow more .in Python, steps="):
         sample(Target(problem, solve(problem)), steps=25)
+
+
+def test_an_interrupt_of_the_chains_prints_nothing(capsys):
+    """What is printed would stand in the JSON of the command."""
+    problem = linear(*line(1))
+    found = solve(problem)
+    seen = iter(range(300))
+
+    def value(x: np.ndarray) -> np.ndarray:
+        if next(seen, None) is None:
+            raise KeyboardInterrupt
+        return problem.value(x)
+
+    with pytest.raises(KeyboardInterrupt):
+        sample(Target(replace(problem, value=value), found))
+    assert tuple(capsys.readouterr()) == ("", "")
 
 
 def test_unknowns_that_are_held_have_no_posterior():
@@ -120,10 +137,22 @@ def test_a_fit_carries_its_posterior_but_for_the_samples():
 def test_a_corner_plot_shows_every_pair_and_where_the_fit_is(tmp_path: Path):
     fit = sampled_fit()
     figure = posterior_figure(fit)
+    figure.draw_without_rendering()  # which places the numbers
     shown = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
     assert {axes.get_xlabel() for axes in shown} >= {"mu_s (1)", "mu_k (1)", "p (s/m)"}
     for axes, one in zip(figure.axes[::4], fit.parameters, strict=True):
         assert any(one.value in np.atleast_1d(line.get_xdata()) for line in axes.lines)
+    numbers = [
+        label.get_window_extent()
+        for axes in shown
+        for axis in (axes.xaxis, axes.yaxis)
+        for tick in axis.get_major_ticks()
+        if (label := tick.label1).get_visible() and label.get_text()
+    ]
+    assert len(numbers) > 10
+    # of those turned by 45 degrees only the corners meet: a share of their height apart is apart
+    for one, other in combinations(numbers, 2):
+        assert np.hypot(one.x1 - other.x1, one.y1 - other.y1) > 0.4 * one.height
     with pytest.raises(StickslipError, match="no unknown 'J'; it has mu_s, mu_k, p"):
         posterior_figure(fit, ["J"])
     with pytest.raises(StickslipError, match="holds no samples"):

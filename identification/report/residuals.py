@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from identification.estimators.base import Options
 from identification.fit.causes import terms_found
 from identification.fit.fit import SENSORS
 from identification.fit.result import FrictionFit
-from identification.inference.problem import Evaluation
+from identification.inference.problem import Evaluation, Prior, solve
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooled import Pool
@@ -31,7 +32,18 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     options = Options(nuisance=nuisance, disturbances=terms, given=fit.given)
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
     made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
-    return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
+    problem, found = made.problem, made.solution
+    held = tuple(_adjusted(prior, fit) for prior in problem.held)
+    if held != problem.held:
+        problem = problem.with_held(held)
+        found = solve(problem, found.values, fixed=options.given.fixed(problem))
+    return found.evaluation, (_reproduced(fit, found.values),)
+
+
+def _adjusted(prior: Prior, fit: FrictionFit) -> Prior:
+    """A constant as the fit has adjusted it, if these logs state it as those of the fit did."""
+    stated = next((one for one in fit.constants if one.name == prior.name and one.before == prior.value), None)
+    return prior if stated is None else replace(prior, value=stated.value)
 
 
 def _reproduced(fit: FrictionFit, values: Sequence[float] | np.ndarray) -> str:

@@ -25,6 +25,7 @@ from identification.laws.joint_law import sought_law
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
+from identification.report.residuals import refitted
 from rig_io.bench.emulation import RIG, Disc, Emulation
 from rig_io.bench.emulator import emulate, free_decay, standard_set
 from rig_io.logs.log import Quantity, RigLog
@@ -135,6 +136,15 @@ def test_slips_adjust_the_constants_that_are_stated(logs: list[RigLog]) -> None:
     assert found["mu_s"].scale_deviation == pytest.approx(0.65 * 4e-3, rel=0.1)
     places = [[one.name for one in found.constants].index(name) for name in "Jk"]
     assert found.correlation_of_constants[places[0], places[1]] > 0.999
+
+
+def test_a_fit_is_found_again_from_its_logs_with_the_constants_that_it_adjusted(logs: list[RigLog]) -> None:
+    moved = off(logs[:3], J=5.5e-3, k=-5.7e-3, c=0.018)
+    found = fit_friction(moved)
+    _, (said,) = refitted(found, pool(moved))
+    assert said == "The fit was run again on the logs given here and gave the same values."
+    _, (said,) = refitted(found, pool(off(logs[:3], J=5e-3, k=-5.7e-3, c=0.018)))
+    assert "they are not the logs that were fitted" in said
 
 
 @pytest.mark.parametrize("name", ["J", "k"])

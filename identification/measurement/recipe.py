@@ -53,7 +53,8 @@ SAVITZKY_GOLAY_KEYS = {
 }
 SAMPLING_KEYS = {
     "rate": "of the clock, Hz; the stamps count if left out",
-    "drop": "samples left out at the begin, where filters have their edges; none if left out",
+    "drop": "samples left out at the begin, where filters and derivatives have an edge; none if left out",
+    "drop_end": "the same at the end, for a log that ends in motion; none if left out",
     "decimate": "one sample in so many is kept, counted back from the last, behind a Chebyshev low-pass of order 8 "
     "that runs forward and backward; every one if left out",
     "least_speed": 'slower samples are left out: m/s or rad/s, `"3 deg/s"`; none if left out',
@@ -134,11 +135,13 @@ class Signal:
 
 @dataclass(frozen=True)
 class Sampling:
-    """rate: Hz of the clock, None to take the stamps as they are; drop: samples left out at the begin (edges of the
-    filters); decimate: one sample in so many is kept; least_speed: slower samples are left out."""
+    """rate: Hz of the clock, None to take the stamps as they are; drop, drop_end: samples left out at the begin and at
+    the end (edges of the filters); decimate: one sample in so many is kept; least_speed: slower samples are left
+    out."""
 
     rate: float | None = None
     drop: int = 0
+    drop_end: int = 0
     decimate: int = 1
     least_speed: Speed = NO_SPEED
 
@@ -269,6 +272,7 @@ def _sampling(document: Document) -> Sampling:
     return Sampling(
         rate,
         document.count("drop", 0, 0, "sampling"),
+        document.count("drop_end", 0, 0, "sampling"),
         document.count("decimate", 1, 1, "sampling"),
         speed(document, table.get("least_speed", 0.0), "sampling", "least_speed"),
     )

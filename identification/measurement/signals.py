@@ -93,7 +93,8 @@ def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepa
     borders = [0, *inner, len(time)]
     pieces, lost = [], 0
     for begin, end in pairwise(borders):
-        if end - begin <= max(LEAST, recipe.sampling.drop + 3 * recipe.sampling.decimate * CHEBYSHEV_ORDER):
+        dropped = recipe.sampling.drop + recipe.sampling.drop_end
+        if end - begin <= max(LEAST, dropped + 3 * recipe.sampling.decimate * CHEBYSHEV_ORDER):
             lost += end - begin
             continue
         raw = {name: values[begin:end] for name, values in columns.items()}
@@ -101,7 +102,7 @@ def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepa
     if not pieces:
         raise StickslipError(
             f"{table.source} is too short for this recipe: no stretch without a gap keeps enough of its {len(time)} "
-            "samples after 'drop' and 'decimate'. Record a longer log, or lower both."
+            "samples after 'drop', 'drop_end' and 'decimate'. Record a longer log, or lower them."
         )
     if len(borders) > 2:
         notes.append(f"The clock has {len(borders) - 2} gaps; no filter runs across them ({lost} samples left out).")
@@ -132,8 +133,8 @@ class _Chain:
         self.made: dict[str, np.ndarray] = {}
 
     def values(self) -> dict[str, np.ndarray]:
-        drop = self.recipe.sampling.drop
-        return {name: self.signal(name)[drop:] for name in self.recipe.signals}
+        kept = slice(self.recipe.sampling.drop, len(self.raw[TIME]) - self.recipe.sampling.drop_end)
+        return {name: self.signal(name)[kept] for name in self.recipe.signals}
 
     def signal(self, name: str) -> np.ndarray:
         if name not in self.made:

@@ -217,3 +217,37 @@ def test_noise_that_biases_the_recipe_s_least_squares_is_told_with_the_values_by
     (said,) = (one for one in found.verdicts if one.startswith("Instruments at a cutoff of 10 Hz give M = "))
     assert float(said.split("M = ")[1].split()[0]) == pytest.approx(TRUTH["M"], rel=5e-3)
     assert not any("Instruments" in one for one in inverse_dynamics(read_recipe("axis"), AXIS).verdicts)
+
+
+def test_the_end_of_a_log_in_motion_is_dropped_as_its_begin_is(tmp_path):
+    """Filters run both ways and have an edge at either end. Noise-free, so that the edges are all that is left: without
+    them the error of the effort is that of the differences, (2 pi 2 Hz/1 kHz)^2/3 = 5e-5."""
+    recipe = """title = "a slide"
+
+[signals.time]
+column = "time"
+unit = "s"
+
+[signals.position]
+column = "x"
+unit = "m"
+filter = { order = 4, cutoff = "30 Hz", padding = 200 }
+
+[signals.effort]
+column = "F"
+unit = "N"
+
+[sampling]
+drop = 200
+"""
+
+    def smooth(x, v, a):
+        return 5 * a + 12 * v - 0.5
+
+    log, terms = log_of(tmp_path, effort=smooth), LINEAR.replace('Fc = "coulomb"\n', "")
+    error = {}
+    for ends in (0, 200):
+        read = read_recipe(recipe_of(tmp_path, f"{recipe}drop_end = {ends}\n{terms}"))
+        (joint,) = inverse_dynamics(read, log).joints
+        error[ends] = joint.seen.relative_error
+    assert error[200] < 1e-4 < 0.02 * error[0]

@@ -110,7 +110,7 @@ def falling(mu_s: sympy.Expr, mu_k: sympy.Expr, name: str) -> Requirement:
         f"{mu_k} exceeds {mu_s}: {name}'s law needs mu_s >= mu_k",
         warning="mu_s = {mu_s:.4g} is less than mu_k = {mu_k:.4g}: friction rises with slip speed, which the {law} law "
         "does not mean. A law with a viscous term (Coulomb+viscous) is more likely right; check also the signs of "
-        "angle and drive.",
+        "the signals.",
     )
 
 

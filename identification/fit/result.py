@@ -340,3 +340,5 @@ def read_fit(path: str | os.PathLike[str]) -> FrictionFit:
         raise StickslipError(
             f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."
         ) from error
+    except StickslipError as error:
+        raise StickslipError(f"'{path}': {error}") from error

@@ -84,6 +84,8 @@ def _readers(own: Reference | None) -> Iterator[tuple[Reference, Reader]]:
 
 
 def _unknown(path: Path, own: Reference | None) -> StickslipError:
+    if path.is_dir():
+        return StickslipError(f"'{path}' is a folder, where one log is wanted. Name the file.")
     known = sorted({suffix for _, reader in _readers(own) for suffix in reader.suffixes} | {*packed.SUFFIXES})
     return StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(known)}.")
 

@@ -320,6 +320,11 @@ def test_the_help_tells_every_setting_with_its_unit():
         assert (name if setting.unit == "1" else f"{name} ({setting.unit})") in said
 
 
+def test_a_folder_is_no_log(tmp_path):
+    with pytest.raises(StickslipError, match="is a folder, where one log is wanted"):
+        slip_statistics(read_recipe(recipe_of(tmp_path, RECIPE)), tmp_path)
+
+
 def test_a_log_without_slips_is_refused(tmp_path):
     time = np.arange(5000) * STEP
     write(tmp_path / "log.csv", {"time": time, "f": 0.4 + 0.01 * np.random.default_rng(0).normal(size=5000)})

@@ -23,7 +23,7 @@ from rig_io.logs.table import Table
 from rig_io.packages.described import files_of
 from rig_io.packages.sidecar import SIDECAR, file_hash, mapping
 from rig_io.readers import read_table
-from rig_io.repair.table import conversion
+from rig_io.repair.table import COUNTED, conversion
 
 SPEEDS = ("drive_speed", "drive_speed_uncertainty")
 
@@ -162,9 +162,14 @@ def check_named(made: Draft) -> None:
 
 
 def unit_fault(one: Proposal) -> str:
-    """Why a column of its role cannot be written in its unit; "" where it can, or counts."""
-    if one.role is None or one.unit is None or COLUMNS[one.role].unit == "1":
+    """Why a column of its role cannot be written in its unit; "" where it can."""
+    if one.role is None or one.unit is None:
         return ""
+    if COLUMNS[one.role].unit == "1":
+        said = (
+            f"Column '{one.name}' ({one.role}) is in '{one.unit}', but counts have no unit. Write 1, or say what it is"
+        )
+        return "" if one.unit in COUNTED else f"{said}: --map '{one.name}=ROLE'."
     if one.role == "laser" and is_length(one.unit):
         return ""
     try:

@@ -21,6 +21,7 @@ AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped b
 # how to state an angle or its rate: 1/min, Hz and 1 may count turns as well as radians
 _ANGLES = {"rad": "rad, deg or turn", "rad/s": "rad/s, deg/s, turn/s or rpm"}
 _DEGREE_OR_GON = re.compile(r"\b[gG]rad\b")
+COUNTED = ("", "1", "count", "counts", "pulses")  # how files call the unit of a count
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +143,7 @@ def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None)
             f"{table.source}: column '{column.name}' has no unit. State it: stickslip describe FILES --unit "
             f"COLUMN={column.unit}{header}."
         )
-    if unit == column.unit or (column.unit == "1" and unit in ("", "count", "counts", "pulses")):
+    if unit == column.unit or (column.unit == "1" and unit in COUNTED):
         return values
     return values * conversion(unit, column.unit, f"{table.source}: column '{column.name}'")
 

@@ -280,6 +280,19 @@ UNFIT = {
 }
 
 
+@pytest.mark.parametrize("unit", ["deg", "kg", "Impulse"])
+def test_counts_have_no_unit(tmp_path: Path, unit: str) -> None:
+    """The reader would take degrees of a count for 0.017 counts each."""
+    log = bench_log()
+    path = written(
+        tmp_path, "t [s];laser [V];Geber;Antrieb", [log[name] for name in ("time", "laser", "encoder", "drive")]
+    )
+    with pytest.raises(StickslipError, match=rf"'Geber' \(encoder_count\) is in '{unit}', but counts have no unit"):
+        draft([path], Answers(units={"Geber": unit}))
+    for counted in ("1", "counts"):
+        draft([path], Answers(units={"Geber": counted}))
+
+
 @pytest.mark.parametrize(("unit", "message"), UNFIT.items())
 def test_a_unit_that_a_role_cannot_have_is_refused_where_it_is_said(tmp_path: Path, unit: str, message: str) -> None:
     log = bench_log()

@@ -31,8 +31,8 @@ DEEPEST = 8  # brackets in brackets
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>°?[^\W\d]+|°|%)|(?P<power>\*\*|\^)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[-+])|(?P<mark>[*./·()]))"
 )
-# what pint does not take as a name
-_NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF"}
+# what pint does not take as a name; U/min on German recorders is turns, where pint means units of an enzyme
+_NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF", "U": "turn"}
 
 
 @lru_cache(maxsize=1024)

@@ -59,6 +59,7 @@ def test_factors_are_taken_from_left_to_right(factors: list[tuple[str, str, str]
         ("m/(s rad)", "m / s / rad"),
         ("N/m1.5", "N m^(-3/2)"),
         ("°", "deg"),
+        ("U/min", "turn/min"),
     ],
 )
 def test_one_unit_may_be_written_in_many_ways(text: str, same: str) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.measurement.signals import GRAVITY
 from identification.slips.events import find_slips
-from identification.slips.statistics import SMOOTHING, SlipStatistics, natural_period, swings
+from identification.slips.statistics import SlipStatistics, natural_period, swings
 
 STEEP = 200.0  # slip speeds 1/p in v_max
 CYCLES = 6
@@ -135,7 +135,7 @@ class _Block:
         self.known, self.p = known, p
         self.natural_period = natural_period(known)
         self.step = self.natural_period / SAMPLES
-        self.window = known.get("smoothing", SMOOTHING * self.natural_period)
+        self.window = statistics.smoothed
         self.length = CYCLES * statistics.period.value
         if self.length > MOST * self.step:
             raise StickslipError(

@@ -20,6 +20,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Tabular
 from identification.inference.uncertainty import lag_count, student
+from identification.measurement.motion import odd_count
 from identification.measurement.recipe import FRICTION, TIME, Recipe
 from identification.measurement.signals import GRAVITY, prepare
 from identification.slips.events import DEFINITIONS, SlipEvents, find_slips
@@ -68,14 +69,16 @@ class Statistic:
 
 @dataclass(frozen=True)
 class SlipStatistics(Tabular):
-    """Statistics of a log. definition: of a slip event, one of `events.DEFINITIONS`; period_variation: standard
-    deviation over mean; loading_expected: k V/(m g), None where a constant is unknown; verdicts: in words."""
+    """Statistics of a log. definition: of a slip event, one of `events.DEFINITIONS`; smoothed: s, over which the log
+    was smoothed, three samples or more; period_variation: standard deviation over mean; loading_expected: k V/(m g),
+    None where a constant is unknown; verdicts: in words."""
 
     title: str
     source: str
     log: str
     duration: float
     definition: str
+    smoothed: float
     events: int
     beyond_noise: int
     threshold: float
@@ -171,7 +174,8 @@ def slip_statistics(
             f"{prepared.source}: a gap of the clock lies between nearly all of its {len(events.time)} slip events, so "
             "that they have no period. Record without gaps."
         )
-    return _summary(recipe, os.fspath(log), known, definition, events, seed), events
+    smoothed = max(window, odd_count(0.0, prepared.step) * prepared.step)
+    return _summary(recipe, os.fspath(log), known, definition, smoothed, events, seed), events
 
 
 def read_slips(recipe: Recipe) -> dict[str, float]:
@@ -217,7 +221,13 @@ def natural_period(known: Mapping[str, float]) -> float:
 
 
 def _summary(
-    recipe: Recipe, log: str, known: dict[str, float], definition: str, events: SlipEvents, seed: int
+    recipe: Recipe,
+    log: str,
+    known: dict[str, float],
+    definition: str,
+    smoothed: float,
+    events: SlipEvents,
+    seed: int,
 ) -> SlipStatistics:
     interval = events.interval[np.isfinite(events.interval)]
     loading = float(np.nanmedian(events.loading)) if np.isfinite(events.loading).any() else float("nan")
@@ -232,6 +242,7 @@ def _summary(
         log,
         float(events.smooth_time[-1] - events.smooth_time[0]),
         definition,
+        smoothed,
         len(events.time),
         events.beyond_noise,
         events.threshold,
@@ -287,7 +298,9 @@ def _verdicts(
     if expected is not None:
         ratio = loading / expected
         rate = f"Loading in stick: {loading:.4g} 1/s, from k V/(m g) {expected:.4g} 1/s, ratio {ratio:.3f}"
-        if abs(ratio - 1) <= LOADING_SUSPECT:
+        if np.isnan(ratio):
+            said.append("Too few samples lie in stick to see how fast it loads: record faster.")
+        elif abs(ratio - 1) <= LOADING_SUSPECT:
             said.append(f"{rate}: stiffness, speed and mass fit the log.")
         else:
             said.append(

@@ -77,11 +77,14 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
+    from fmu_models.report.figures import check_format
     from identification.estimators.base import Options
     from identification.fit.posterior import check_samplable
     from identification.inference.choice import Inference
 
     refuse_existing(result, figure, corner, overwrite=overwrite)
+    for drawn in filter(None, (figure, corner)):
+        check_format(drawn)
     posterior = posterior or corner is not None
     if posterior:
         check_samplable(estimator)

@@ -75,6 +75,10 @@ def describe(
     from rig_io.description.draft import draft, write
 
     refuse_existing(figure, overwrite=overwrite)
+    if figure:
+        from fmu_models.report.figures import check_format
+
+        check_format(figure)
     said = from_options(mapped, units, values, uncertainties, kinds, read, join, confirm)
     said = said.over(from_file(answers) if answers is not None else Answers())
     with console.warnings_said(), console.progress("reading") as advance:

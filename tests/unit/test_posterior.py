@@ -115,6 +115,16 @@ def test_an_estimator_without_a_likelihood_is_refused_before_the_work():
     assert isinstance(done.exception, StickslipError) and "shooting or whole-cycle" in str(done.exception)
 
 
+@pytest.mark.parametrize(
+    "asked", [("fit", "--corner"), ("fit", "--figure"), ("compare", "--figure"), ("describe", "--figure")]
+)
+def test_a_figure_of_no_known_format_is_refused_before_the_work(tmp_path: Path, asked: tuple[str, str]) -> None:
+    command, option = asked
+    logs = [str(tmp_path / name) for name in (("fit.json", "logs") if command == "compare" else ("logs",))]
+    done = CliRunner().invoke(app, [command, *logs, option, str(tmp_path / "corner.jpeg2")])
+    assert isinstance(done.exception, StickslipError) and "has no known format" in str(done.exception)
+
+
 def sampled_fit() -> FrictionFit:
     """A made fit with samples about its parameters."""
     fit = made_fit()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,10 +33,8 @@ class ForceLaw(FittableLaw):
         return self.factor * self.coefficients.start(v, mu / self.scale)
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
-        """Those of the coefficients, by the names of the forces: they compare parameters of one kind, whatever its
-        unit."""
-        named = re.compile(rf"\b{COEFFICIENT}(?=_|\b)")
-        return tuple(named.sub("F", said) for said in self.coefficients.warnings(q))
+        """Those of the coefficients: they compare parameters of one kind, whatever its unit."""
+        return self.coefficients.warnings(q)
 
 
 def force_law(law: FittableLaw, scale: float, turning: bool) -> ForceLaw:

@@ -61,7 +61,8 @@ def _row(one: MachineParameter, squares: bool) -> list[str | Cell]:
 def _filters(fit: MachineFit) -> str:
     if fit.cutoff is None:
         return "filters of the recipe"
-    return f"cutoff {fit.cutoff:g} Hz, efforts {fit.parallel_cutoff:g} Hz"
+    moving = f", samples slower than {fit.still:g} of a joint's usual speed left out" if fit.still else ""
+    return f"cutoff {fit.cutoff:g} Hz, efforts {fit.parallel_cutoff:g} Hz{moving}"
 
 
 def scores_table(fit: MachineFit) -> Table:

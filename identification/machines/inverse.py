@@ -66,8 +66,8 @@ def identify_machine(
     )
     listed = _parameters(mechanism, base, found)
     quality = _quality(found, oversampled=cutoffs is not None)
-    judged = cutoffs is not None and not still and parameters is None
-    said = verdicts(mechanism, found, listed, joints, quality, pulled(found, cutoffs) if judged else {})
+    at_rest = {} if cutoffs is None or still or parameters is not None else pulled(found, cutoffs)
+    said = verdicts(mechanism, found, listed, joints, quality, at_rest)
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,

@@ -15,6 +15,7 @@ from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
 from identification.machines.base_parameters import Base, base_parameters
 from identification.machines.identify import METHODS, Identified, solve_machine
+from identification.machines.log_by_log import on_logs
 from identification.machines.machine_fit import MachineFit, MachineParameter
 from identification.machines.motion import Cutoffs, MachineLog, motions
 from identification.machines.regressor import Regressor, regressor_of
@@ -67,7 +68,8 @@ def identify_machine(
     listed = _parameters(mechanism, base, found)
     quality = _quality(found, oversampled=cutoffs is not None)
     at_rest = {} if cutoffs is None or still or parameters is not None else pulled(found, cutoffs)
-    said = verdicts(mechanism, found, listed, joints, quality, at_rest)
+    names = tuple(log.name for log in logs)
+    said = [*on_logs(found, names), *verdicts(mechanism, found, listed, joints, quality, at_rest)]
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,
@@ -79,7 +81,7 @@ def identify_machine(
         silent=base.silent,
         cutoff=cutoffs and cutoffs.kinematic,
         parallel_cutoff=cutoffs and cutoffs.parallel,
-        logs=tuple(log.name for log in logs),
+        logs=names,
         samples=int(np.count_nonzero(found.rows.used)),
         condition=quality.condition,
         raw_condition=float(np.linalg.cond(found.rows.weighted[0])),

@@ -14,6 +14,7 @@ from fmu_models.language.quantities import Input
 from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
 from identification.machines.base_parameters import Base, base_parameters
+from identification.machines.delay import effort_delay
 from identification.machines.identify import METHODS, Identified, solve_machine
 from identification.machines.log_by_log import on_logs
 from identification.machines.machine_fit import MachineFit, MachineParameter
@@ -21,7 +22,7 @@ from identification.machines.motion import Cutoffs, MachineLog, motions
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.rows import Rows, rows_of, together
 from identification.machines.scores import joint_scores
-from identification.machines.standstill import pulled
+from identification.machines.standstill import moving, pulled
 from identification.machines.verdicts import Quality, verdicts
 
 if TYPE_CHECKING:
@@ -67,9 +68,11 @@ def identify_machine(
     )
     listed = _parameters(mechanism, base, found)
     quality = _quality(found, oversampled=cutoffs is not None)
-    at_rest = {} if cutoffs is None or still or parameters is not None else pulled(found, cutoffs)
+    rows = None if cutoffs is None or parameters is not None else moving(found, cutoffs)
+    at_rest = pulled(found, rows) if rows is not None and not still else {}
+    late = None if rows is None else effort_delay(found, rows)
     names = tuple(log.name for log in logs)
-    said = [*on_logs(found, names), *verdicts(mechanism, found, listed, joints, quality, at_rest)]
+    said = [*on_logs(found, names), *verdicts(mechanism, found, listed, joints, quality, at_rest, late)]
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,

@@ -16,24 +16,28 @@ import numpy as np
 
 from identification.machines.identify import Identified, least_squares
 from identification.machines.motion import Cutoffs, in_rows, weighed
-from identification.machines.rows import INDISTINGUISHABLE, balanced, together
+from identification.machines.rows import INDISTINGUISHABLE, Rows, balanced, together
 
 STILL = 0.1  # of the usual speed
 LEFT = 0.5  # of the rows of a joint: with fewer left the motion is one of turns
 SURE = 3.0  # deviations
 
 
-def pulled(found: Identified, cutoffs: Cutoffs) -> dict[str, tuple[float, float]]:
-    """Values by least squares with all rows and without those of joints at rest, by name of the base parameters whose
-    values differ for sure; empty if too few rows are left."""
+def moving(found: Identified, cutoffs: Cutoffs) -> Rows | None:
+    """Rows in which those of joints at rest weigh nothing; None if too few are left."""
     pieces = weighed(found.pieces, replace(cutoffs, still=STILL))
     rows = replace(found.rows, trust=in_rows([piece.weight[piece.kept] for piece in pieces]))
     joints = range(len(rows.deviation))
     if any(np.mean(rows.used[rows.joint == joint]) < LEFT for joint in joints):
-        return {}
+        return None
     rows = balanced(rows)
-    if not rows.names or np.any(rows.weighted[0].any(axis=0) == 0) or together(rows)[0] > INDISTINGUISHABLE:
-        return {}
+    idle = not rows.names or not np.all(rows.weighted[0].any(axis=0))
+    return None if idle or together(rows)[0] > INDISTINGUISHABLE else rows
+
+
+def pulled(found: Identified, rows: Rows) -> dict[str, tuple[float, float]]:
+    """Values by least squares with all rows and with these, where joints move, by name of the base parameters whose
+    values differ for sure."""
     without, whole = least_squares(rows), found.least_squares
     sure = np.abs(without.values - whole.values) > SURE * without.deviation
     each = zip(rows.names, whole.values, without.values, sure, strict=True)

@@ -140,7 +140,7 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
         if not 0 < 2 * cutoff * step < 1:
             raise StickslipError(
                 f"The cutoff of {name}, {cutoff:g} Hz, does not lie between 0 and half the sampling rate of "
-                f"'{log.name}', {0.5 / step:.4g} Hz. Choose another."
+                f"'{log.name}', {0.5 / step:.4g} Hz. Choose another, and check that its time is in s."
             )
     ends = np.flatnonzero(steps > GAP * float(np.median(steps))) + 1
     found = []

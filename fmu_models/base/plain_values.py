@@ -12,6 +12,7 @@ from fmu_models.base.errors import StickslipError
 
 Value = TypeVar("Value")
 
+LARGEST = 2**63 - 1  # of counts: what arrays and other programs hold
 _WORDS = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
 
 
@@ -68,6 +69,8 @@ def _single(hint: Any, value: Any, place: str) -> Any:
             raise _fault(place, "a number of a size that numbers can have", "one of many digits") from None
     if type(value) is not hint:
         raise _fault(place, _WORDS[hint], value)
+    if hint is int and abs(value) > LARGEST:
+        raise _fault(place, "a whole number of a size that counts can have", "one of many digits")
     return value
 
 

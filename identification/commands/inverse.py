@@ -51,6 +51,16 @@ def inverse(
     parallel_cutoff: Annotated[
         float | None, typer.Option(help="Hz, of that over its efforts and columns (default: the same).", min=0)
     ] = None,
+    still: Annotated[
+        float,
+        typer.Option(
+            help="Share of its usual speed below which samples of a joint are left out, 0.1 say: it may stick there "
+            "(default: none).",
+            min=0,
+            max=1,
+            show_default=False,
+        ),
+    ] = 0.0,
     method: Annotated[
         str | None,
         typer.Option(help="instruments (default) or 'least squares' (default of a recipe with its own filters)."),
@@ -67,7 +77,7 @@ def inverse(
 
     A machine of any number of joints is declared in Python (my_robot.py, MODEL = Mechanism(...), an input as the effort
     of each joint), read from a URDF (joints q1, q2, ..., efforts tau1, tau2, ...), or is one axis by a recipe, which
-    names columns and filters; with --method or --cutoff its filters are left out. --set gives what is known.
+    names columns and filters; with --method, --cutoff or --still its filters are left out. --set gives what is known.
 
     Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
@@ -76,13 +86,14 @@ def inverse(
         from identification.machines.identify import METHODS
         from identification.machines.read import is_recipe, machine_at
 
-        own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method)
+        own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method or still)
         machine = machine_at(recipe, gravity_of(gravity), _named(columns))
         seen, others = (machine.logs(part, reader=reader, repair=repairs(repair)) for part in (logs, held_out or ()))
         advance(0.2)
         how: dict[str, Any] = {
             "cutoff": None if own else cutoff or CUTOFF,
             "parallel_cutoff": parallel_cutoff,
+            "still": still,
             "method": method or METHODS[own],
             "known": machine.known(None if own else CUTOFF) | console.assignments(settings, "constant"),
         }

@@ -181,7 +181,7 @@ def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> Motion:
     kept = decimated(len(none), every)
     if recipe.sampling.least_speed.value > 0:
         kept = kept[np.abs(decimating(velocity[:, 0], every)[kept]) >= recipe.sampling.least_speed.value]
-    weight = values.get(WEIGHT, none + 1.0)
+    weight = values.get(WEIGHT, none + 1.0)[:, None]
     smooth = partial(decimating, every=every)
     return Motion(0, prepared.step, values[TIME], position, velocity, acceleration, effort, weight, smooth, kept)
 

@@ -33,8 +33,11 @@ class ForceLaw(FittableLaw):
         return self.factor * self.coefficients.start(v, mu / self.scale)
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
-        """Those of the coefficients: they compare parameters of one kind, whatever its unit."""
-        return self.coefficients.warnings(q)
+        """Those of the coefficients, which compare parameters of one kind, whatever its unit, by the names of here."""
+        said = self.coefficients.warnings(q)
+        for p in self.coefficients.parameters:
+            said = tuple(one.replace(f"{p.name} =", f"{_force_name(p.name)} =") for one in said)
+        return said
 
 
 def force_law(law: FittableLaw, scale: float, turning: bool) -> ForceLaw:

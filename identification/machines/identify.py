@@ -263,14 +263,16 @@ def _with_slow_friction(asked: _Asked, rows: Rows) -> Rows:
 def _prefiltered(rows: Rows, instruments: np.ndarray, values: np.ndarray, band: Band) -> tuple[Estimated, np.ndarray]:
     """The estimate after the prefilter of the residuals that values (b,) leave; the columns (rows, b) that give the
     same one as instruments of rows without it."""
-    residual = rows.residual(values)
+    # what weighs nothing is left out on both sides of the equation before a filter spreads it
+    used = rows.used
+    residual = rows.residual(values) * used
     calm = prefilter(residual, rows.series, rows.joint, band)
     kept, left = calm.settled, calm(residual)
     joints = range(len(rows.deviation))
-    deviation = np.array([np.std(left[kept & (rows.joint == joint)]) for joint in joints])
-    signals = {name: calm(getattr(rows, name)) for name in ("columns", "given", "effort")}
-    smooth = replace(rows, **signals, deviation=deviation)
-    inside = calm(instruments) * kept[:, None]
+    deviation = np.array([np.std(left[kept & used & (rows.joint == joint)]) for joint in joints])
+    signals = {name: calm((getattr(rows, name).T * used).T) for name in ("columns", "given", "effort")}
+    smooth = replace(rows, **signals, deviation=deviation, trust=np.where(used, rows.trust, 1.0))
+    inside = calm((instruments.T * used).T) * kept[:, None]
     return (
         _estimated(smooth.where(kept), inside[kept]),
         calm.transposed(inside) * (rows.deviation / deviation)[rows.joint, None] ** 2,

@@ -14,12 +14,15 @@ from fmu_models.language.quantities import Input
 from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
 from identification.machines.base_parameters import Base, base_parameters
+from identification.machines.delay import effort_delay
 from identification.machines.identify import METHODS, Identified, solve_machine
+from identification.machines.log_by_log import on_logs
 from identification.machines.machine_fit import MachineFit, MachineParameter
 from identification.machines.motion import Cutoffs, MachineLog, motions
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.rows import Rows, rows_of, together
 from identification.machines.scores import joint_scores
+from identification.machines.standstill import moving, pulled
 from identification.machines.verdicts import Quality, verdicts
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ def identify_machine(
     known: Mapping[str, float] | None = None,
     cutoff: float | None = 10.0,
     parallel_cutoff: float | None = None,
+    still: float = 0.0,
     method: str = METHODS[0],
     parameters: Parameters | None = None,
     held_out: Sequence[MachineLog] = (),
@@ -41,9 +45,10 @@ def identify_machine(
     """Base parameters of a declared machine from logs of efforts and positions.
 
     known: values of parameters that are not to be found, by name; cutoff: Hz, of the low-pass of positions, None to
-    filter logs as their recipe says; parallel_cutoff: of that over efforts and columns, the same if None; method:
-    "instruments" or "least squares"; parameters: for least squares, bounds of base parameters and which are held, by
-    name as lmfit takes it (m2_r2 for "m2 r2"); held_out: logs that only score.
+    filter logs as their recipe says; parallel_cutoff: of that over efforts and columns, the same if None; still:
+    share of its usual speed below which samples of a joint are left out, for it may stick there; method: "instruments"
+    or "least squares"; parameters: for least squares, bounds of base parameters and which are held, by name as lmfit
+    takes it (m2_r2 for "m2 r2"); held_out: logs that only score.
 
     Raises:
         StickslipError: as in `regressor_of`, `motions` and `solve_machine`.
@@ -54,7 +59,7 @@ def identify_machine(
         raise StickslipError("There is no log. Give one, better several.")
     regressor = regressor_of(mechanism, known)
     base = base_parameters(regressor)
-    cutoffs = None if cutoff is None else Cutoffs(cutoff, parallel_cutoff or cutoff)
+    cutoffs = _cutoffs(cutoff, parallel_cutoff, still)
     found = solve_machine(regressor, base, logs, cutoffs, method=method, said=given(parameters), progress=progress)
     joints = joint_scores(
         found,
@@ -63,7 +68,11 @@ def identify_machine(
     )
     listed = _parameters(mechanism, base, found)
     quality = _quality(found, oversampled=cutoffs is not None)
-    said = verdicts(mechanism, found, listed, joints, quality)
+    rows = None if cutoffs is None or parameters is not None else moving(found, cutoffs)
+    at_rest = pulled(found, rows) if rows is not None and not still else {}
+    late = None if rows is None else effort_delay(found, rows)
+    names = tuple(log.name for log in logs)
+    said = [*on_logs(found, names), *verdicts(mechanism, found, listed, joints, quality, at_rest, late)]
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,
@@ -75,23 +84,41 @@ def identify_machine(
         silent=base.silent,
         cutoff=cutoffs and cutoffs.kinematic,
         parallel_cutoff=cutoffs and cutoffs.parallel,
-        logs=tuple(log.name for log in logs),
-        samples=len(found.rows.effort),
+        logs=names,
+        samples=int(np.count_nonzero(found.rows.used)),
         condition=quality.condition,
         raw_condition=float(np.linalg.cond(found.rows.weighted[0])),
         neighbour_correlation=quality.neighbour_correlation,
         effective_samples=quality.effective_samples,
         rounds=found.best.rounds,
+        still=still,
         verdicts=(*said, *dict.fromkeys(note for log in (*logs, *held_out) for note in log.notes)),
         identified=found,
     )
+
+
+def _cutoffs(cutoff: float | None, parallel: float | None, still: float) -> Cutoffs | None:
+    if not 0 <= still < 1:
+        raise StickslipError(
+            f"still = {still:g} is no share of the usual speed: give 0.1, say, or 0 to leave nothing out."
+        )
+    if cutoff is None:
+        if still:
+            raise StickslipError("still needs a cutoff: a recipe with its own filters says 'least_speed'.")
+        return None
+    return Cutoffs(cutoff, parallel or cutoff, still)
 
 
 def _quality(found: Identified, *, oversampled: bool) -> Quality:
     columns, effort = found.rows.weighted
     best = found.best
     neighbours = autocorrelation(effort - columns @ best.values, found.rows.series)
-    return Quality(*together(found.rows), neighbours, len(effort) / inflation(best.white, best.covariance), oversampled)
+    return Quality(
+        *together(found.rows),
+        neighbours,
+        np.count_nonzero(found.rows.used) / inflation(best.white, best.covariance),
+        oversampled,
+    )
 
 
 def _others(

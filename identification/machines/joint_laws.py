@@ -78,7 +78,11 @@ def with_laws(
         return replace(fit, verdicts=(*fit.verdicts, *said))
     found, said = compare_joint_laws(mechanism, fit, logs, laws, **how), []
     for joint, one in found.items():
-        aside = [f"{score.law} is put aside: {' '.join(score.warnings)}" for score in one.scores if score.warnings]
+        aside = [
+            f"{score.law} is put aside on '{joint}': {' '.join(score.warnings)}"
+            for score in one.scores
+            if score.warnings
+        ]
         said += [f"Friction laws of '{joint}': {one.verdict}", *aside]
     return replace(fit, laws=found, verdicts=(*fit.verdicts, *said))
 
@@ -95,21 +99,28 @@ def _force_law(name: str, rows: Rows, normal_force: float | None, unit: str) -> 
 
 
 def _beside_friction(fit: MachineFit, rows: Rows, unit: str, alone: bool) -> Rows:
-    """Rows of a joint with columns of what is no friction, or with an offset in place of what is known by the fit."""
+    """Rows of a joint with columns of what is no friction, or with an offset in place of what is known by the fit: an
+    offset of the machine's own is half the difference of friction by direction, and left to the laws."""
     rows = replace(rows, joint=np.zeros_like(rows.joint), deviation=np.ones(1))
     rest = np.array([not fit[name].frictional for name in rows.names])
     if alone:
         unknowns = tuple(one for one, keep in zip(rows.unknowns, rest, strict=True) if keep)
         return replace(rows, unknowns=unknowns, columns=rows.columns[:, rest])
     values = np.array([fit[name].value for name in rows.names])
+    rest &= ~_steady(rows)
     effort, none = rows.residual(values * rest), np.zeros_like(rows.effort)
     offset = (Unknown("offset", unit, description="offset of the effort"),)
     return replace(rows, unknowns=offset, columns=np.ones((len(effort), 1)), given=none, effort=effort)
 
 
+def _steady(rows: Rows) -> np.ndarray:
+    """Which columns are the same throughout (b,)."""
+    return np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
+
+
 def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:
     """With friction of each direction, which holds an offset already: half their difference."""
-    steady = np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
+    steady = _steady(rows)
     rest = tuple(one for one, constant in zip(rows.unknowns, steady, strict=True) if not constant)
     viscous = "N m s/rad" if unit == "N m" else "N s/m"
 

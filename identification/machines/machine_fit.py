@@ -58,8 +58,8 @@ class MachineFit(Pictured):
     each scaled to one; raw_condition: in the units of the parameters; neighbour_correlation: of the residuals;
     effective_samples: how many independent ones the samples are worth; rounds: of instruments; laws: of friction,
     compared, by joint, empty where that was not asked; verdicts: in words; declaration: where the machine is declared
-    (empty: nowhere but in the program), read with ``gravity`` (m/s^2; empty: its own); columns: of its logs by name of
-    a coordinate or effort, where they differ.
+    (empty: nowhere but in the program), read with ``gravity`` (m/s^2; empty: its own); still: as in
+    `identify_machine`; columns: of its logs by name of a coordinate or effort, where they differ.
     identified: what is behind it, None in a fit that was read back."""
 
     machine: str
@@ -83,6 +83,7 @@ class MachineFit(Pictured):
     laws: Mapping[str, LawComparison] = field(default_factory=dict)
     declaration: str = ""
     gravity: tuple[float, ...] = ()
+    still: float = 0.0
     columns: Mapping[str, str] = field(default_factory=dict)
     identified: Identified | None = field(default=None, repr=False, compare=False)
 

@@ -5,6 +5,7 @@
 
 The second one passes over both sides of a linear equation and leaves it true; it takes off noise above the machine's
 motion and keeps few samples. Both are Butterworth of order 4, forward and backward; a recipe has filters of its own.
+At its turns a joint sticks, and friction is what it is held by, not sgn v: of a joint that is still nothing weighs.
 
 Sources: Gautier (1997), ICRA, 2278 (parallel decimation); Janot, Vandanjon, Gautier (2014), Control Eng. Practice 25,
 85.
@@ -34,7 +35,8 @@ Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
-    the efforts; log: number of its log; smooth: the second low-pass; kept: (k,) the thinned samples; weight: (n,)."""
+    the efforts; log: number of its log; smooth: the second low-pass; kept: (k,) the thinned samples; weight: (n,
+    joints)."""
 
     log: int
     step: float
@@ -72,10 +74,12 @@ class MachineLog:
 
 @dataclass(frozen=True)
 class Cutoffs:
-    """Of the low-pass of positions, and of that over efforts and columns, Hz."""
+    """Of the low-pass of positions, and of that over efforts and columns, Hz; still: share of its usual speed below
+    which a joint may stick, and weighs nothing."""
 
     kinematic: float
     parallel: float
+    still: float = 0.0
 
 
 def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs | None) -> list[Motion]:
@@ -96,7 +100,21 @@ def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs 
             f"{', '.join(still)} never moves in the logs: nothing of it can be found. Record a motion of every joint, "
             "or declare the machine without it."
         )
-    return found
+    return weighed(found, cutoffs) if cutoffs.still > 0 else found
+
+
+def weighed(pieces: Sequence[Motion], cutoffs: Cutoffs) -> list[Motion]:
+    """Pieces in which a joint weighs nothing while it is still, and as long before and after as the second low-pass
+    shows it: half a period."""
+    from scipy.ndimage import minimum_filter1d
+
+    usual = np.sqrt(np.mean(np.concatenate([piece.velocity for piece in pieces]) ** 2, axis=0))
+    reach = int(0.5 / (cutoffs.parallel * pieces[0].step))
+    slowest = (minimum_filter1d(np.abs(piece.velocity), 2 * reach + 1, axis=0) for piece in pieces)
+    return [
+        replace(piece, weight=piece.weight * (one >= cutoffs.still * usual))
+        for piece, one in zip(pieces, slowest, strict=True)
+    ]
 
 
 def _as_recipe(log: MachineLog) -> tuple[Motion, ...]:
@@ -122,7 +140,7 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
         if not 0 < 2 * cutoff * step < 1:
             raise StickslipError(
                 f"The cutoff of {name}, {cutoff:g} Hz, does not lie between 0 and half the sampling rate of "
-                f"'{log.name}', {0.5 / step:.4g} Hz. Choose another."
+                f"'{log.name}', {0.5 / step:.4g} Hz. Choose another, and check that its time is in s."
             )
     ends = np.flatnonzero(steps > GAP * float(np.median(steps))) + 1
     found = []
@@ -152,7 +170,7 @@ def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, ste
         velocity,
         np.gradient(velocity, step, axis=0),
         even(log.effort),
-        np.ones(len(time)),
+        np.ones(position.shape),
         partial(low_pass, cutoff=cutoffs.parallel, step=step),
         _kept(len(time), cutoffs.parallel, step),
     )

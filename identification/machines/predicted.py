@@ -85,4 +85,4 @@ def cutoffs_of(fit: MachineFit) -> Cutoffs | None:
     """How the logs of a fit were made ready."""
     if fit.cutoff is None:
         return None
-    return Cutoffs(fit.cutoff, fit.parallel_cutoff or fit.cutoff)
+    return Cutoffs(fit.cutoff, fit.parallel_cutoff or fit.cutoff, fit.still)

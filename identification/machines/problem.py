@@ -95,4 +95,5 @@ def machine_problem(rows: Rows, friction: JointFriction | None = None) -> Machin
     """The problem of these rows, and of a law of friction force of their joint."""
     more = unknowns(friction.law) if friction else ()
     cluster = np.unique(rows.block, return_inverse=True)[1]
-    return MachineProblem(rows, (*rows.unknowns, *more), np.arange(len(rows.effort)), cluster, friction)
+    used = np.flatnonzero(rows.used)
+    return MachineProblem(rows.where(used), (*rows.unknowns, *more), used, cluster[used], friction)

@@ -129,16 +129,17 @@ def read_machine_log(
                 f"{mechanism.name} has no coordinate or effort '{name}'.{nearest(name, known)} Name columns as "
                 f"--column {efforts[0].name}=COLUMN."
             )
-    time = _column(table, named.get(TIME, TIME), None)
+    used = [named.get(name, name) for name in (TIME, *(one.name for one in (*coordinates, *efforts)))]
+    time = _column(table, used[0], None)
     position = np.stack([_column(table, named.get(q.name, q.name), q) for q in coordinates], axis=1)
     effort = np.stack([_column(table, named.get(one.name, one.name), one) for one in efforts], axis=1)
     whole = np.isfinite(time) & np.isfinite(position).all(axis=1) & np.isfinite(effort).all(axis=1)
     if np.count_nonzero(whole) < LEAST:
         raise StickslipError(
-            f"'{table.source}' holds {np.count_nonzero(whole)} whole rows; {LEAST} are needed, with a time, a position "
-            "and an effort of every joint."
+            f"{table.source} holds {np.count_nonzero(whole)} whole rows of {len(whole)}; {LEAST} are needed, with a "
+            f"time, a position and an effort of every joint.{_emptiest(table, used)}"
         )
-    notes = [] if whole.all() else [f"{np.count_nonzero(~whole)} rows of '{table.source}' with empty cells left out."]
+    notes = [] if whole.all() else [f"{np.count_nonzero(~whole)} rows of {table.source} with empty cells left out."]
     for place, v in enumerate(velocities):
         column = named.get(v.name, v.name)
         if column in table.columns:
@@ -147,11 +148,18 @@ def read_machine_log(
     return MachineLog(Path(path).name, time[whole], position[whole], effort[whole], tuple(notes))
 
 
+def _emptiest(table: Table, names: Sequence[str]) -> str:
+    """What to say of the column that lacks most, where it is to blame."""
+    filled = [np.count_nonzero(np.isfinite(np.asarray(table.columns[name], dtype=float))) for name in names]
+    least = int(np.argmin(filled))
+    return f" Column '{names[least]}' has {filled[least]} numbers." if filled[least] < LEAST else ""
+
+
 def _column(table: Table, name: str, quantity: Quantity | None) -> np.ndarray:
     if name not in table.columns:
         asked = TIME if quantity is None else quantity.name
         raise StickslipError(
-            f"'{table.source}' has no column '{name}'; it has {', '.join(list(table.columns)[:20])}."
+            f"{table.source} has no column '{name}'; it has {', '.join(list(table.columns)[:20])}."
             f"{nearest(name, table.columns)} Say which one it is: --column {asked}=COLUMN."
         )
     values, wanted = np.asarray(table.columns[name], dtype=float), "s" if quantity is None else quantity.unit
@@ -162,7 +170,7 @@ def _column(table: Table, name: str, quantity: Quantity | None) -> np.ndarray:
         return values * conversion_factor(unit, wanted)
     except ValueError as error:
         raise StickslipError(
-            f"Column '{name}' of '{table.source}' is in '{unit}', and '{wanted}' is declared ({error}). Mend the unit "
+            f"Column '{name}' of {table.source} is in '{unit}', and '{wanted}' is declared ({error}). Mend the unit "
             "or the declaration."
         ) from error
 
@@ -178,6 +186,6 @@ def _not_derivative(source: str, name: str, time: np.ndarray, position: np.ndarr
     if abs(slope - 1) <= OTHER and np.std(off) <= OTHER * np.std(position):
         return []
     return [
-        f"Column '{name}' of '{source}' is not the derivative of the position (the position changes by {slope:.3g} "
+        f"Column '{name}' of {source} is not the derivative of the position (the position changes by {slope:.3g} "
         "times its integral): it was not used. Check its unit and sign."
     ]

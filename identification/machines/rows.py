@@ -50,6 +50,11 @@ class Rows:
         return self.trust / self.deviation[self.joint]
 
     @property
+    def used(self) -> np.ndarray:
+        """Which rows weigh anything (rows,)."""
+        return self.trust > 0
+
+    @property
     def part(self) -> np.ndarray:
         """Eighth of its log (rows,), counted on from log to log."""
         return self.block * PARTS // BLOCKS
@@ -91,7 +96,7 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
         in_rows(each),
         in_rows([np.full_like(one, piece.log) for one, piece in zip(each, pieces, strict=True)]),
         in_rows([np.broadcast_to(one[:, None], (len(one), joints)) for one in _blocks(pieces)]),
-        in_rows([np.repeat(piece.weight[piece.kept, None], joints, axis=1) for piece in pieces]),
+        in_rows([piece.weight[piece.kept] for piece in pieces]),
         np.ones(joints),
     )
 
@@ -117,7 +122,7 @@ def balanced(rows: Rows) -> Rows:
         columns, effort = rows.weighted
         off = rows.residual(np.linalg.lstsq(columns, effort, rcond=None)[0])
         joints = range(len(rows.deviation))
-        deviation = np.array([np.sqrt(np.mean(off[rows.joint == joint] ** 2)) for joint in joints])
+        deviation = np.array([np.sqrt(np.mean(off[rows.used & (rows.joint == joint)] ** 2)) for joint in joints])
         rows = replace(rows, deviation=np.maximum(deviation, 1e-12 * np.max(np.abs(rows.effort))))
     return rows
 

@@ -59,7 +59,7 @@ def joint_scores(found: Identified, others: Mapping[str, Rows], units: Sequence[
 
 def _score(rows: Rows, residual: np.ndarray, joint: int) -> Score:
     """Of one joint. residual: (rows,), not weighted."""
-    mine = rows.joint == joint
+    mine = rows.used & (rows.joint == joint)
     off, effort = residual[mine], rows.effort[mine]
     return Score(float(np.linalg.norm(off) / np.linalg.norm(effort)), float(1 - np.mean(off**2) / np.var(effort)))
 

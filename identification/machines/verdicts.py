@@ -13,6 +13,7 @@ from identification.inference.uncertainty import LAG_RULE
 from identification.machines.identify import Identified
 from identification.machines.machine_fit import MachineParameter
 from identification.machines.scores import FREE_RUN, JointScore, Score
+from identification.machines.standstill import STILL
 
 BIASED = 3.0  # standard deviations between least squares and instruments
 ZERO = 1.96  # standard deviations: a value nearer to zero cannot be told from it
@@ -43,17 +44,40 @@ def verdicts(
     parameters: Sequence[MachineParameter],
     joints: Sequence[JointScore],
     quality: Quality,
+    pulled: Mapping[str, tuple[float, float]],
+    late: tuple[float, float] | None,
 ) -> list[str]:
-    """All of them."""
+    """All of them. pulled: by joints at rest, as `standstill.pulled` gives them; late: as `effort_delay` gives it."""
     return [
         *_left_open(quality),
         *(said for one in joints for said in _on_scores(one)),
-        *_biased(found, parameters),
+        *_on_standstill(pulled),
+        *([] if late is None else _on_delay(*late)),
+        *_biased(found, [one for one in parameters if one.name not in pulled]),
         *_on_values(mechanism, found, parameters),
         *_on_colour(parameters, len(found.rows.effort), quality),
         *_on_runs(found, joints),
         *([f"No effort shows {', '.join(found.base.silent)}, whatever the motion."] if found.base.silent else []),
         *_gravity(found),
+    ]
+
+
+def _on_standstill(pulled: Mapping[str, tuple[float, float]]) -> list[str]:
+    if not pulled:
+        return []
+    values = ", ".join(f"{name} {without:.4g} in place of {whole:.4g}" for name, (whole, without) in pulled.items())
+    return [
+        f"Where joints hardly move the efforts are not those of the model: without samples slower than {STILL:g} of a "
+        f"joint's usual speed least squares gives {values}. Joints stick at their turns, or friction is another one "
+        f"near standstill. Leave these samples out: --still {STILL:g}."
+    ]
+
+
+def _on_delay(delay: float, deviation: float) -> list[str]:
+    told = value_with_sd(1e3 * abs(delay), 1e3 * deviation, "ms")
+    return [
+        f"Efforts come {told} {'after' if delay > 0 else 'before'} the positions that they go with, which friction and "
+        "inertia take up: move their time in the logs by as much."
     ]
 
 

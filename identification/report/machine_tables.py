@@ -16,6 +16,7 @@ from identification.report.law_table import LEGEND, law_table
 if TYPE_CHECKING:
     from rich.console import Group
 
+    from identification.machines.excite import Excitation
     from identification.machines.machine_fit import MachineFit, MachineParameter
     from identification.model_check.machine_runs import MachineRun
 
@@ -61,7 +62,8 @@ def _row(one: MachineParameter, squares: bool) -> list[str | Cell]:
 def _filters(fit: MachineFit) -> str:
     if fit.cutoff is None:
         return "filters of the recipe"
-    return f"cutoff {fit.cutoff:g} Hz, efforts {fit.parallel_cutoff:g} Hz"
+    moving = f", samples slower than {fit.still:g} of a joint's usual speed left out" if fit.still else ""
+    return f"cutoff {fit.cutoff:g} Hz, efforts {fit.parallel_cutoff:g} Hz{moving}"
 
 
 def scores_table(fit: MachineFit) -> Table:
@@ -116,6 +118,13 @@ def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
 
     said = [plain(f"- {run.log}: {why}") for run in runs for why in run.given_up[:1]]
     return Group(plain(fit.title, "bold"), terminal(runs_table(runs)), *said)
+
+
+def excitation_table(found: Excitation) -> Table:
+    """What a designed motion would tell: the deviation foretold of every base parameter."""
+    title = f"Excitation of {found.machine}: {found.period:g} s, condition {found.condition:.3g}"
+    rows = [[name, sd(deviation), found.units.get(name, "")] for name, deviation in found.deviations.items()]
+    return table(title, ["parameter", "sd foretold", "unit"], rows)
 
 
 def laws_tables(fit: MachineFit) -> list[Table]:

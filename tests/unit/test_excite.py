@@ -99,5 +99,10 @@ def test_the_command_writes_the_motion(tmp_path: Path):
     said = json.loads(done.stdout)
     frame = pandas.read_csv(tmp_path / "m.csv")
     assert len(frame) == 1000 and said["joints"] == ["q1", "q2"]
+    # on a terminal every parameter, however many there are
+    shown = CliRunner().invoke(app, ["excite", str(MODEL), *limits, "--period", "4", "--harmonics", "1"]).stdout
+    deviations = json.loads(done.stdout)["deviations"]
+    lines = [line.strip() for line in shown.splitlines()]
+    assert len(deviations) > 8 and all(any(line.startswith(name) for line in lines) for name in deviations)
     wrong = CliRunner().invoke(app, ["excite", str(MODEL), "--limit", "q1=1"])
     assert isinstance(wrong.exception, StickslipError) and "NAME=LOW:HIGH" in str(wrong.exception)

@@ -156,6 +156,7 @@ def test_what_is_no_result_is_refused(text: str, said: str) -> None:
         (("materials",), ["a", "b"], "contacts and materials of different number"),
         (("correlation",), [[1.0]], "no correlation of 3 by 3"),
         (("segments",), 1.5, "segments must be a whole number"),
+        (("segments",), 10**400, "segments must be a whole number of a size that counts can have"),
         (("constants", 0, "sensitivity"), [], "sensitivity must be an object"),
         (("surprise",), 1, "unknown entry 'surprise'"),
     ],

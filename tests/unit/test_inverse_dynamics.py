@@ -278,7 +278,7 @@ def test_friction_that_rises_with_speed_is_not_taken_for_contis(tmp_path):
     assert result.laws
     assert min(result.laws["position"].scores, key=lambda one: one.bic).law == "Conti"
     assert result.laws["position"].preferred == result.laws["position"].best.law == "Coulomb+viscous"
-    assert "Conti is put aside: mu_s" in said(result)
+    assert "Conti is put aside on 'position': F_s = " in said(result)
     assert "friction rises with slip speed" in said(result)
 
 

@@ -12,6 +12,7 @@ from emulated_arm import ARM, log
 from scipy.signal import savgol_filter
 from typer.testing import CliRunner
 
+from fmu_models import Parameter
 from fmu_models.oscillators import load
 from identification.commands.application import app
 from identification.machines.inverse import identify_machine
@@ -21,6 +22,7 @@ from identification.machines.motion import MachineLog
 DATA = Path(__file__).parents[2] / "data" / "machines"
 KNOWN = {"g": ARM["g"], "l1": ARM["l1"]}
 FALL, OVER = 0.4, 0.5  # N m, rad/s
+DIFFERENCE = 0.05  # N m, half of it
 MORE = 0.05  # N m s, viscous friction of the elbow forwards
 
 
@@ -44,6 +46,21 @@ def test_each_joint_has_its_own_law():
     assert shoulder.units["v_s"] == "rad/s" and shoulder.units["F_s"] == "N m"
     assert elbow.values["F_v+"] - elbow.values["F_v-"] == pytest.approx(MORE, rel=0.15)
     assert elbow.values["F_c+"] == pytest.approx(ARM["f2"], rel=0.15)
+
+
+def test_an_offset_of_the_machine_is_friction_by_direction():
+    """The elbow's friction is greater forwards: declared as an offset of its effort, told by laws of either form."""
+    arm = load(DATA / "two_link_arm.py")
+    q2 = arm.coordinates[1]
+    with_offset = replace(arm, applied={**arm.applied, q2: arm.applied[q2] - Parameter("o2", 0.0, "N m", "offset")})
+    logs = [replace(log(seed), effort=log(seed).effort + np.array([0.0, DIFFERENCE])) for seed in (1, 2)]
+    fit = identify_machine(with_offset, logs, known=KNOWN, method="least squares")
+    assert fit["o2"].value == pytest.approx(DIFFERENCE, rel=0.05)
+    found = {one.law: one.values for one in compare_joint_laws(with_offset, fit, logs)["q2"].scores}
+    assert found["Coulomb+viscous"]["offset"] == pytest.approx(DIFFERENCE, rel=0.05)
+    by_direction = found["Coulomb+viscous by direction"]
+    assert by_direction["F_c+"] == pytest.approx(ARM["f2"] + DIFFERENCE, rel=0.05)
+    assert by_direction["F_c-"] == pytest.approx(ARM["f2"] - DIFFERENCE, rel=0.15)
 
 
 def test_the_command_compares_laws_of_a_machine():

@@ -25,6 +25,7 @@ from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.predicted import predict_efforts
 from identification.machines.prefilter import Band, prefilter
+from identification.machines.read import read_machine_log
 from identification.machines.regressor import regressor_of
 from identification.report.machine_figures import machine_fit_figure
 
@@ -378,13 +379,21 @@ def test_what_the_command_cannot_do_is_said(arguments: list[str], said: str):
     assert done.exit_code != 0 and said in f"{done.exception} {done.output}"
 
 
-def test_a_recorded_velocity_that_is_none_is_told(tmp_path: Path, arm: Mechanism):
-    from identification.machines.read import read_machine_log
+def test_a_column_without_numbers_is_named(tmp_path: Path, arm: Mechanism):
+    one = log(1)
+    rows = np.column_stack([one.time, one.position, one.effort])
+    rows[50:, 4] = np.nan
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, delimiter=",", header="time,q1,q2,tau1,tau2", comments="")
+    with pytest.raises(StickslipError, match=r"log\.csv' holds 50 whole rows .* Column 'tau2' has 50 numbers\."):
+        read_machine_log(path, arm)
 
+
+def test_a_recorded_velocity_that_is_none_is_told(tmp_path: Path, arm: Mechanism):
     one = log(1)
     speed = np.gradient(one.position[:, 0], one.time)
     rows = np.column_stack([one.time, one.position, one.effort, 57.3 * speed])
     path = tmp_path / "log.csv"
     np.savetxt(path, rows, delimiter=",", header="time,q1,q2,tau1,tau2,w1", comments="")
     (note,) = read_machine_log(path, arm).notes
-    assert "'w1'" in note and "0.0175 times" in note
+    assert note.startswith(f"Column 'w1' of '{path}' is not") and "0.0175 times" in note

@@ -148,7 +148,7 @@ static int stick_holds(Run *r, Trial *trial, int c)
     }
     int zeros = zeros_at_fall(series, r->tolerances.slip * capacity);
     const int sign = first_sign(series, TIE_ORDER - 1, trial->length, r->tolerances.slip * capacity, &zeros);
-    trial->zeros[c] = (signed char)zeros;
+    trial->zeros[c] = (signed char)(sign == 0 && !trial->at_limit[c] ? ALL_ZERO : zeros);
     /* a margin that stays at zero: one that was seen to fall has let go, one that started there holds */
     return sign > 0 || (sign == 0 && !trial->at_limit[c]);
 }

@@ -279,6 +279,22 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
     return RUN_OK;
 }
 
+/*
+ * Friction whose bound the force is seen beyond, and that nothing makes slip: the importer has not told the rate of an
+ * input, so that force and rate both tie. It lets go, to the side that its force has kept it from: held it would never
+ * be asked again, for its indicator is below zero already.
+ */
+static void let_go(Run *r)
+{
+    load_indicators(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (!model_contact_is_impact[c] && !model_contact_is_stop[c] && r->at.state[c] == CONTACT_STICK
+            && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
+            r->at.state[c] = r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+        }
+    }
+}
+
 RunStatus exchange_event(Run *r, int *changed)
 {
     signed char leaves[NC] = {0}, before[NC];
@@ -304,6 +320,9 @@ RunStatus exchange_event(Run *r, int *changed)
     const RunStatus status = arrives ? resolve_earlier(r, r->at.time, changed) : transition_make(r, changed);
     if (status == RUN_ERROR) {
         return blame_location(r, latest, times);
+    }
+    if (MODEL_NU > 0) {
+        let_go(r);
     }
     if (MODEL_IMPACTS > 0) {
         *changed = 1;

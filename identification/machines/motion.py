@@ -27,7 +27,7 @@ PADDED = 2.0  # periods of a cutoff by which a log is prolonged: a filter that s
 SETTLED = 1.5  # periods of the lower cutoff that are cut off both ends of a piece, where filters have no past
 LEAST = 20  # thinned samples that a piece must hold
 PER_PERIOD = 5.0  # thinned samples per period of the second cutoff
-STILL = 1e-6  # rad or m: a joint that moves less is at rest
+LEAST_TRAVEL = 1e-6  # rad or m: a joint that moves less is at rest
 
 Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 
@@ -94,7 +94,7 @@ def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs 
     step = max(float(np.median(np.diff(log.time))) for log in logs)
     found = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
     travel = np.max([np.ptp(piece.position, axis=0) for piece in found], axis=0)
-    still = [name for name, reach in zip(joints, travel, strict=True) if reach < STILL]
+    still = [name for name, reach in zip(joints, travel, strict=True) if reach < LEAST_TRAVEL]
     if still:
         raise StickslipError(
             f"{', '.join(still)} never moves in the logs: nothing of it can be found. Record a motion of every joint, "

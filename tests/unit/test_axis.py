@@ -222,24 +222,9 @@ def test_noise_that_biases_the_recipe_s_least_squares_is_told_with_the_values_by
 def test_the_end_of_a_log_in_motion_is_dropped_as_its_begin_is(tmp_path):
     """Filters run both ways and have an edge at either end. Noise-free, so that the edges are all that is left: without
     them the error of the effort is that of the differences, (2 pi 2 Hz/1 kHz)^2/3 = 5e-5."""
-    recipe = """title = "a slide"
-
-[signals.time]
-column = "time"
-unit = "s"
-
-[signals.position]
-column = "x"
-unit = "m"
-filter = { order = 4, cutoff = "30 Hz", padding = 200 }
-
-[signals.effort]
-column = "F"
-unit = "N"
-
-[sampling]
-drop = 200
-"""
+    position, _, rest = MEASURED.partition("\n[signals.velocity]")
+    filtered = f'{position}filter = {{ order = 4, cutoff = "30 Hz", padding = 200 }}\n'
+    recipe = f"{filtered}\n[signals.effort]{rest.partition('[signals.effort]')[2]}\n[sampling]\ndrop = 200\n"
 
     def smooth(x, v, a):
         return 5 * a + 12 * v - 0.5

@@ -7,12 +7,13 @@ residuals are coloured the plain likelihood is too narrow; C stretches it about 
 q is that of the covariance V that allows for the colour (curvature adjustment). Its shape stays, and so do open sides.
 
 Four of five proposals come from Student's distribution about the solution: near it nearly all are taken, so that steps
-hardly depend on those before. The others are differences of walkers, which reach what that does not. Chains count
-when they are longer than `LENGTHS` autocorrelation times; shorter ones are refused.
+hardly depend on those before. Some of these are drawn wider: a skewed posterior reaches farther than the distribution
+that touches it at the solution, and a walker out there would stay. The others are differences of walkers, which reach
+what that does not. Chains count when they are longer than `LENGTHS` autocorrelation times; shorter ones are refused.
 
-Sources: Foreman-Mackey et al. (2013), PASP 125, 306 (emcee); ter Braak & Vrugt (2008), Stat. Comput. 18, 435
-(differences); Goodman & Weare (2010), CAMCoS 5, 65 (autocorrelation); Ribatet, Cooley & Davison (2012), Stat. Sinica
-22, 813 (curvature adjustment).
+Sources: Foreman-Mackey et al. (2013), PASP 125, 306 (emcee); Hesterberg (1995), Technometrics 37, 185 (wider draws);
+ter Braak & Vrugt (2008), Stat. Comput. 18, 435 (differences); Goodman & Weare (2010), CAMCoS 5, 65 (autocorrelation);
+Ribatet, Cooley & Davison (2012), Stat. Sinica 22, 813 (curvature adjustment).
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ PACE = 25  # steps between two looks at the autocorrelation
 STEPS = 1000  # the most that are made
 FREEDOM = 20.0  # of Student's distribution: its tails are a little heavier than those of what it proposes for
 INDEPENDENT = 0.8  # of the steps
+WIDE, WIDER = 0.15, 3.0  # the share of them that is drawn wider, and how many times
 QUANTILES = (0.025, 0.16, 0.5, 0.84, 0.975)
 AT_EDGE = 0.01  # of the samples within as much of the range of a search from its bound: the data do not close that side
 
@@ -254,11 +256,15 @@ class Target:
 
     def _drawn(self, count: int, random: Any) -> np.ndarray:
         normal = random.standard_normal((count, len(self.at))) @ self.root.T
-        return self.at + normal / np.sqrt(random.chisquare(FREEDOM, (count, 1)) / FREEDOM)
+        width = np.where(random.random_sample((count, 1)) < WIDE, WIDER, 1.0)
+        return self.at + width * normal / np.sqrt(random.chisquare(FREEDOM, (count, 1)) / FREEDOM)
 
     def _density(self, x: np.ndarray) -> np.ndarray:
-        scaled = np.linalg.solve(self.root, (x - self.at).T)
-        return -0.5 * (FREEDOM + len(self.at)) * np.log1p(np.sum(scaled**2, axis=0) / FREEDOM)
+        """ln, up to a constant."""
+        count = len(self.at)
+        squares = np.sum(np.linalg.solve(self.root, (x - self.at).T) ** 2, axis=0) / FREEDOM
+        near, far = (-0.5 * (FREEDOM + count) * np.log1p(squares / width**2) for width in (1.0, WIDER))
+        return np.logaddexp(np.log(1 - WIDE) + near, np.log(WIDE) - count * np.log(WIDER) + far)
 
 
 class _Readings:

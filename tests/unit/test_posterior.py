@@ -59,6 +59,28 @@ def test_priors_readings_and_colour_are_in_it():
     assert samples[:, 0].std() == pytest.approx(np.hypot(asked, ridge * b), rel=0.06)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_skewed_posterior_has_its_long_side(seed: int):
+    """ln b seen with a deviation s, and b flat: log-normal, of which the normal distribution at the solution knows the
+    near half."""
+    s, z = 0.5, 1.959964
+    rows = np.full(4, 0.5)  # of four readings, each half as well
+    problem = Curve(
+        value=lambda x: np.log(x) / s * rows,
+        slope=lambda x: (rows / (s * x))[:, None],
+        measured=np.zeros(4),
+        unknowns=(Unknown("b", "1", 1e-3, 100.0),),
+        begin=np.array([1.0]),
+        cluster=np.arange(4),
+        log=np.zeros(4, dtype=int),
+    )
+    found = sample(Target(problem, solve(problem)), seed=seed)
+    (one,) = found.marginals
+    assert found.steps < 400  # by draws of that distribution alone 500 to more than 1000
+    exact = np.exp(s**2 + s * z * np.array([-1, 0, 1]))
+    assert np.array(one.quantiles)[[0, 2, 4]] == pytest.approx(exact, rel=0.12)
+
+
 def test_a_side_that_the_data_leave_open_is_told_and_has_its_shape():
     """exp(-p t) seen where it has died out: any larger p fits as well, and the density is flat up to the bound."""
     time = np.linspace(3.0, 6.0, 30)

@@ -50,8 +50,8 @@ def stated_priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: F
         quantity = _stated(log, entry)
         if not quantity.value > 0:
             raise StickslipError(
-                f"The rig constant {entry} is {quantity.value:g} {quantity.unit}; a fit needs it positive. Mend it in "
-                "datapackage.json."
+                f"The rig constant {entry} is {quantity.value:g} {quantity.unit}; a fit needs it positive. Give "
+                f"another: --set {entry}=VALUE, or in datapackage.json."
             )
         known = quantity.standard_uncertainty
         source = "log" if known is not None else "log, uncertainty unknown"

@@ -16,7 +16,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.language.mechanism import Mechanism
 from identification.fitted_model.machine import machine_with
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import MachineLog, Motion, motions
+from identification.machines.motion import LEAST_TRAVEL, MachineLog, Motion, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.regressor import effort_inputs
 from identification.machines.scores import FREE_RUN
@@ -32,7 +32,7 @@ EVERY = 0.01  # s, between samples that are compared
 @dataclass(frozen=True)
 class JointRun:
     """rms error of a simulated position, in its unit, and over the standard deviation of the measured one; None where
-    every run was given up."""
+    every run was given up, or the joint did not move."""
 
     joint: str
     unit: str
@@ -121,7 +121,8 @@ def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], w
     for place, q in enumerate(mechanism.coordinates):
         off = (here - there)[:, place]
         error = float(np.sqrt(np.nanmean(off**2))) if np.isfinite(off).any() else None
-        joints.append(JointRun(q.name, q.unit, error, None if error is None else error / float(spread[place])))
+        relative = None if error is None or spread[place] < LEAST_TRAVEL else error / float(spread[place])
+        joints.append(JointRun(q.name, q.unit, error, relative))
     ends = np.cumsum([len(one) for one in times]) - 1
     return MachineRun(name, window, np.concatenate(times), there, here, ends, tuple(joints), tuple(said))
 

@@ -26,6 +26,7 @@ from identification.machines.machine_fit import read_machine_fit
 from identification.machines.regressor import regressor_of
 from identification.measurement.recipe import Speed, read_recipe
 from identification.model_check.machine_runs import machine_runs
+from rig_io.readers.csv_log import write
 
 AXIS = Path(__file__).parents[2] / "data" / "machines" / "axis.csv"
 TRUTH = {"M": 20.0, "Fv": 60.0, "Fc": 12.0, "offset": -1.5}  # data/README.md
@@ -204,6 +205,15 @@ def test_what_a_method_or_a_log_does_not_have_is_said(tmp_path):
     assert not any("Simulated" in said for said in found.verdicts)
     with pytest.raises(StickslipError, match="hold no positions beside which"):
         machine_runs(blind.mechanism, found, blind.logs([log]))
+
+
+def test_beside_a_log_of_a_joint_that_does_not_move_there_is_no_share_of_its_motion(tmp_path):
+    machine = recipe_machine(read_recipe(recipe_of(tmp_path)))
+    found = inverse_dynamics(machine.recipe, log_of(tmp_path))
+    columns = {name: np.full_like(values, 0.1 if name == "x" else 0.0) for name, values in motion().items()}
+    write(tmp_path / "still.csv", {**columns, "time": motion()["time"], "F": columns["a"] - 0.5})
+    (run,) = machine_runs(machine.mechanism, found, machine.logs([tmp_path / "still.csv"]))
+    assert run.joints[0].relative is None and run.joints[0].error == pytest.approx(0.0, abs=1e-12)
 
 
 def test_noise_that_biases_the_recipe_s_least_squares_is_told_with_the_values_by_instruments(tmp_path):

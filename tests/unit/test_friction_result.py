@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.plain_values import LARGEST
 from fmu_models.report.figures import save_figure
 from identification.estimators.savitzky_golay import FrictionSamples
 from identification.fit.parts import Constant, FittedParameter, LogSummary, SpeedBin
@@ -83,6 +84,7 @@ def test_json_gives_the_result_back() -> None:
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POSITIVE = st.floats(1e-12, 1e12)
 NAMES = st.text(max_size=8)
+COUNTS = st.integers(0, LARGEST)
 CHANGES = st.dictionaries(NAMES, FINITE, max_size=3)
 
 
@@ -95,9 +97,7 @@ CHANGES = st.dictionaries(NAMES, FINITE, max_size=3)
     whiteness=st.none()
     | st.builds(
         Whiteness,
-        st.lists(st.builds(LogResiduals, NAMES, st.integers(), FINITE, FINITE, st.none() | FINITE), max_size=3).map(
-            tuple
-        ),
+        st.lists(st.builds(LogResiduals, NAMES, COUNTS, FINITE, FINITE, st.none() | FINITE), max_size=3).map(tuple),
         st.lists(st.builds(SpeedResidual, FINITE, FINITE, FINITE), max_size=3).map(tuple),
     ),
     presliding=st.none() | st.builds(PreSliding, FINITE, POSITIVE, POSITIVE, st.integers(0, 99)),

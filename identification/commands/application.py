@@ -57,7 +57,7 @@ FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch, equilib
 FRICTION = (describe, emulate, fit, demo, laws, design, excite, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
     app.command(help=console.flowing(command))(command)
-app.command("map")(show_map)
+app.command("map", help=console.flowing(show_map))(show_map)
 app.add_typer(new_commands, name="new")
 app.add_typer(data_commands, name="data")
 for command in (docs, *FRICTION):

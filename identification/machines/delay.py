@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.inference.problem import Unknown
-from identification.machines.identify import Identified, least_squares
+from identification.machines.identify import Estimated, Identified, least_squares
 from identification.machines.motion import Motion, stacked
 from identification.machines.rows import Rows, balanced
 
@@ -20,11 +20,11 @@ SURE = 5.0  # deviations
 STEPS = 0.5  # of the logs: less is within what a clock leaves open
 
 
-def effort_delay(found: Identified, moving: Rows) -> tuple[float, float] | None:
+def effort_delay(found: Identified, moving: Rows, without: Estimated) -> tuple[float, float] | None:
     """Delay of all efforts behind the positions and its deviation, s; None if there is none for sure. moving: as
-    `standstill.moving` gives them."""
-    regressor, base = found.regressor, found.base
-    values = base.whole(least_squares(moving).values)
+    `standstill.moving` gives them; without: least squares of these, without a delay."""
+    regressor = found.regressor
+    values = found.base.whole(without.values)
 
     def rate(one: Motion) -> np.ndarray:
         efforts = regressor(one.position, one.velocity, one.acceleration) @ values

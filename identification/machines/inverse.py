@@ -15,7 +15,7 @@ from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
 from identification.machines.base_parameters import Base, base_parameters
 from identification.machines.delay import effort_delay
-from identification.machines.identify import METHODS, Identified, solve_machine
+from identification.machines.identify import METHODS, Identified, least_squares, solve_machine
 from identification.machines.log_by_log import on_logs
 from identification.machines.machine_fit import MachineFit, MachineParameter
 from identification.machines.motion import Cutoffs, MachineLog, motions
@@ -68,9 +68,12 @@ def identify_machine(
     )
     listed = _parameters(mechanism, base, found)
     quality = _quality(found, oversampled=cutoffs is not None)
+    at_rest, late = {}, None
     rows = None if cutoffs is None or parameters is not None else moving(found, cutoffs)
-    at_rest = pulled(found, rows) if rows is not None and not still else {}
-    late = None if rows is None else effort_delay(found, rows)
+    if rows is not None:
+        without = least_squares(rows)
+        at_rest = {} if still else pulled(found, without)
+        late = effort_delay(found, rows, without)
     names = tuple(log.name for log in logs)
     said = [*on_logs(found, names), *verdicts(mechanism, found, listed, joints, quality, at_rest, late)]
     return MachineFit(

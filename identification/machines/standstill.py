@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.machines.identify import Identified, least_squares
+from identification.machines.identify import Estimated, Identified
 from identification.machines.motion import Cutoffs, in_rows, weighed
 from identification.machines.rows import INDISTINGUISHABLE, Rows, balanced, together
 
@@ -35,10 +35,10 @@ def moving(found: Identified, cutoffs: Cutoffs) -> Rows | None:
     return None if idle or together(rows)[0] > INDISTINGUISHABLE else rows
 
 
-def pulled(found: Identified, rows: Rows) -> dict[str, tuple[float, float]]:
-    """Values by least squares with all rows and with these, where joints move, by name of the base parameters whose
-    values differ for sure."""
-    without, whole = least_squares(rows), found.least_squares
+def pulled(found: Identified, without: Estimated) -> dict[str, tuple[float, float]]:
+    """Values by least squares with all rows and without those at rest, by name of the base parameters whose values
+    differ for sure."""
+    whole = found.least_squares
     sure = np.abs(without.values - whole.values) > SURE * without.deviation
-    each = zip(rows.names, whole.values, without.values, sure, strict=True)
+    each = zip(found.rows.names, whole.values, without.values, sure, strict=True)
     return {name: (float(one), float(other)) for name, one, other, differs in each if differs}

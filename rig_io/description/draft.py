@@ -166,10 +166,12 @@ def unit_fault(one: Proposal) -> str:
     if one.role is None or one.unit is None:
         return ""
     if COLUMNS[one.role].unit == "1":
-        said = (
-            f"Column '{one.name}' ({one.role}) is in '{one.unit}', but counts have no unit. Write 1, or say what it is"
+        if one.unit in COUNTED:
+            return ""
+        return (
+            f"Column '{one.name}' ({one.role}) is in '{one.unit}', but counts have no unit. Write 1, or say what it "
+            f"is: --map '{one.name}=ROLE'."
         )
-        return "" if one.unit in COUNTED else f"{said}: --map '{one.name}=ROLE'."
     if one.role == "laser" and is_length(one.unit):
         return ""
     try:

@@ -12,7 +12,7 @@ from fmu_models.codegen import picture
 from fmu_models.codegen.model_description import render
 from fmu_models.codegen.rights import FOLDER, Rights
 from fmu_models.lowering.equations import INDICATORS, Line, of_contact, outputs, rates, states_of
-from fmu_models.toolchain.compiler import compiler_version
+from fmu_models.toolchain.compiler import compiler_for
 
 if TYPE_CHECKING:
     from fmu_models.codegen.map_structure import MapStructure
@@ -36,7 +36,7 @@ def documents(
         ("Written by", tool),
         ("FMI", f"{fmi_version}, Model Exchange and Co-Simulation"),
         ("Token", token),
-        ("Derived and compiled with", f"SymPy {sympy.__version__}, zig cc {compiler_version()}"),
+        ("Derived and compiled with", f"SymPy {sympy.__version__}, {compiler_for().name}"),
         *((key.capitalize(), value) for key, value in rights.attributes.items() if value is not None),
     ]
     place = "model.png" if fmi_version == "2.0" else f"{PICTURES}/icon.png"

@@ -37,7 +37,7 @@ from fmu_models.codegen.rights import Rights
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
-from fmu_models.toolchain.compiler import compile_shared, engine_sources
+from fmu_models.toolchain.compiler import compile_shared, compiler_for, engine_sources
 from fmu_models.toolchain.platforms import HOST, PLATFORMS, this_platform
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
@@ -396,7 +396,8 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
 
 def _sources_digest() -> str:
     """Hash of every file of this package that an FMU depends on, and of the versions of the tools."""
-    return digest(_files_digest(), *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), version())
+    tools = (*(metadata.version(name) for name in ("fmpy", "sympy")), version(), compiler_for().name)
+    return digest(_files_digest(), *tools)
 
 
 @functools.cache  # a process goes on with the modules that it began with

@@ -1,7 +1,8 @@
-"""Compile C into a shared library with the compiler that comes as a Python package (zig cc).
+"""Compile C into a shared library, and keep it in the user's cache under the hash of everything it depends on.
 
-A library is built once: it is kept in the user's cache under the hash of everything it depends on (sources, headers,
-flags, compiler version). Processes that build the same one at the same time each write their own file and rename it.
+The compiler is zig's, which comes as a Python package (extra ``cross``) and builds for every platform; where it is
+not installed, that of the system, which builds for this machine alone. Processes that build the same library at the
+same time each write their own file and rename it.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from importlib import metadata, util
 from pathlib import Path
 
@@ -20,9 +23,7 @@ from fmu_models.base.files import FULL, is_sealed, seal
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.toolchain.platforms import this_platform
 
-# zig would first compile a runtime of its own, for numbers and instructions that processors lack: 4 s, of which our C
-# uses nothing on Linux, as the linker sees to there
-_WITHOUT_RUNTIME = ("-rtlib=none", "-Wl,-z,defs")
+CROSS = "pip install 'stickslip[cross]'"
 
 # -ffp-contract=off: fused multiply-adds would make results differ between processors
 # -fno-sanitize=undefined: zig cc adds run-time checks unless told otherwise; -s: debug information triples the size
@@ -57,6 +58,61 @@ def fmi_headers() -> Path:
     return folder
 
 
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler.
+
+    Attributes:
+        name: of its package or command, and version; what it builds is kept under that name.
+        c, cpp: the commands that compile C and C++.
+        cross: whether it builds for other platforms than this machine.
+    """
+
+    name: str
+    c: tuple[str, ...]
+    cpp: tuple[str, ...]
+    cross: bool = False
+
+
+def compiler_for(target: str | None = None) -> Compiler:
+    """The compiler that builds for a target, such as "aarch64-linux-gnu.2.17"; None is this machine.
+
+    Raises:
+        StickslipError: there is none, with the line that installs one.
+    """
+    try:
+        zig = [sys.executable, "-m", "ziglang"]
+        return Compiler(f"ziglang {metadata.version('ziglang')}", (*zig, "cc"), (*zig, "c++"), cross=True)
+    except metadata.PackageNotFoundError:
+        pass
+    if target not in (None, this_platform().target):
+        raise StickslipError(f"The compiler of this system does not build for {target}. Install one that does: {CROSS}")
+    system = _system_compiler()
+    if system is None:
+        raise StickslipError(
+            f"There is no C compiler here: none as a package, no cc, gcc or clang. Install one: {CROSS}"
+        )
+    return system
+
+
+@cache
+def _system_compiler() -> Compiler | None:
+    """The first C compiler on the path that compiles."""
+    for c, cpp in (("cc", "c++"), ("gcc", "g++"), ("clang", "clang++")):
+        file = shutil.which(c)
+        if file is None:
+            continue
+        run = subprocess.run([file, "--version"], capture_output=True, text=True, errors="replace", check=False)
+        first = next(iter(run.stdout.splitlines()), "")
+        compiler = Compiler(first, (file,), (shutil.which(cpp) or cpp,))
+        try:
+            _kept({"all.c": "int probe(void);\nint probe(void) { return 1; }\n"}, ("all.c",), FLAGS, compiler, None)
+        except StickslipError:
+            continue
+        return compiler
+    return None
+
+
 def compile_shared(
     sources: Mapping[str, str | bytes],
     output: Path,
@@ -80,40 +136,43 @@ def compile_shared(
     Raises:
         StickslipError: the compiler is missing or refuses the sources.
     """
+    try:
+        kept = _kept(sources, files, options, compiler_for(target), target)
+    except OSError as error:
+        if error.errno in FULL:
+            raise _full() from error
+        raise
+    shutil.copyfile(kept, output)
+    return output
+
+
+def _kept(
+    sources: Mapping[str, str | bytes],
+    files: Sequence[str],
+    options: Sequence[str],
+    compiler: Compiler,
+    target: str | None,
+) -> Path:
+    """The library in the user's cache, built if it is not there."""
     target = target or this_platform().target
-    runtime = _WITHOUT_RUNTIME if options is FLAGS and "-linux-" in target else ()
-    flags = [*options, *runtime, "-target", target, *files]
+    flags = [*options, *files]
+    if compiler.cross:
+        # zig would first compile a runtime of its own, for numbers and instructions that processors lack: 4 s, of
+        # which our C uses nothing on Linux, as the linker sees to there
+        runtime = ("-rtlib=none", "-Wl,-z,defs") if options is FLAGS and "-linux-" in target else ()
+        flags = [*options, *runtime, "-target", target, *files]
     headers = fmi_headers()
     key = digest(
         *(text for pair in sorted(sources.items()) for text in pair),
         *(path.read_bytes() for path in sorted(headers.glob("fmi*.h"))),
         *flags,
-        compiler_version(),
+        compiler.name,
     )
     kept = cache_folder() / "libraries" / key
     if not is_sealed(kept):
-        try:
-            _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
-        except OSError as error:
-            if error.errno in FULL:
-                raise _full() from error
-            raise
-    shutil.copyfile(kept, output)
-    return output
-
-
-def compiler_version() -> str:
-    """Version of the compiler that comes as a package.
-
-    Raises:
-        StickslipError: it is missing.
-    """
-    try:
-        return metadata.version("ziglang")
-    except metadata.PackageNotFoundError:
-        raise StickslipError(
-            "The C compiler is missing: it comes as a package. Install it: pip install ziglang"
-        ) from None
+        command = compiler.cpp if any(name.endswith(CPP) for name in files) else compiler.c
+        _compile(sources, headers, flags, kept, command, target)
+    return kept
 
 
 def _headers_alone() -> list[str]:
@@ -130,7 +189,12 @@ def _full() -> WriteError:
 
 
 def _compile(
-    sources: Mapping[str, str | bytes], headers: Path, flags: Sequence[str], kept: Path, language: str
+    sources: Mapping[str, str | bytes],
+    headers: Path,
+    flags: Sequence[str],
+    kept: Path,
+    compiler: Sequence[str],
+    target: str,
 ) -> None:
     """Run the compiler in a folder of its own and rename the result to ``kept``."""
     kept.parent.mkdir(parents=True, exist_ok=True)
@@ -139,9 +203,8 @@ def _compile(
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
             (folder / file).write_bytes(text.encode() if isinstance(text, str) else text)
         library_of_target = _headers_alone() if WITHOUT_LIBRARY in flags else ["-lm"]
-        command = [sys.executable, "-m", "ziglang", language, *flags, f"-I{headers}", "-o", "library"]
-        command += library_of_target
-        # the compiler's own cache: beside ours, so that one variable moves both
+        command = [*compiler, *flags, f"-I{headers}", "-o", "library", *library_of_target]
+        # zig's own cache: beside ours, so that one variable moves both
         environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), **os.environ}
         environment["ZIG_LOCAL_CACHE_DIR"] = str(folder / "zig")
         run = subprocess.run(
@@ -155,7 +218,6 @@ def _compile(
             # lists of what it knows come before the error
             first = next((i for i, line in enumerate(lines) if "error" in line), 0)
             shown = "\n  ".join(lines[first if first >= _SHOWN else 0 :][:_SHOWN])
-            target = flags[flags.index("-target") + 1]
             raise StickslipError(f"The C compiler failed for {target}:\n  {shown}")
         os.replace(library, kept)
     seal(kept)

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
+import numpy as np
 import pytest
 
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.load import load
+from fmu_models.lanes import library as lanes
 from fmu_models.toolchain import compiler as toolchain
 from fmu_models.toolchain import platforms
 from fmu_models.toolchain.compiler import compile_shared
@@ -91,3 +98,57 @@ def test_a_target_that_the_compiler_has_not_is_named(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="failed for sparc99-linux-gnu:\n  error: unknown architecture: 'sparc99'"):
         compile_shared({"all.c": "int x;"}, tmp_path / "library", target="sparc99-linux-gnu")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def without_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The compiler's package is not installed."""
+    version = toolchain.metadata.version
+
+    def installed(name: str) -> str:
+        if name == "ziglang":
+            raise toolchain.metadata.PackageNotFoundError(name)
+        return version(name)
+
+    monkeypatch.setattr(toolchain.metadata, "version", installed)
+    toolchain._system_compiler.cache_clear()
+
+
+@pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="this system has no C compiler")
+def test_the_compiler_of_the_system_serves_without_the_package(
+    without_package: None, compiler: list[list[str]], tmp_path: Path
+) -> None:
+    library = compile_shared(SOURCE, tmp_path / "library.so")
+    assert ctypes.CDLL(str(library)).answer() == 42
+    assert not any("ziglang" in word for command in compiler for word in command)
+    with pytest.raises(StickslipError, match=r"does not build for wasm32-wasi.*stickslip\[cross\]"):
+        compile_shared(SOURCE, tmp_path / "library.wasm", target="wasm32-wasi")
+
+
+def test_a_compiler_that_does_not_work_is_as_none(
+    without_package: None, compiler: list[list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = tmp_path / "bin" / "cc"
+    broken.parent.mkdir()
+    broken.write_text("#!/bin/sh\necho broken; exit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setenv("PATH", str(broken.parent))
+    with pytest.raises(StickslipError, match=r"no C compiler here.*stickslip\[cross\]"):
+        compile_shared(SOURCE, tmp_path / "library.so")
+
+
+@pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="this system has no C compiler")
+def test_lanes_of_the_systems_compiler_have_the_same_bits(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fmu = load("discontinuous_support")
+    rows = []
+    for installed in (True, False):
+        if not installed:
+            request.getfixturevalue("without_package")
+        monkeypatch.setattr(lanes, "_libraries", WeakKeyDictionary())
+        system = Strobe(fmu, forcing="omega", parameters={"ks": 300.0})
+        starts = np.tile(system.start({"x": 0.0, "v": 0.0}), (9, 1))
+        jobs = Jobs(starts, {"omega": np.linspace(0.8, 1.0, 9)}, transient=50, rows=3)
+        rows.append(system.make(jobs).points)
+    assert rows[0].tobytes() == rows[1].tobytes()

@@ -54,7 +54,7 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
             }
         }
         for (int other = 0; other < LANES_GUARDS; other++) {
-            b->known[other] = hit ? (M)(int64_t)(other == g ? 1 : 0) : b->known[other];
+            b->known[other] = NAME(choose)(hit, NAME(none)() + (other == g), b->known[other]);
         }
         fell &= ~hit;
     }
@@ -107,7 +107,7 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
             }
         }
         for (int other = 0; other < LANES_GUARDS; other++) {
-            b->known[other] = hit ? (M)(int64_t)(other == g ? 1 : 0) : b->known[other];
+            b->known[other] = NAME(choose)(hit, NAME(none)() + (other == g), b->known[other]);
         }
         fell &= ~hit;
     }

@@ -1,6 +1,6 @@
 /* Vectors of LANES_W numbers, and masks of them; included once per target by lane_code.h, which undefines their names. */
-typedef double NAME(V) __attribute__((ext_vector_type(LANES_W)));
-typedef int64_t NAME(M) __attribute__((ext_vector_type(LANES_W)));
+typedef double NAME(V) __attribute__((vector_size(8 * LANES_W)));
+typedef int64_t NAME(M) __attribute__((vector_size(8 * LANES_W)));
 #define V NAME(V)
 #define M NAME(M)
 #define INLINE inline __attribute__((always_inline))
@@ -18,16 +18,26 @@ typedef int64_t NAME(M) __attribute__((ext_vector_type(LANES_W)));
 
 typedef double NAME(Number) __attribute__((may_alias));
 
-static INLINE V NAME(fill)(double a) { return (V)a; }
+/* less a zero: the sign of a zero stays */
+static INLINE V NAME(fill)(double a) { return a - (V){0.0}; }
 
-static INLINE V NAME(pick)(M m, V a, V b) { return m ? a : b; }
+static INLINE M NAME(choose)(M m, M a, M b) { return (a & m) | (b & ~m); }
 
-static INLINE V NAME(size)(V a) { return __builtin_elementwise_abs(a); }
+static INLINE V NAME(pick)(M m, V a, V b) { return (V)NAME(choose)(m, (M)a, (M)b); }
 
-static INLINE V NAME(least)(V a, V b) { return a < b ? a : b; }
+static INLINE V NAME(size)(V a) { return (V)((M)a & INT64_MAX); }
 
-static INLINE V NAME(most)(V a, V b) { return a > b ? a : b; }
+static INLINE V NAME(least)(V a, V b) { return NAME(pick)(a < b, a, b); }
 
-static INLINE int NAME(any)(M m) { return __builtin_reduce_or(m) != 0; }
+static INLINE V NAME(most)(V a, V b) { return NAME(pick)(a > b, a, b); }
 
-static INLINE M NAME(none)(void) { return (M)(int64_t)0; }
+static INLINE int NAME(any)(M m)
+{
+    int64_t bits = 0;
+    for (int l = 0; l < LANES_W; l++) {
+        bits |= m[l];
+    }
+    return bits != 0;
+}
+
+static INLINE M NAME(none)(void) { return (M){0}; }

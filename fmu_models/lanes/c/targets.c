@@ -13,7 +13,18 @@
 #define LANES_X86 0
 #endif
 
+/* clang and gcc say the same in words of their own */
+#if defined(__clang__)
 #define LANES_UNROLL _Pragma("unroll")
+#define LANES_TARGET(names)                                                                                            \
+    _Pragma(LANES_TEXT(clang attribute push(__attribute__((target(names))), apply_to = function)))
+#define LANES_TARGET_END _Pragma("clang attribute pop")
+#else
+#define LANES_UNROLL _Pragma("GCC unroll 32")
+#define LANES_TARGET(names) _Pragma("GCC push_options") _Pragma(LANES_TEXT(GCC target(names)))
+#define LANES_TARGET_END _Pragma("GCC pop_options")
+#endif
+#define LANES_TEXT(x) #x
 
 #define LANES_W 1
 #define NAME(x) x##_1
@@ -28,20 +39,20 @@
 #undef NAME
 
 #if LANES_X86
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+LANES_TARGET("avx2")
 #define LANES_W 4
 #define NAME(x) x##_4
 #include "lane_code.h"
 #undef LANES_W
 #undef NAME
-#pragma clang attribute pop
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), apply_to = function)
+LANES_TARGET_END
+LANES_TARGET("avx512f,avx512dq,avx512vl")
 #define LANES_W 8
 #define NAME(x) x##_8
 #include "lane_code.h"
 #undef LANES_W
 #undef NAME
-#pragma clang attribute pop
+LANES_TARGET_END
 #endif
 
 /* lanes of the widest vectors that processor and system have */

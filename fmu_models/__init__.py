@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from fmu_models.analyses.orbits import Orbit as Orbit
     from fmu_models.analyses.orbits import find_orbit as find_orbit
     from fmu_models.analyses.periodic import find_periodic as find_periodic
-    from fmu_models.analyses.poincare import poincare_section as poincare_section
     from fmu_models.analyses.reduced_map import reduced_map as reduced_map
     from fmu_models.analyses.return_map import ReturnMap as ReturnMap
     from fmu_models.analyses.rotation import rotation_number as rotation_number
+    from fmu_models.analyses.section import poincare_section as poincare_section
     from fmu_models.analyses.section_system import SectionSystem as SectionSystem
     from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.base.errors import StickslipError as StickslipError

@@ -8,7 +8,8 @@ from typing import Any
 
 import typer
 
-from identification.commands.application import FAMILIES, FRICTION, MODELS, app
+from fmu_models.analyses.declaration import ANALYSES
+from identification.commands.application import FAMILIES, FRICTION, MODELS, whole
 
 GROUPS = (
     ("Models, FMUs and scenes", MODELS),
@@ -19,12 +20,13 @@ GROUPS = (
 
 def pages() -> Iterator[tuple[str, str]]:
     """One page with all of them, in the groups of the application."""
-    program: Any = typer.main.get_command(app)
+    program: Any = typer.main.get_command(whole())
     commands = dict(program.commands)
     text = ["# Commands", _plain(program.help or ""), _table(program, "stickslip", "option")]
     for title, functions in GROUPS:
         text.append(f"## {title}")
         own = {getattr(function, "__name__", "") for function in functions}
+        own |= set(ANALYSES.members()) if functions is FAMILIES else set()
         text += [_command(name, commands.pop(name)) for name in sorted(own & commands.keys())]
     text.append("## Maps, new files, what comes along")
     text += [_command(name, commands[name]) for name in sorted(commands)]

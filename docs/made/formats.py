@@ -11,6 +11,7 @@ from dataclasses import MISSING, fields
 from math import inf
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from fmu_models.analyses.declaration import ANALYSES
 from fmu_models.scene.check import KEYS as SCENE
 from fmu_models.scene.check_compute import AXES
 from fmu_models.scene.check_compute import KEYS as COMPUTE
@@ -66,8 +67,7 @@ def _scene() -> Iterator[str]:
     yield _table(("key", "meaning"), COMPUTE.items())
     for name in KINDS.members():
         kind = KINDS.load(name)
-        said = inspect.cleandoc(importlib.import_module(f"{KINDS.package}.{name}").__doc__ or "")
-        yield f'## kind = "{name}"\n\n{said.replace("``", "`")}'
+        yield f'## kind = "{name}"\n\n{_kind(name)}'
         if kind.axes:
             yield f"`[compute.axes]`: {kind.axes}, {AXES}."
         if kind.settings:
@@ -75,6 +75,14 @@ def _scene() -> Iterator[str]:
             yield f"Keys of its own: {own}."
     yield "## [sensors]"
     yield _literal("rig_io.bench.scenes")
+
+
+def _kind(name: str) -> str:
+    """What a kind computes, and the names of its results."""
+    if name in ANALYSES.members():
+        analysis = ANALYSES.load(name)
+        return f"{analysis.summary}\n\nResults: {analysis.results}."
+    return inspect.cleandoc(importlib.import_module(f"{KINDS.package}.{name}").__doc__ or "").replace("``", "`")
 
 
 def _default(value: object) -> str:

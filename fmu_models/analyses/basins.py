@@ -17,13 +17,14 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed, index_of, targets_of
+from fmu_models.analyses.declaration import STATES, Analysis, Option
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.periodic import PeriodicMotion
@@ -57,10 +58,17 @@ class Cloud(Shown):
     size: Vector
     cells: frozenset[tuple[int, ...]]
 
+    RECORD: ClassVar = ("period", "points=sample")
+
     @property
     def period(self) -> int:
         """0: it has none."""
         return 0
+
+    @property
+    def sample(self) -> Vector:
+        """(1, n) a point on it."""
+        return self.points[:1]
 
     def share(self, points: Vector) -> float:
         """Of points (k, n), those that lie in its cells."""
@@ -86,6 +94,10 @@ class Basins(Pictured):
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
     """
+
+    RECORD: ClassVar = (
+        *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy", "failures", "how"),
+    )
 
     model: str
     states: tuple[str, ...]
@@ -186,7 +198,7 @@ def basins(
     system: SectionSystem,
     *,
     start: Mapping[str, float] | None = None,
-    most: int = 3000,
+    most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = 3000,
     longest: int = 64,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -196,7 +208,7 @@ def basins(
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Basins:
-    """Which attractor each start of a grid comes to.
+    """Map which attractor each start of a grid comes to.
 
     Args:
         system: a map, or an oscillator at a section.
@@ -350,3 +362,21 @@ def _cloud(execution: Execution, start: Vector) -> Cloud | None:
     steps = list(itertools.product((-1, 0, 1), repeat=points.shape[1]))
     cells = {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in halves[0] | halves[1] for step in steps}
     return Cloud(points, size, frozenset(cells))
+
+
+def _numbers(found: Basins) -> dict[str, float]:
+    values = {"attractors": float(len(found.attractors)), "undecided": float(found.undecided)}
+    for i, attractor in enumerate(found.attractors):
+        values |= {f"period{i + 1}": float(attractor.period), f"starts{i + 1}": float((found.labels == i).sum())}
+    return {**values, "failed": float(len(found.failures)), "boundary": found.boundary}
+
+
+ANALYSIS = Analysis(
+    function=basins,
+    numbers=_numbers,
+    results="`attractors`, `undecided`, `failed`, `boundary`, and per attractor `period1`, `starts1`",
+    example="discontinuous_support --forcing omega --set omega=1.1 --over x=-8:8:101 --over v=-8:8:101",
+    label="mapping",
+    axes=STATES,
+    without=("autonomous", "level", "down", "impacts"),
+)

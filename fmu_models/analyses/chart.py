@@ -17,13 +17,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
@@ -58,6 +59,8 @@ class Chart(Pictured):
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
     """
+
+    RECORD: ClassVar = ("model", "what", "axes", "classes", "labels", "runs", "failures", "how")
 
     model: str
     what: str
@@ -110,12 +113,12 @@ class Chart(Pictured):
 def chart(
     system: SectionSystem,
     *,
-    what: str = "period",
+    what: Annotated[str, Option("period, impacts, stick, exponent or attractor.")] = "period",
     start: Mapping[str, float] | Sequence[float] | None = None,
-    transient: int = 3000,
-    points: int = 48,
+    transient: Annotated[int, Option("Steps before a motion is classified, at most.", minimum=0)] = 3000,
+    points: Annotated[int, Option("Steps over which it is looked at then.", minimum=1)] = 48,
     longest: int = 24,
-    refine: int = 1,
+    refine: Annotated[int, Option("Cells a side of a coarse grid to begin with: 1, 2, 4, ...", minimum=1)] = 1,
     workers: int | None = None,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -124,7 +127,7 @@ def chart(
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Chart:
-    """What motions from one start become over two parameters.
+    """Chart what a motion becomes over two parameters.
 
     Args:
         system: a map, or an oscillator at a section.
@@ -297,3 +300,19 @@ def _alike(system: SectionSystem, made: Rows, i: int, longest: int) -> tuple[int
         if (np.abs(system.difference(points[n:] - points[:-n])) <= ALIKE * system.sizes()).all():
             return n, tuple(made.began[i, made.filled[i] - n : made.filled[i]].sum(axis=0).tolist())
     return 0, ()
+
+
+def _numbers(found: Chart) -> dict[str, float]:
+    values = {f"cells_{name}": float((found.labels == i).sum()) for i, name in enumerate(found.classes)}
+    return {**values, "runs": float(found.runs), "failed": float(len(found.failures))}
+
+
+ANALYSIS = Analysis(
+    function=chart,
+    numbers=_numbers,
+    results="`cells_<class>`, `runs`, `failed`",
+    example="disc_rig --period 1 --autonomous --what stick --over w0=0.2:1.8:41 --over w1=-0.6:1:41",
+    label="charting",
+    axes=PARAMETERS,
+    without=("level", "down", "impacts"),
+)

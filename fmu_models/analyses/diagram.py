@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.overlay import Motion, branches_through
+from fmu_models.analyses.declaration import VALUES, Analysis, Option
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.iteration import Iteration
@@ -57,6 +58,10 @@ class Diagram(Pictured):
         branches: laid over it, if that was asked for.
     """
 
+    RECORD: ClassVar = (
+        *("model", "over", "values", "directions", "periods", "words", "steps", "failures=refused", "branches", "how"),
+    )
+
     model: str
     over: str
     states: tuple[str, ...]
@@ -84,6 +89,16 @@ class Diagram(Pictured):
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
         period = self.periods[direction, value]
         return "-".join(map(str, (period, *self.began[direction, value]))) if period else ""
+
+    @property
+    def words(self) -> list[list[str]]:
+        """``word`` of every direction and value."""
+        return [[self.word(d, i) for i in range(len(self.values))] for d in range(len(self.directions))]
+
+    @property
+    def refused(self) -> list[str]:
+        """``failures`` in words."""
+        return [f"{way}, {self.over} = {value:g}: {why}" for (way, value), why in self.failures.items()]
 
     @property
     def frame(self) -> Any:
@@ -123,14 +138,17 @@ def orbit_diagram(
     over: str,
     values: Sequence[float] | Vector,
     *,
-    direction: str = "up",
+    direction: Annotated[str, Option("Of the sweep: up, down, both.")] = "up",
     start: Mapping[str, float] | Sequence[float] | None = None,
-    transient: int = 250,
-    points: int = 50,
+    transient: Annotated[int, Option("Steps at each value that are not kept.", minimum=0)] = 250,
+    points: Annotated[int, Option("Points kept where a motion does not repeat itself.", minimum=1)] = 50,
     longest: int = 24,
     exponents: bool = False,
-    of: str | None = None,
-    branches: int = 0,
+    of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,
+    branches: Annotated[
+        int,
+        Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none"),
+    ] = 0,
     workers: int | None = None,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -138,7 +156,7 @@ def orbit_diagram(
     overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Diagram:
-    """Where motions stay, over a parameter.
+    """Show where motions stay over a parameter, swept up and down.
 
     Args:
         system: a map, or an oscillator at a section.
@@ -282,3 +300,27 @@ def _failures(
     bad = np.flatnonzero(made.outcomes > families.ABSORBED)
     said = (made.messages.get(int(i)) or families.OUTCOMES[int(made.outcomes[i])] for i in bad)
     return {(ways[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}
+
+
+def _numbers(found: Diagram) -> list[tuple[float, dict[str, float]]]:
+    rows = []
+    for i, value in enumerate(found.values.tolist()):
+        values: dict[str, float] = {}
+        for d, way in enumerate(found.directions):
+            points = found.shown[d, i]
+            values[f"period_{way}"] = float(found.periods[d, i])
+            if np.isfinite(points).any():
+                extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
+                values |= {f"{found.of}_{what}_{way}": float(extreme) for what, extreme in extremes.items()}
+        rows.append((value, values))
+    return rows
+
+
+ANALYSIS = Analysis(
+    function=orbit_diagram,
+    numbers=_numbers,
+    results="a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`",
+    example="discontinuous_support --forcing omega --set ks=300 --over omega=0.8:1:400 --figure d.png",
+    label="sweeping",
+    axes=VALUES,
+)

@@ -20,7 +20,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice, pairwise, product
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,8 @@ class Homoclinic(Pictured):
         width: of the range that is left.
         times, points: (m,) s, (m, n) of the motion, from beside the saddle to where it has come back.
     """
+
+    RECORD: ClassVar = ("model", "parameter", "value", "width", "states", "saddle", "eigenvalues", "saddle_quantity")
 
     model: str
     parameter: str

@@ -19,12 +19,13 @@ import dataclasses
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
+from fmu_models.analyses.declaration import Analysis, Option
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
@@ -78,8 +79,14 @@ class Exponents(Pictured):
             friction, impacts or the memory of a stop change volumes too.
         transient: what the motion was at first; None if it did not change.
         how: of ``SectionSystem``.
+        model: its name.
         provenance: what it was made of; see ``Execution``.
     """
+
+    RECORD: ClassVar = (
+        *("model", "exponents=values", "errors", "per_time", "per_time_errors", "unit", "steps", "zero", "identity"),
+        *("lost", "shares", "transient", "how"),
+    )
 
     values: Vector
     errors: Vector
@@ -94,6 +101,7 @@ class Exponents(Pictured):
     how: str = ""
     identity: float | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    model: str = ""
 
     @property
     def sum(self) -> float:
@@ -138,9 +146,9 @@ def lyapunov(
     system: SectionSystem,
     start: Mapping[str, float] | Sequence[float] | None = None,
     *,
-    periods: int = 100_000,
-    transient: int = 1000,
-    motions: int = 8,
+    periods: Annotated[int, Option("Steps of the section, all motions together.", minimum=2, flag="steps")] = 100_000,
+    transient: Annotated[int, Option("Steps of each motion before that.", minimum=0)] = 1000,
+    motions: Annotated[int, Option("Motions that are followed.", minimum=2)] = 8,
     seed: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -149,7 +157,7 @@ def lyapunov(
     overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Exponents:
-    """All Lyapunov exponents of the motion that ``start`` leads to.
+    """Find all Lyapunov exponents of a motion, with their errors.
 
     Args:
         system: a map, or an oscillator at a section.
@@ -255,6 +263,7 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
         shares=shares,
         transient=transient,
         how=system.how,
+        model=system.name,
     )
 
 
@@ -318,3 +327,26 @@ def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int6
     if not before:
         return begins, None
     return begins, Transient(float(np.mean(before)), float(np.mean(passed)), len(before))
+
+
+def _numbers(found: Exponents) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for i, (value, error) in enumerate(zip(found.per_time.tolist(), found.per_time_errors.tolist(), strict=True), 1):
+        values |= {f"exponent{i}": value, f"error{i}": error}
+    return {**values, **{f"{name}_share": share for name, share in found.shares.items()}}
+
+
+def _of_run(count: int) -> dict[str, int]:
+    """Four motions for the length of the run, of which a quarter is left out first."""
+    return {"periods": 4 * (count - count // 4), "transient": count // 4, "motions": 4}
+
+
+ANALYSIS = Analysis(
+    function=lyapunov,
+    numbers=_numbers,
+    results="`exponent1` per unit of time, `error1`, and so on, `<contact>_share`",
+    example="hinge_clearance --forcing f --set f=0.41 --start x=0 --steps 20000",
+    label="exponents",
+    page=False,
+    of_run=_of_run,
+)

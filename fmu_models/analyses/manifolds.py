@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,8 @@ class Manifold:
         end: why it is no longer.
     """
 
+    RECORD: ClassVar = ("kind", "eigenvalue", "end", "points")
+
     kind: str
     eigenvalue: float
     points: Vector
@@ -77,6 +79,8 @@ class Manifolds(Pictured):
         curves: both halves of each.
         of: the states that a picture shows.
     """
+
+    RECORD: ClassVar = ("model", "states", "saddle", "eigenvalues", "curves")
 
     model: str
     states: tuple[str, ...]

@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,8 @@ class PeriodicMotion(Shown):
         began: (contacts,) how often each contact or stick begins in a period.
         residual: largest distance by which a step misses the next point.
     """
+
+    RECORD: ClassVar = ("period", "points")
 
     points: Vector
     stability: Stability

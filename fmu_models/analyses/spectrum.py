@@ -10,18 +10,22 @@ Source: Welch, IEEE Transactions on Audio and Electroacoustics 15 (1967).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 from scipy.stats import chi2
 
+from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.declaration import Analysis, Option
 from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.periodic import PeriodicMotion
+from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
 from fmu_models.simulation.trajectory import Trajectory
@@ -33,6 +37,8 @@ PANELS = 0.25  # of the period of the highest line: longest panel
 CONFIDENCE = 0.95
 # independent segments that one is worth which overlaps its neighbours by half, with Hann's window: 1/(1 + 2/36)
 WORTH = 0.947
+LONGEST = 24  # period that is looked for
+SAMPLES = 64  # of a period of the forcing, of a motion without one
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +55,12 @@ class Spectrum(Pictured):
         lines: these are lines of a periodic motion.
         period: steps of the section after which the motion repeats itself; 0 of a density.
         how: of ``SectionSystem``, of lines.
+        model: its name.
     """
+
+    RECORD: ClassVar = (
+        *("model", "of", "lines", "period", "mean_square", "frequency", "amplitude", "low", "high", "how"),
+    )
 
     of: str
     unit: str
@@ -62,6 +73,7 @@ class Spectrum(Pictured):
     lines: bool
     period: int
     how: str = ""
+    model: str = ""
 
     @property
     def frame(self) -> Any:
@@ -188,3 +200,54 @@ def spectrum(
     if not isinstance(system, Strobe):
         raise StickslipError("A periodic motion has lines by the oscillator it is of: say its strobe, as system=...")
     return line_spectrum(system, what, of, **options)
+
+
+def motion_spectrum(
+    system: SectionSystem,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    *,
+    of: Annotated[str | None, Option("State or output.", default="the first state")] = None,
+    transient: Annotated[int, Option("Periods before that.", minimum=0)] = 1000,
+    lines: Annotated[int, Option("Harmonics of the forcing, of a periodic motion.", minimum=1)] = 8,
+    periods: Annotated[int, Option("Periods of the forcing, of another motion.", minimum=32)] = 1024,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Spectrum:
+    """Compute the lines of a periodic motion, or the density of one that is not.
+
+    Raises:
+        StickslipError: a map, an unknown variable, or a motion that ends before it is settled.
+    """
+    if not isinstance(system, Strobe):
+        raise StickslipError(f"'{system.name}' is a map, whose steps have no spectrum in Hz. Name an oscillator.")
+    begin = system.start(start)
+    rows = system.make(Jobs(begin[None], transient=transient, rows=2 * LONGEST, longest=LONGEST), progress=progress)
+    motion = claimed(system, rows, longest=LONGEST).motions[0]
+    if motion is not None:
+        return replace(line_spectrum(system, motion, of, lines=lines), model=system.name)
+    if not rows.filled[0]:
+        raise StickslipError(f"The motion ends before it is settled: {next(iter(rows.messages.values()), 'lost')}.")
+    length = float(system.periods({}, 1)[0])
+    times = np.arange(periods * SAMPLES, dtype=float) * (length / SAMPLES)
+    return replace(density_spectrum(system.trajectory(rows.ends[0], times), of), model=system.name)
+
+
+def _numbers(found: Spectrum) -> dict[str, float]:
+    if not found.lines:
+        raise StickslipError(
+            f"The motion has no lines: it does not repeat itself within {LONGEST} periods. Run longer, or ask "
+            "'stickslip spectrum' for its density."
+        )
+    lines = {f"line{k}": float(amplitude) for k, amplitude in enumerate(found.amplitude)}
+    return {"period": 1.0 / float(found.frequency[1]), "mean_square": found.mean_square, **lines}
+
+
+ANALYSIS = Analysis(
+    function=motion_spectrum,
+    numbers=_numbers,
+    results="`line0`, `line1` and so on, of the first state, `mean_square`, `period`",
+    example="hinge_clearance --forcing f --set f=0.408 --figure lines.png",
+    label="settling",
+    without=("every", "autonomous", "level", "down", "impacts", "stepper"),
+    page=False,
+    of_run=lambda count: {"transient": count},
+)

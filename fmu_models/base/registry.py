@@ -109,7 +109,7 @@ class Registry(Generic[T]):
             StickslipError: there is none, it is of another type, or its file fails; with the line in the user's file.
         """
         name = os.fspath(reference)
-        if name in self.members():
+        if name in self._modules:
             return getattr(importlib.import_module(self._modules[name]), self.attribute)
         folder = Path(beside or "").absolute()
         if found := _FILE.fullmatch(name):

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import record
 
 if TYPE_CHECKING:
     import pandas
@@ -121,6 +122,10 @@ class Pictured(Tabular):
     def summary(self) -> str:
         """All that it says, as in a terminal."""
         return _view(tell, self)(self)
+
+    def record(self) -> dict[str, Any]:
+        """All that it holds, as JSON has it; see ``record``."""
+        return record(self)
 
 
 class Moving(Pictured):

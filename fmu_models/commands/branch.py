@@ -76,83 +76,17 @@ def branch(
         )
         whole = found.curves(second[0], second[1:]) if second and not found.interrupted else None
     curves = whole.curves if whole else ()
-    told: dict[str, Any] = content(found)
+    told = found.record()
     form = closed_form_of(curves[0], formula, {}) if formula and curves else None
     if second:
-        told["curves"] = [curve_content(one, form) for one in curves]
+        told["curves"] = [
+            {**one.record(), "from_closed_form": None if form is None else console.finite(form.error(one))}
+            for one in curves
+        ]
     told["not_followed"] = list(whole.failures) if whole else []
     files.tell(replace(whole, closed_form=form) if whole else found, told)
     if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
-
-
-def content(found: Any) -> dict[str, Any]:
-    """Branches for JSON."""
-    return {
-        "model": found.model,
-        "over": found.over,
-        "branches": [branch_content(one) for one in found.branches],
-    }
-
-
-def branch_content(one: Any) -> dict[str, Any]:
-    """One branch for JSON."""
-    return {
-        "every": one.every,
-        "ends": [{"kind": kind, "why": why} for kind, why in one.ends],
-        "points": len(one.values),
-        "special": [_special(special) for special in one.special],
-    }
-
-
-def _special(special: Any) -> dict[str, Any]:
-    event = special.multipliers_with_event
-    return {
-        "kind": special.kind,
-        "criticality": special.criticality,
-        "normal_form": console.finite(special.normal_form),
-        "value": special.value,
-        "value_with_event": console.finite(special.value_with_event),
-        "period": special.period,
-        "state": dict(special.state),
-        "words": [[list(one) for one in word] for word in special.words],
-        "multipliers": _pairs(special.multipliers),
-        "multipliers_with_event": None if event is None else _pairs(event),
-        "crossings": {name: list(shares) for name, shares in special.crossings.items()},
-        "contact": special.contact,
-        "slope": console.finite(special.slope),
-    }
-
-
-def curve_content(curve: Any, form: Any = None) -> dict[str, Any]:
-    """One curve for JSON; ``form`` is a closed form of it."""
-    return {
-        "kind": curve.kind,
-        "over": curve.over,
-        "second": curve.second,
-        "points": [
-            [second, value] for second, value in zip(curve.seconds.tolist(), curve.values.tolist(), strict=True)
-        ],
-        "states": {name: curve.points[:, i].tolist() for i, name in enumerate(curve.states)},
-        "periods": [console.finite(one) for one in curve.periods.tolist()],
-        "multipliers": [_pairs(one) for one in curve.multipliers],
-        "meetings": [
-            {
-                "kind": one.kind,
-                "parameters": dict(one.parameters),
-                "period": console.finite(one.period),
-                "state": dict(one.state),
-                "multipliers": _pairs(one.multipliers),
-            }
-            for one in curve.meetings
-        ],
-        "ends": [{"kind": kind, "why": why} for kind, why in curve.ends],
-        "from_closed_form": None if form is None else console.finite(form.error(curve)),
-    }
-
-
-def _pairs(multipliers: Any) -> list[list[float]]:
-    return [[one.real, one.imag] for one in multipliers.tolist()]
 
 
 def checked_switch(switch: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -10,7 +10,6 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
 from fmu_models.commands.branch import one_range
 from fmu_models.commands.bundles import bundled
-from fmu_models.commands.equilibria import pairs
 from fmu_models.maps import MAPS
 
 
@@ -44,14 +43,14 @@ def manifolds(
         name, low, high = one_range(homoclinic)
         fmu, values = section.oscillator()
         found = locate(fmu, name, (low, high), start=section.starts(), parameters=values)
-        files.tell(found, _homoclinic(found))
+        files.tell(found, found.record())
         return
     if _is_seen_at_a_section(section):
         grown = grow(section.system(), section.starts(), period=steps, length=length, spacing=spacing)
     else:
         fmu, values = section.oscillator()
         grown = grow(fmu, section.starts(), parameters=values, length=length, spacing=spacing)
-    files.tell(grown, _content(grown))
+    files.tell(grown, grown.record())
 
 
 def _is_seen_at_a_section(section: f.Section) -> bool:
@@ -62,29 +61,3 @@ def _is_seen_at_a_section(section: f.Section) -> bool:
 def _no_section(section: f.Section) -> None:
     if _is_seen_at_a_section(section):
         raise StickslipError("A homoclinic point is that of an equilibrium of an oscillator: leave the section out.")
-
-
-def _content(found: Any) -> dict[str, Any]:
-    return {
-        "model": found.model,
-        "states": list(found.states),
-        "saddle": found.saddle.tolist(),
-        "eigenvalues": pairs(found.eigenvalues),
-        "curves": [
-            {"kind": one.kind, "eigenvalue": one.eigenvalue, "end": one.end, "points": one.points.tolist()}
-            for one in found.curves
-        ],
-    }
-
-
-def _homoclinic(found: Any) -> dict[str, Any]:
-    return {
-        "model": found.model,
-        "parameter": found.parameter,
-        "value": found.value,
-        "width": found.width,
-        "states": list(found.states),
-        "saddle": found.saddle.tolist(),
-        "eigenvalues": pairs(found.eigenvalues),
-        "saddle_quantity": found.saddle_quantity,
-    }

@@ -11,8 +11,8 @@ from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
-from fmu_models.analyses.poincare import PoincareSection
 from fmu_models.analyses.reduced_map import ReducedMap
+from fmu_models.analyses.section import PoincareSection
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
 from fmu_models.report.branch_views import draw_branches, legend_below, with_unit

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from fmu_models.analyses.declaration import PARAMETERS
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.kinds import KINDS
-from fmu_models.scene.kinds.kind import PARAMETERS, Kind
+from fmu_models.scene.kinds.kind import Kind
 from fmu_models.scene.scene import Compute
 
 # what the reference of the manual says of each key that more than one kind reads

@@ -3,38 +3,35 @@
 from __future__ import annotations
 
 import copy
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated
 
 import typer
 from typer.models import CommandInfo
 
+from fmu_models.analyses.declaration import ANALYSES
 from fmu_models.base import console
 from fmu_models.base.version import version
-from fmu_models.commands.basins import basins
+from fmu_models.commands.analysis import command_of, summaries
 from fmu_models.commands.bench import bench
 from fmu_models.commands.branch import branch
-from fmu_models.commands.chart import chart
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
-from fmu_models.commands.diagram import diagram
 from fmu_models.commands.docs import docs
 from fmu_models.commands.equilibria import equilibria
 from fmu_models.commands.explore import explore
 from fmu_models.commands.export import export
 from fmu_models.commands.inspect import inspect
-from fmu_models.commands.lyapunov import lyapunov
 from fmu_models.commands.manifolds import manifolds
 from fmu_models.commands.map import show_map
 from fmu_models.commands.maps import maps
 from fmu_models.commands.models import models
 from fmu_models.commands.new import app as new_commands
 from fmu_models.commands.scene import scene
-from fmu_models.commands.section import section
 from fmu_models.commands.show import show
 from fmu_models.commands.simulate import simulate
-from fmu_models.commands.spectrum import spectrum
 from fmu_models.commands.stress import stress
 from identification.commands.apply import apply
 from identification.commands.compare import compare
@@ -53,7 +50,7 @@ from rig_io.commands.emulate import emulate
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench, stress, maps)
-FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch, equilibria, manifolds)
+FAMILIES = (branch, equilibria, manifolds)
 FRICTION = (describe, emulate, fit, demo, laws, design, excite, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
     app.command(help=console.flowing(command))(command)
@@ -79,16 +76,44 @@ def options(
     """What is asked of the suite as a whole."""
 
 
+def whole() -> typer.Typer:
+    """All commands, those of the analyses included: their files are imported, which takes long."""
+    return _with_analyses({name: command_of(name) for name in ANALYSES.names()})
+
+
+def _with_analyses(commands: Mapping[str, Callable[..., None]]) -> typer.Typer:
+    made = copy.copy(app)
+    made.registered_commands = list(app.registered_commands)
+    for name, command in commands.items():
+        made.command(name, help=console.flowing(command))(command)
+    return made
+
+
+def _listed(name: str, summary: str) -> Callable[..., None]:
+    """A command of which the list of all says its name and what it does."""
+
+    def command() -> None: ...
+
+    command.__name__, command.__doc__ = name, summary
+    return command
+
+
 def only(arguments: Sequence[str]) -> typer.Typer:
-    """What these arguments of the command line need: the command they begin with, or all of them.
+    """What these arguments of the command line need: the command they begin with, or a list of all.
 
     To read the options of all of them takes as long as to import all of their files.
     """
     asked = arguments[0] if arguments else ""
+    if any(name.endswith("_COMPLETE") for name in os.environ):
+        return whole()
+    if asked in ANALYSES.names():
+        made = _with_analyses({asked: command_of(asked)})
+        made.registered_commands, made.registered_groups = made.registered_commands[-1:], []
+        return made
     commands = [one for one in app.registered_commands if _name_of(one) == asked]
     groups = [one for one in app.registered_groups if one.name == asked]
     if not commands and not groups:
-        return app
+        return _with_analyses({name: _listed(name, text) for name, text in summaries().items()})
     small = copy.copy(app)
     small.registered_commands, small.registered_groups = commands, groups
     return small

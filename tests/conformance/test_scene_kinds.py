@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fmu_models.analyses.declaration import PARAMETERS, STATES
 from fmu_models.base.shipped import files
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import compute
 from fmu_models.scene.kinds import KINDS
-from fmu_models.scene.kinds.kind import PARAMETERS, STATES
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Compute

@@ -31,9 +31,9 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    functions: list[Any] = application.app.registered_commands
+    functions: list[Any] = application.whole().registered_commands
     names = {one.name or one.callback.__name__ for one in functions}
-    groups: list[Any] = application.app.registered_groups
+    groups: list[Any] = application.whole().registered_groups
     inner = {
         f"{group.name} {one.callback.__name__}" for group in groups for one in group.typer_instance.registered_commands
     }
@@ -44,7 +44,7 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
 
 
 def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else():
-    program: Any = typer.main.get_command(application.app)
+    program: Any = typer.main.get_command(application.whole())
     helps = [one.help for one in [*program.commands.values(), *program.commands["new"].commands.values()]]
     assert len(helps) > 30 and not any("\n" in paragraph for help in helps for paragraph in help.split("\n\n")[1:])
 

@@ -14,7 +14,7 @@ import fmu_models
 from identification.commands import application
 
 COMMANDS = sorted(
-    command.name or command.callback.__name__ for command in application.app.registered_commands if command.callback
+    command.name or command.callback.__name__ for command in application.whole().registered_commands if command.callback
 )
 
 # command lines with a path that does not exist; what stands before it exists

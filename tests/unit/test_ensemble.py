@@ -19,8 +19,8 @@ from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
 from fmu_models.analyses.iteration import Iteration, iterate
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.periodic import find_cycles, motion_at
-from fmu_models.analyses.poincare import poincare_section
 from fmu_models.analyses.rotation import rotation_number
+from fmu_models.analyses.section import poincare_section
 from fmu_models.analyses.spectrum import spectrum
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load

@@ -35,7 +35,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,8 @@ class Branch(Pictured):
         units: of states and of the parameter.
     """
 
+    RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
+
     model: str
     over: str
     states: tuple[str, ...]
@@ -96,6 +98,16 @@ class Branch(Pictured):
     units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
+
+    @property
+    def named_ends(self) -> list[dict[str, str]]:
+        """``ends`` with names."""
+        return [{"kind": kind, "why": why} for kind, why in self.ends]
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.values)
 
     @property
     def frame(self) -> Any:

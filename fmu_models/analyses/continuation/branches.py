@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -126,6 +126,8 @@ class Branches(Pictured):
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
     """
+
+    RECORD: ClassVar = ("model", "over", "branches")
 
     of: str
     branches: tuple[Branch, ...]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ class CurvePoint(Shown):
         multipliers: (n,) without the event, where the word changes.
     """
 
+    RECORD: ClassVar = ("kind", "parameters", "period", "state", "multipliers")
+
     kind: str
     parameters: Mapping[str, float]
     period: float
@@ -57,6 +59,11 @@ class Curve(Pictured):
         called: what the multipliers are: of equilibria they are eigenvalues, 1/s.
     """
 
+    RECORD: ClassVar = (
+        *("kind", "over", "second", "points=pairs", "states=columns", "periods", "multipliers", "meetings"),
+        "ends=named_ends",
+    )
+
     kind: str
     model: str
     over: str
@@ -73,6 +80,21 @@ class Curve(Pictured):
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     condition: Any = field(default=None, repr=False)
     called: str = "multipliers"
+
+    @property
+    def named_ends(self) -> list[dict[str, str]]:
+        """``ends`` with names."""
+        return [{"kind": kind, "why": why} for kind, why in self.ends]
+
+    @property
+    def pairs(self) -> Vector:
+        """(m, 2) values of the second parameter and of the first."""
+        return np.stack([self.seconds, self.values], axis=1)
+
+    @property
+    def columns(self) -> dict[str, Vector]:
+        """(m,) of every state."""
+        return {name: self.points[:, i] for i, name in enumerate(self.states)}
 
     @property
     def frame(self) -> Any:

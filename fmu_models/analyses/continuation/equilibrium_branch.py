@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,11 @@ class SpecialEquilibrium(Shown):
         turns: two equilibria meet at the surface, and there is none beyond its value.
     """
 
+    RECORD: ClassVar = (
+        *("kind", "criticality", "normal_form", "value", "state", "eigenvalues", "eigenvalues_after", "frequency"),
+        *("contact", "turns", "crossings=crossing_points"),
+    )
+
     kind: str
     parameter: str
     value: float
@@ -90,6 +95,14 @@ class SpecialEquilibrium(Shown):
         """ "supercritical" or "subcritical", by the normal form; "degenerate or undecided" where that is not above its
         error, "" where it is not known."""
         return criticality(self.kind, self._cubic)
+
+    @property
+    def crossing_points(self) -> dict[str, list[dict[str, Any]]]:
+        """``crossings`` with the eigenvalues at each share."""
+        return {
+            name: [{"q": q, "eigenvalues": self.path([q])[0]} for q in shares]
+            for name, shares in self.crossings.items()
+        }
 
     def path(self, q: Sequence[float] | Vector) -> Complex:
         """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,).
@@ -173,6 +186,8 @@ class EquilibriumBranch(Pictured):
         how: where rates come from and how near derivatives are, where that is not a matter of course.
     """
 
+    RECORD: ClassVar = ("model", "over", "states", "ends=named_ends", "points=rows", "special", "intervals")
+
     model: str
     over: str
     of: str
@@ -190,6 +205,18 @@ class EquilibriumBranch(Pictured):
     units: Mapping[str, str] = field(default_factory=dict)
     seconds: float = 0.0
     how: str = ""
+
+    @property
+    def named_ends(self) -> list[dict[str, str]]:
+        """``ends`` with names."""
+        return [{"kind": kind, "why": why} for kind, why in self.ends]
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """Value, state, eigenvalues and stability of each point."""
+        names = ("value", "state", "eigenvalues", "stable")
+        columns = zip(self.values, self.points, self.eigenvalues, self.stable, strict=True)
+        return [dict(zip(names, row, strict=True)) for row in columns]
 
     @property
     def interrupted(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,11 @@ class Special(Shown):
         slope: d value / d speed of the impact on the side of a rigid touch; nan at others.
         between: range of the parameter on the branch.
     """
+
+    RECORD: ClassVar = (
+        *("kind", "criticality", "normal_form", "value", "value_with_event", "period", "state", "words"),
+        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope"),
+    )
 
     kind: str
     parameter: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,8 +13,6 @@ from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.trajectory import Trajectory
-
-PARAMETERS, STATES = "parameters", "states"  # what the axes of a family may be
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +51,6 @@ class Kind:
     sweeps: bool = False
     axes: str = ""
     settings: Mapping[str, int | str | None] = field(default_factory=dict)
-
-
-def defaults(function: Callable[..., Any], *names: str) -> dict[str, Any]:
-    """Defaults of arguments, for ``settings``."""
-    parameters = inspect.signature(function).parameters
-    return {name: parameters[name].default for name in names}
 
 
 def period(scene: Scene, parameters: Mapping[str, float]) -> float:

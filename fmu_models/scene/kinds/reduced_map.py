@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from fmu_models.analyses.declaration import STATES
 from fmu_models.analyses.reduced_map import reduced_map
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import STATES, Kind, Row, section_of
+from fmu_models.scene.kinds.kind import Kind, Row, section_of
 from fmu_models.scene.scene import Scene
 
 

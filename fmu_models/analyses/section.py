@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
+from fmu_models.analyses.declaration import Analysis, Option
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
@@ -30,6 +31,8 @@ class PoincareSection(Pictured):
         began: (k, contacts) how often each contact or stick began since then.
         how: of ``SectionSystem``.
     """
+
+    RECORD: ClassVar = ("model", "states", "points", "how")
 
     model: str
     states: tuple[str, ...]
@@ -59,11 +62,11 @@ def poincare_section(
     system: SectionSystem,
     start: Mapping[str, float] | Sequence[float] | None = None,
     *,
-    points: int = 5000,
-    transient: int = 500,
+    points: Annotated[int, Option("Points of the section.", minimum=1)] = 5000,
+    transient: Annotated[int, Option("Steps before that.", minimum=0)] = 500,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> PoincareSection:
-    """Where the motion from a start meets the section.
+    """Take a Poincaré section of a motion.
 
     Raises:
         StickslipError: unknown states or values out of their range, no points asked for, or a motion that ends before;
@@ -87,3 +90,21 @@ def poincare_section(
         made.began[0],
         system.how,
     )
+
+
+def _numbers(found: PoincareSection) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for name, column in zip(found.states, found.points.T, strict=True):
+        extremes = {"min": column.min(), "max": column.max(), "mean": column.mean()}
+        values |= {f"{name}_{what}": float(extreme) for what, extreme in extremes.items()}
+    return {**values, "time_mean": float(found.times.mean())}
+
+
+ANALYSIS = Analysis(
+    function=poincare_section,
+    numbers=_numbers,
+    results="`<state>_min`, `<state>_max`, `<state>_mean`, `time_mean`",
+    example="discontinuous_support --forcing omega --set ks=300 --set omega=0.94 --figure section.png",
+    label="section",
+    page=False,
+)

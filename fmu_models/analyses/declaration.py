@@ -1,0 +1,116 @@
+"""An analysis of a family of motions, declared once: its function, whose annotated parameters are its options.
+
+The command of the shell, the kind of a scene and their rows in the manual are derived from it. A
+parameter ``name: Annotated[type, Option(...)] = default`` is an option; ``system``, ``start`` and ``progress`` are what
+every analysis has, ``store`` and its like say that its runs can be kept, and the axes are what is left. A file of this
+folder is an analysis if it sets ``ANALYSIS``; its name is that of the command and of the kind.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from fmu_models.base.registry import Registry
+from fmu_models.base.shown import Pictured
+
+VALUES, PARAMETERS, STATES = "values", "parameters", "states"  # what the axes of an analysis may be
+
+Numbers = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Option:
+    """What an option means.
+
+    Attributes:
+        help: in a sentence.
+        minimum: the least value that is sensible; None if there is none.
+        flag: its name in the shell, where the parameter's own will not do.
+        default: in words, where the value of the parameter says nothing.
+    """
+
+    help: str
+    minimum: int | None = None
+    flag: str | None = None
+    default: str | None = None
+
+
+@dataclass(frozen=True)
+class Declared:
+    """An option with the parameter that it belongs to."""
+
+    name: str
+    type: Any
+    default: Any
+    option: Option
+
+
+@dataclass(frozen=True, kw_only=True)
+class Analysis:
+    """An analysis.
+
+    Attributes:
+        function: from a section system to the result; its docstring begins with the help of the command.
+        numbers: from the result to what a scene compares by name: for all of it, or a pair (value, numbers) for each
+            value of what is varied.
+        results: names of these numbers, for the manual.
+        example: arguments of the command.
+        label: of the progress bar.
+        axes: VALUES of one parameter, two PARAMETERS, STATES, or "".
+        without: options of a section that the analysis does not take.
+        page: whether a click in its interactive page runs a motion.
+        of_run: settings of a scene's run of so many periods; then the section is a strobe.
+    """
+
+    function: Callable[..., Pictured]
+    numbers: Callable[[Any], Numbers | Sequence[tuple[float, Numbers]]]
+    results: str
+    example: str
+    label: str
+    axes: str = ""
+    without: tuple[str, ...] = ()
+    page: bool = True
+    of_run: Callable[[int], dict[str, int]] | None = None
+
+    @cached_property
+    def options(self) -> Mapping[str, Declared]:
+        """Options by the names of their parameters."""
+        return {declared.name: declared for declared in self._declared()}
+
+    @cached_property
+    def stores(self) -> bool:
+        """Whether its runs can be kept and made elsewhere: its function takes a ``store``."""
+        return "store" in inspect.signature(self.function).parameters
+
+    @property
+    def summary(self) -> str:
+        """What it does, in a sentence: the first paragraph of the function's docstring."""
+        return " ".join(inspect.cleandoc(self.function.__doc__ or "").split("\n\n")[0].split())
+
+    def run(self, system: Any, axes: Mapping[str, Any], **arguments: Any) -> Pictured:
+        """The result over axes by name."""
+        if self.axes != VALUES:
+            return self.function(system, **arguments, **axes)
+        ((over, values),) = axes.items()
+        return self.function(system, over, values, **arguments)
+
+    def _declared(self) -> Iterator[Declared]:
+        hints = get_type_hints(self.function, include_extras=True)
+        for name, parameter in inspect.signature(self.function).parameters.items():
+            kind, *notes = get_args(hints[name]) if get_origin(hints[name]) is Annotated else (hints[name],)
+            for option in notes:
+                if isinstance(option, Option):
+                    yield Declared(name, kind, parameter.default, option)
+
+
+ANALYSES: Registry[Analysis] = Registry(
+    kind="analysis",
+    package=__name__.rpartition(".")[0],
+    attribute="ANALYSIS",
+    group="stickslip.analyses",
+    types=(f"{__name__}.Analysis",),
+)

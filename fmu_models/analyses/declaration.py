@@ -101,7 +101,8 @@ class Analysis:
     def _declared(self) -> Iterator[Declared]:
         hints = get_type_hints(self.function, include_extras=True)
         for name, parameter in inspect.signature(self.function).parameters.items():
-            kind, *notes = get_args(hints[name]) if get_origin(hints[name]) is Annotated else (hints[name],)
+            hint = hints.get(name)
+            kind, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
             for option in notes:
                 if isinstance(option, Option):
                     yield Declared(name, kind, parameter.default, option)

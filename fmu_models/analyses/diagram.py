@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.continuation.branch import Branch
 from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.overlay import Motion, branches_through
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
@@ -59,7 +60,18 @@ class Diagram(Pictured):
     """
 
     RECORD: ClassVar = (
-        *("model", "over", "values", "directions", "periods", "words", "steps", "failures=refused", "branches", "how"),
+        *(
+            "model",
+            "over",
+            "values",
+            "directions",
+            "periods",
+            "words",
+            "steps",
+            "failures=refused",
+            "branches=laid",
+            "how",
+        ),
     )
 
     model: str
@@ -94,6 +106,11 @@ class Diagram(Pictured):
     def words(self) -> list[list[str]]:
         """``word`` of every direction and value."""
         return [[self.word(d, i) for i in range(len(self.values))] for d in range(len(self.directions))]
+
+    @property
+    def laid(self) -> tuple[Branch, ...]:
+        """The branches laid over it."""
+        return self.branches.branches if self.branches else ()
 
     @property
     def refused(self) -> list[str]:

@@ -12,11 +12,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cached_property, singledispatch
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import save_figure
 from fmu_models.base.record import record
 
 if TYPE_CHECKING:
@@ -98,8 +98,9 @@ class Tabular(Shown, ABC):
 
 
 class Pictured(Tabular):
-    """A value whose pictures and words are made on a higher floor: in ``report.views`` of its package, which registers
-    them with ``draw``, ``tell`` and ``move`` and is imported when the first is asked for."""
+    """A value whose pictures and words are made on a higher floor: in a module that its package offers as an entry
+    point of ``stickslip.views``, named like the package. It registers them with ``draw``, ``tell`` and ``move`` and is
+    imported when the first is asked for."""
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw it, in axes of a new figure where none are given."""
@@ -117,7 +118,7 @@ class Pictured(Tabular):
 
         made = Figure(figsize=(6.3, 4.2), layout="constrained")
         _view(draw, self)(self, made.subplots())
-        return import_module("fmu_models.report.figures").save_figure(made, path, overwrite=overwrite)
+        return save_figure(made, path, overwrite=overwrite)
 
     def summary(self) -> str:
         """All that it says, as in a terminal."""
@@ -141,24 +142,34 @@ class Moving(Pictured):
 
 @singledispatch
 def draw(value: Any, axes: Axes) -> None:
-    """Draw a value in axes."""
-    raise NotImplementedError(type(value).__name__)
+    """Draw a value in axes.
+
+    Raises:
+        StickslipError: nobody has registered a picture of its kind.
+    """
+    raise StickslipError(
+        f"There is no picture of a {type(value).__name__}. Register one with fmu_models.base.shown.draw, in a module "
+        "that its package offers as an entry point of stickslip.views."
+    )
 
 
 @singledispatch
 def tell(value: Any) -> str:
-    """Everything a value says, as in a terminal."""
-    raise NotImplementedError(type(value).__name__)
+    """Everything a value says, as in a terminal; by default what it shows."""
+    return repr(value)
 
 
 @singledispatch
 def move(value: Any) -> str:
-    """A frame in which a value moves, as HTML, or why there is none."""
-    raise NotImplementedError(type(value).__name__)
+    """A frame in which a value moves, as HTML, or why there is none; by default nothing."""
+    return ""
 
 
 def _view(function: Any, value: Pictured) -> Callable[..., Any]:
-    import_module(f"{type(value).__module__.partition('.')[0]}.report.views")
+    from importlib import metadata  # takes a tenth of the start of a command that shows nothing
+
+    for point in metadata.entry_points(group="stickslip.views", name=type(value).__module__.partition(".")[0]):
+        point.load()
     return function.dispatch(type(value))
 
 

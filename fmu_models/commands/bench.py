@@ -44,7 +44,7 @@ def bench(
     names = scenes or DEFAULT
     refuse_existing(page, csv, figure, overwrite=overwrite)
     if figure:
-        from fmu_models.report.figures import check_format
+        from fmu_models.base.figures import check_format
 
         check_format(figure)
         if len(names) > 1:
@@ -66,7 +66,7 @@ def bench(
     if page:
         write_page(made, page, overwrite=overwrite)
     if figure and made:
-        from fmu_models.report.figures import save_figure
+        from fmu_models.base.figures import save_figure
         from fmu_models.validation.bench.diagram import draw
 
         save_figure(draw(made[0]), figure, overwrite=overwrite)

@@ -235,7 +235,7 @@ class Files:
                 f"'{self.output}' must end in one of {', '.join(suffixes)}, by which the format is chosen."
             )
         if self.figure is not None:
-            from fmu_models.report.figures import check_format
+            from fmu_models.base.figures import check_format
 
             check_format(self.figure)
         if self.interactive is not None:

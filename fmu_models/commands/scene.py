@@ -52,7 +52,7 @@ def scene(
 
     refuse_existing(csv, figure, overwrite=overwrite)
     if figure:
-        from fmu_models.report.figures import check_format
+        from fmu_models.base.figures import check_format
 
         check_format(figure)
     read = read_scene(path)

@@ -12,10 +12,10 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import check_format, save_figure
 from fmu_models.base.files import refuse_existing
 from fmu_models.base.shipped import is_scene
 from fmu_models.commands.arguments import NAMED, scene_of
-from fmu_models.report.figures import check_format, save_figure
 
 if TYPE_CHECKING:
     from fmu_models.base.child_process import Limits

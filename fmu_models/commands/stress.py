@@ -58,7 +58,7 @@ def stress(
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
-        from fmu_models.report.figures import check_format
+        from fmu_models.base.figures import check_format
 
         check_format(figure)
     if until is not None and not 0 < until < float("inf"):

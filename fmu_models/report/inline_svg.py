@@ -6,7 +6,7 @@ import io
 import re
 from typing import TYPE_CHECKING
 
-from fmu_models.report.figures import part_ticks
+from fmu_models.base.figures import part_ticks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

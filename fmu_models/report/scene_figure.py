@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import save_figure
 from fmu_models.report.colours import COLOURS
-from fmu_models.report.figures import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -48,7 +48,7 @@ def compare(
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
-        from fmu_models.report.figures import check_format
+        from fmu_models.base.figures import check_format
 
         check_format(figure)
     if is_machine_fit(fitted):

@@ -77,7 +77,7 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
-    from fmu_models.report.figures import check_format
+    from fmu_models.base.figures import check_format
     from identification.estimators.base import Options
     from identification.fit.posterior import check_samplable
     from identification.inference.choice import Inference
@@ -140,7 +140,7 @@ def sampled(
 def _kept(found: FrictionFit, ready: Pool, paths: Mapping[str, Path | None], overwrite: bool) -> tuple[list[str], bool]:
     """Write what is asked for, the numbers first, so that an interrupt leaves what is finished; the files written, and
     whether there was one. paths: of "result", "figure" and "corner"."""
-    from fmu_models.report.figures import save_figure
+    from fmu_models.base.figures import save_figure
     from identification.report.posterior_figure import posterior_figure
 
     files = []

@@ -91,7 +91,7 @@ def write_text(path: Path, text: str, overwrite: bool) -> None:
 
 def draw_friction(found: FrictionFit, ready: Pool, path: Path, overwrite: bool) -> None:
     """Write the figure of a fit."""
-    from fmu_models.report.figures import save_figure
+    from fmu_models.base.figures import save_figure
     from identification.fit.samples import samples_by_disc
     from identification.report.friction_figure import friction_figure
 
@@ -100,7 +100,7 @@ def draw_friction(found: FrictionFit, ready: Pool, path: Path, overwrite: bool) 
 
 def draw_families(families: Sequence[FamilyComparison], path: Path, overwrite: bool) -> tuple[Path, ...]:
     """Write a figure for each family; those after the first have the names of their discs added to theirs."""
-    from fmu_models.report.figures import save_figure
+    from fmu_models.base.figures import save_figure
     from identification.report.family_figure import family_figure
 
     written = family_paths(path, families)

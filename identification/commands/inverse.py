@@ -128,7 +128,7 @@ def _identified(
 
 
 def _draw(mechanism: Mechanism, fit: MachineFit, others: Sequence[MachineLog], figure: Path, overwrite: bool) -> None:
-    from fmu_models.report.figures import save_figure
+    from fmu_models.base.figures import save_figure
     from identification.machines.predicted import fitted_efforts, predict_efforts
     from identification.report.machine_figures import machine_fit_figure
 

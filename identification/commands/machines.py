@@ -90,7 +90,7 @@ def compare_machine(
             machine.mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done)
         )
         if figure:
-            from fmu_models.report.figures import save_figure
+            from fmu_models.base.figures import save_figure
             from identification.report.machine_figures import machine_runs_figure
 
             save_figure(machine_runs_figure(fit, runs), figure, overwrite=overwrite)

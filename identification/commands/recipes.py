@@ -22,7 +22,7 @@ def check_targets(result: Path | None, figure: Path | None, overwrite: bool) -> 
     """Refuse targets before the work rather than after it."""
     refuse_existing(result, figure, overwrite=overwrite)
     if figure:
-        from fmu_models.report.figures import check_format
+        from fmu_models.base.figures import check_format
 
         check_format(figure)
 

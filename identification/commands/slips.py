@@ -54,7 +54,7 @@ def slips(
             model, missing = None, str(error)
         advance(0.8)
         if figure:
-            from fmu_models.report.figures import save_figure
+            from fmu_models.base.figures import save_figure
             from identification.report.slip_figure import slip_figure
 
             save_figure(slip_figure(statistics, found_events, model), figure, overwrite=overwrite)

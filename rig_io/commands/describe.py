@@ -76,7 +76,7 @@ def describe(
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
-        from fmu_models.report.figures import check_format
+        from fmu_models.base.figures import check_format
 
         check_format(figure)
     said = from_options(mapped, units, values, uncertainties, kinds, read, join, confirm)
@@ -85,7 +85,7 @@ def describe(
         made = draft(files, said, like, reader)
         advance(0.9)
     if figure:
-        from fmu_models.report.figures import save_figure
+        from fmu_models.base.figures import save_figure
         from rig_io.description.figure import columns_figure
 
         save_figure(columns_figure(made.logs), figure, overwrite=overwrite)

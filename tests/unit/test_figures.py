@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
-from fmu_models.report.figures import part_ticks, save_figure
+from fmu_models.base.figures import part_ticks, save_figure
 from fmu_models.report.inline_svg import inline_svg
 from fmu_models.report.scene_figure import draw
 from fmu_models.simulation.trajectory import Trajectory

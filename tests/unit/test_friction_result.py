@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import save_figure
 from fmu_models.base.plain_values import LARGEST
-from fmu_models.report.figures import save_figure
 from identification.estimators.savitzky_golay import FrictionSamples
 from identification.fit.parts import Constant, FittedParameter, LogSummary, SpeedBin
 from identification.fit.result import FrictionFit

@@ -13,7 +13,7 @@ from made_fit import made_fit
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.report.figures import save_figure
+from fmu_models.base.figures import save_figure
 from identification.commands.application import app
 from identification.fit.fit import fit_friction
 from identification.fit.posterior import target_of

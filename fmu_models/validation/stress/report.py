@@ -103,7 +103,7 @@ def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
     Raises:
         StickslipError: the file exists or cannot be written.
     """
-    from fmu_models.report.figures import save_figure
+    from fmu_models.base.figures import save_figure
 
     save_figure(heat_map(cells), path, overwrite=overwrite)
 

@@ -11,8 +11,9 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from contextlib import contextmanager, nullcontext
+from functools import wraps
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -22,6 +23,7 @@ from fmu_models.base.pace import Pace, spoken
 from fmu_models.base.table import Cell
 from fmu_models.base.table import table as made_table
 from fmu_models.base.terminal_table import terminal
+from fmu_models.base.trust import command_line, everything
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -35,6 +37,9 @@ INTERRUPTED = 130  # exit code: 128 and the number of the signal
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the Python files, and the FMUs elsewhere, that a file given here names.")
+]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Parameter in SI units; repeat for several.")
 ]
@@ -59,6 +64,25 @@ def flowing(command: Callable[..., None]) -> str:
     """The help of a command from its docstring: typer breaks lines of all paragraphs but the first where we do."""
     paragraphs = inspect.cleandoc(command.__doc__ or "").split("\n\n")
     return "\n\n".join(one.replace("\n", " ") for one in paragraphs)
+
+
+def trusting(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with ``--trust``: one that reads documents which may name code, see `trust`."""
+
+    @wraps(command)
+    def run(*, trust: bool = False, **given: Any) -> None:
+        with everything() if trust else nullcontext():
+            command(**given)
+
+    hints = get_type_hints(command, include_extras=True)
+    parameters = [
+        one.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
+        for name, one in inspect.signature(command).parameters.items()
+    ]
+    added = inspect.Parameter("trust", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Trust)
+    run.__signature__ = inspect.Signature([*parameters, added])  # type: ignore[attr-defined] # what typer reads
+    run.__annotations__ = {one.name: one.annotation for one in (*parameters, added)}
+    return run
 
 
 def interactive() -> bool:
@@ -227,7 +251,8 @@ def run(application: typer.Typer) -> None:
     # typer brings its own click, whose errors it does not export; their base class is that of one it does
     usage_error: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
     try:
-        code = application(standalone_mode=False)
+        with command_line(sys.argv[1:]):
+            code = application(standalone_mode=False)
         sys.stdout.flush()
     except StickslipError as error:
         _complain(str(error))

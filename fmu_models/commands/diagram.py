@@ -12,6 +12,7 @@ from fmu_models.commands.branch import content as branch_content
 from fmu_models.commands.bundles import bundled
 
 
+@console.trusting
 @bundled
 def diagram(
     *,

@@ -14,6 +14,7 @@ from fmu_models.commands.bundles import Without, bundled
 Point = Annotated[f.Section, Without("forcing", "period", "every", "autonomous", "level", "down", "impacts", "stepper")]
 
 
+@console.trusting
 @bundled
 def equilibria(
     *,

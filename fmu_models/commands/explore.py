@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+@console.trusting
 def explore(
     model: Annotated[
         str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), an FMU of this suite, or a model: {NAMED}.")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
 
 
+@console.trusting
 def export(
     model: ModelOrScene,
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,

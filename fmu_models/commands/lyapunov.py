@@ -12,6 +12,7 @@ from fmu_models.commands import families as f
 from fmu_models.commands.bundles import bundled
 
 
+@console.trusting
 @bundled
 def lyapunov(
     section: f.Section,

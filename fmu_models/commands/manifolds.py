@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
 from fmu_models.commands.branch import one_range
@@ -14,6 +15,7 @@ from fmu_models.commands.equilibria import pairs
 from fmu_models.maps import MAPS
 
 
+@console.trusting
 @bundled
 def manifolds(
     section: f.Section,

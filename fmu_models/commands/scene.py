@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
 
 
+@console.trusting
 def scene(
     path: Annotated[
         str | None, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a scene. [default: list them]")

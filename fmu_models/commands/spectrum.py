@@ -14,6 +14,7 @@ LONGEST = 24  # period that is looked for
 SAMPLES = 64  # of a period of the forcing, of a motion without one
 
 
+@console.trusting
 @bundled
 def spectrum(
     section: Annotated[f.Section, Without("every", "autonomous", "level", "down", "impacts", "stepper")],

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 STATE = ".stickslip-watch.json"
 
 
+@console.trusting
 def watch(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Of the logs; the first of them is described.")],
     law: Annotated[str | None, typer.Option(help="Friction law (default: that of the last time, or Conti).")] = None,

@@ -20,6 +20,7 @@ import typer
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL
 from fmu_models.base.pace import Pace, spoken
+from fmu_models.base.printable import in_line, printable, printable_json
 from fmu_models.base.table import Cell
 from fmu_models.base.table import table as made_table
 from fmu_models.base.terminal_table import terminal
@@ -93,9 +94,9 @@ def interactive() -> bool:
 
 def console() -> Console:
     """Where results are printed for people."""
-    from rich.console import Console
+    from fmu_models.base.printable_console import PrintableConsole
 
-    made = Console(highlight=False)
+    made = PrintableConsole(highlight=False)
     if not made.is_terminal and "COLUMNS" not in os.environ:
         made.width = 120  # a file or a pipe has no width of its own
     return made
@@ -104,7 +105,7 @@ def console() -> Console:
 def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None]) -> None:
     """Print a result: ``data`` as JSON, or what ``show`` prints for people."""
     if as_json:
-        print(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False))
+        print(printable_json(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)))
     else:
         show(console())
 
@@ -133,16 +134,16 @@ def plain(text: str, style: str = "") -> Text:
     """Text of somebody else: shown as it is, brackets no markup and control characters no commands to the terminal."""
     from rich.text import Text
 
-    return Text("".join(c if c.isprintable() else " " for c in text), style=style)
+    return Text(in_line(text), style=style)
 
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a function to call with the fraction done. On a terminal a bar appears once the work has taken two seconds;
     elsewhere there is a line on standard error every ten seconds. Notes of an interrupt are said."""
-    from rich.console import Console
+    from fmu_models.base.printable_console import PrintableConsole
 
-    out = Console(stderr=True)
+    out = PrintableConsole(stderr=True)
     pace, begin = Pace(), time.monotonic()
     try:
         with _bar(label, out) if out.is_terminal else _lines(label) as show:
@@ -268,6 +269,7 @@ def run(application: typer.Typer) -> None:
         code = UNWRITTEN
         _forget_output()
     except usage_error as error:
+        error.message = printable(error.message)
         error.show()
         code = 2
     except (KeyboardInterrupt, typer.Abort):
@@ -303,4 +305,4 @@ def warn(text: str) -> None:
 
 
 def _complain(text: str) -> None:
-    print(f"stickslip: {text}", file=sys.stderr)
+    print(f"stickslip: {printable(text)}", file=sys.stderr)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.printable import in_line
 
 if TYPE_CHECKING:
     import pandas
@@ -54,7 +55,7 @@ class Shown:
 
     def __repr__(self) -> str:
         heading, rows = self._heading(), self._rows()
-        line = f"{heading}({', '.join(f'{name}={text}' for name, text in rows)})"
+        line = in_line(f"{heading}({', '.join(f'{name}={text}' for name, text in rows)})")
         if heading == type(self).__name__ and len(line) <= WIDTH:
             return line
         wide = max((len(name) for name, _ in rows), default=0)
@@ -207,6 +208,7 @@ def _list(parts: Sequence[str]) -> str:
 
 
 def _cut(text: str) -> str:
+    text = in_line(text)
     return text if len(text) <= WIDTH else f"{text[: WIDTH - 4]} ..."
 
 

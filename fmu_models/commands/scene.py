@@ -139,7 +139,7 @@ def _explained(scene: Scene) -> dict[str, Any]:
 
 
 def _print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
-    out.print(f"[bold]{scene.name}[/bold]  {scene.title}")
+    out.print(f"[bold]{scene.name}[/bold] ", console.plain(scene.title))
     out.print(f"source: {scene.source}", markup=False)
     inputs = ", ".join(
         f"{name} = {drive.constant:g}" if drive.constant is not None else f"{name} varies"

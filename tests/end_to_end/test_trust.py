@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import shutil
 import sys
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -345,3 +347,37 @@ def test_nothing_else_parses_files_or_runs_what_it_is_told():
                 runs |= {file} if names & RUNNING else set()
     assert parses == set(PARSERS)
     assert runs == set(RUNNERS)
+
+
+EVIL = "\x1b[2J\u202e\x9b31m"
+
+
+def test_foreign_texts_are_no_commands_to_the_terminal(stickslip, fresh, tmp_path):
+    """Of a scene, of an FMU and of a log, printed, as JSON and in errors."""
+    (tmp_path / "scene.toml").write_text(
+        scene().replace("somebody else", json.dumps(EVIL)[1:-1].replace("\x9b", "\\u009b") + "[/bold]")
+    )
+    (tmp_path / "log.csv").write_text(f"time [s],las{EVIL}er [m]\n" + "".join(f"{i},{i}\n" for i in range(50)))
+    with zipfile.ZipFile(load("block_on_belt").path) as ours, zipfile.ZipFile(tmp_path / "evil.fmu", "w") as theirs:
+        for entry in ours.infolist():
+            text = ours.read(entry)
+            if entry.filename == "modelDescription.xml":
+                text = re.sub(rb'description="[^"]*"', f'description="{EVIL[4:]}"'.encode(), text)
+            theirs.writestr(entry, text)
+    for command in (
+        ("scene", "scene.toml"),
+        ("simulate", "scene.toml"),
+        ("inspect", "evil.fmu"),
+        ("simulate", "evil.fmu", "--until", "1", "--set", f"{EVIL}=1"),
+        ("describe", "log.csv"),
+        ("fit", "log.csv"),
+        ("scene", f"{EVIL}.toml"),
+        ("scene", "scene.toml", f"--{EVIL}"),
+    ):
+        for json_too in ((), ("--json",)):
+            answer = stickslip(*command, *json_too)
+            assert not set("\x1b\u202e\x9b\r") & set(answer.out + answer.err), command
+            if json_too and answer.code == 0:
+                assert answer.json
+    assert stickslip("scene", "scene.toml", "--json").json["scene"]["title"] == f"of {EVIL}[/bold]"
+    assert r"of \x1b[2J\u202e\x9b31m[/bold]" in stickslip("scene", "scene.toml").out

@@ -11,17 +11,20 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from contextlib import contextmanager, nullcontext
+from functools import wraps
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL
 from fmu_models.base.pace import Pace, spoken
+from fmu_models.base.printable import in_line, printable, printable_json
 from fmu_models.base.table import Cell
 from fmu_models.base.table import table as made_table
 from fmu_models.base.terminal_table import terminal
+from fmu_models.base.trust import command_line, everything
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -35,6 +38,9 @@ INTERRUPTED = 130  # exit code: 128 and the number of the signal
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the Python files, and the FMUs elsewhere, that a file given here names.")
+]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Parameter in SI units; repeat for several.")
 ]
@@ -61,6 +67,25 @@ def flowing(command: Callable[..., None]) -> str:
     return "\n\n".join(one.replace("\n", " ") for one in paragraphs)
 
 
+def trusting(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with ``--trust``: one that reads documents which may name code, see `trust`."""
+
+    @wraps(command)
+    def run(*, trust: bool = False, **given: Any) -> None:
+        with everything() if trust else nullcontext():
+            command(**given)
+
+    hints = get_type_hints(command, include_extras=True)
+    parameters = [
+        one.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
+        for name, one in inspect.signature(command).parameters.items()
+    ]
+    added = inspect.Parameter("trust", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Trust)
+    run.__signature__ = inspect.Signature([*parameters, added])  # type: ignore[attr-defined] # what typer reads
+    run.__annotations__ = {one.name: one.annotation for one in (*parameters, added)}
+    return run
+
+
 def interactive() -> bool:
     """Whether somebody can answer a question: the input is a terminal, but not that which a notebook gives to its `!`
     commands (its kernel has `JPY_PARENT_PID` in the environment), into which nobody can type."""
@@ -69,9 +94,9 @@ def interactive() -> bool:
 
 def console() -> Console:
     """Where results are printed for people."""
-    from rich.console import Console
+    from fmu_models.base.printable_console import PrintableConsole
 
-    made = Console(highlight=False)
+    made = PrintableConsole(highlight=False)
     if not made.is_terminal and "COLUMNS" not in os.environ:
         made.width = 120  # a file or a pipe has no width of its own
     return made
@@ -80,7 +105,7 @@ def console() -> Console:
 def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None]) -> None:
     """Print a result: ``data`` as JSON, or what ``show`` prints for people."""
     if as_json:
-        print(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False))
+        print(printable_json(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)))
     else:
         show(console())
 
@@ -109,16 +134,16 @@ def plain(text: str, style: str = "") -> Text:
     """Text of somebody else: shown as it is, brackets no markup and control characters no commands to the terminal."""
     from rich.text import Text
 
-    return Text("".join(c if c.isprintable() else " " for c in text), style=style)
+    return Text(in_line(text), style=style)
 
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a function to call with the fraction done. On a terminal a bar appears once the work has taken two seconds;
     elsewhere there is a line on standard error every ten seconds. Notes of an interrupt are said."""
-    from rich.console import Console
+    from fmu_models.base.printable_console import PrintableConsole
 
-    out = Console(stderr=True)
+    out = PrintableConsole(stderr=True)
     pace, begin = Pace(), time.monotonic()
     try:
         with _bar(label, out) if out.is_terminal else _lines(label) as show:
@@ -227,7 +252,8 @@ def run(application: typer.Typer) -> None:
     # typer brings its own click, whose errors it does not export; their base class is that of one it does
     usage_error: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
     try:
-        code = application(standalone_mode=False)
+        with command_line(sys.argv[1:]):
+            code = application(standalone_mode=False)
         sys.stdout.flush()
     except StickslipError as error:
         _complain(str(error))
@@ -243,6 +269,7 @@ def run(application: typer.Typer) -> None:
         code = UNWRITTEN
         _forget_output()
     except usage_error as error:
+        error.message = printable(error.message)
         error.show()
         code = 2
     except (KeyboardInterrupt, typer.Abort):
@@ -278,4 +305,4 @@ def warn(text: str) -> None:
 
 
 def _complain(text: str) -> None:
-    print(f"stickslip: {text}", file=sys.stderr)
+    print(f"stickslip: {printable(text)}", file=sys.stderr)

@@ -6,7 +6,8 @@
     package.module:NAME     of a module, installed or beside
 
 A file or module of the user is run whenever it is named, so that it is never older than its text; it finds the modules
-beside it. What it prints goes to standard error, and what it raises is told with its own line.
+beside it. What it prints goes to standard error, and what it raises is told with its own line. Whether it may run is
+for `trust` to say; this is the only place that runs what a text names.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import is_there
+from fmu_models.base.trust import FILE, MODULE, check, everything, is_place
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -36,8 +38,6 @@ Reference = str | os.PathLike[str]
 
 OURS = "stickslip"  # the origin of members of our folders
 _NOT_USERS = {"fmu_models", "rig_io", "identification", *sys.stdlib_module_names}
-_FILE = re.compile(r"(?P<file>.+\.py)(:(?P<attribute>\w+))?")
-_MODULE = re.compile(r"(?P<module>[\w.]+):(?P<attribute>\w+)")
 
 
 @dataclass(frozen=True)
@@ -106,29 +106,34 @@ class Registry(Generic[T]):
             beside: folder that relative paths and modules start from; the working folder if None.
 
         Raises:
-            StickslipError: there is none, it is of another type, or its file fails; with the line in the user's file.
+            StickslipError: there is none, it is of another type, nobody trusts it, or its file fails; with the line in
+                the user's file.
         """
         name = os.fspath(reference)
         if name in self._modules:
             return getattr(importlib.import_module(self._modules[name]), self.attribute)
         folder = Path(beside or "").absolute()
-        if found := _FILE.fullmatch(name):
+        if is_place(name):
+            check(name, folder)
+        if found := FILE.fullmatch(name):
             module = _run_file(folder / found["file"], self.kind, found["file"])
             return self._taken(module, found["attribute"], found["file"])
-        if found := _MODULE.fullmatch(name):
+        if found := MODULE.fullmatch(name):
             return self._taken(_import(found["module"], folder, self.kind), found["attribute"], found["module"])
         point = self._entry_point(name, folder)
-        return self._taken(_import(point.module, folder, self.kind), point.attr or None, point.module)
+        return self._taken(_import(point.module, None, self.kind), point.attr or None, point.module)
 
     def running(self, reference: Reference, beside: Path | None = None) -> AbstractContextManager[None]:
         """A context in which a member may be called: what the user's raises is told with its own line, as by `load`."""
         name, folder = os.fspath(reference), Path(beside or "").absolute()
         if name in self.members():
             return nullcontext()
-        if found := _FILE.fullmatch(name):
+        if not is_place(name):
+            return code_of_user(None, self._entry_point(name).module.partition(".")[0])
+        check(name, folder)
+        if found := FILE.fullmatch(name):
             return code_of_user((folder / found["file"]).parent)
-        module = name if is_place(name) else self._entry_point(name).module
-        return code_of_user(folder, module.partition(":")[0].partition(".")[0])
+        return code_of_user(folder, name.partition(":")[0].partition(".")[0])
 
     @property
     def _modules(self) -> dict[str, str]:
@@ -179,34 +184,31 @@ class Registry(Generic[T]):
         return any(f"{kind.__module__}.{kind.__qualname__}" in self.types for kind in type(value).__mro__)
 
 
-def is_place(reference: Reference) -> bool:
-    """Whether a reference is a file or a module, not the name of a member."""
-    return bool(_FILE.fullmatch(os.fspath(reference)) or _MODULE.fullmatch(os.fspath(reference)))
-
-
 def moved(reference: str, beside: Path, to: Path) -> str:
     """A reference that was relative to one folder, for another."""
-    found = _FILE.fullmatch(reference)
+    found = FILE.fullmatch(reference)
     if not found or Path(found["file"]).is_absolute() or beside.absolute() == to.absolute():
         return reference
     return os.path.relpath(beside / reference, to)
 
 
 @contextmanager
-def code_of_user(folder: Path, package: str = "") -> Iterator[None]:
+def code_of_user(folder: Path | None, package: str = "") -> Iterator[None]:
     """Run what a user wrote in a folder, or an installed package: modules of the folder are found, and errors are told
-    with the line where they arose there.
+    with the line where they arose there. What it reads in turn is trusted as it is. An installed package alone has no
+    folder: no file of the working folder stands in for one of its modules.
 
     Raises:
         StickslipError: in place of what it raised.
     """
     path, bytecode, before = list(sys.path), sys.dont_write_bytecode, set(sys.modules)
-    sys.path.insert(0, str(folder))
+    if folder:
+        sys.path.insert(0, str(folder))
     # bytecode is known by its second: a file changed twice within one would be an old one
     sys.dont_write_bytecode = True
     importlib.invalidate_caches()
     try:
-        with redirect_stdout(sys.stderr):
+        with redirect_stdout(sys.stderr), everything():
             yield
     except (Exception, SystemExit) as error:
         place = _place(error, folder, package)
@@ -220,7 +222,7 @@ def code_of_user(folder: Path, package: str = "") -> Iterator[None]:
         sys.dont_write_bytecode = bytecode
         # the next one, perhaps of another folder, shall find its own module of that name, as it is then
         for name in set(sys.modules) - before:
-            if _is_in(folder, getattr(sys.modules[name], "__file__", None), name):
+            if folder and _is_in(folder, getattr(sys.modules[name], "__file__", None), name):
                 del sys.modules[name]
 
 
@@ -245,8 +247,8 @@ def _run_file(path: Path, kind: str, given: str) -> ModuleType:
     return module
 
 
-def _import(name: str, folder: Path, kind: str) -> ModuleType:
-    """A module by its name, of a folder or installed.
+def _import(name: str, folder: Path | None, kind: str) -> ModuleType:
+    """A module by its name, of a folder or installed; None: installed alone.
 
     Raises:
         StickslipError: there is none, or it fails.
@@ -256,20 +258,19 @@ def _import(name: str, folder: Path, kind: str) -> ModuleType:
             return importlib.import_module(name)
         except ModuleNotFoundError as error:
             if error.name and f"{name}.".startswith(f"{error.name}."):
-                raise StickslipError(
-                    f"The {kind} is to come from a module '{name}', which is neither in '{folder}' nor installed."
-                ) from None
+                missing = f"neither in '{folder}' nor installed" if folder else "not installed"
+                raise StickslipError(f"The {kind} is to come from a module '{name}', which is {missing}.") from None
             raise
 
 
-def _place(error: BaseException, folder: Path, package: str) -> str | None:
+def _place(error: BaseException, folder: Path | None, package: str) -> str | None:
     """File and line that an error arose in, in a folder or a package; None if in neither."""
     if isinstance(error, SyntaxError) and error.filename and Path(error.filename).is_file():
         return f"{_shown(error.filename)}, line {error.lineno}"
     found = None
     for frame, line in traceback.walk_tb(error.__traceback__):
         file, module = frame.f_code.co_filename, frame.f_globals.get("__name__", "")
-        if _is_in(folder, file, module) or (package and module.partition(".")[0] == package):
+        if (folder and _is_in(folder, file, module)) or (package and module.partition(".")[0] == package):
             found = f"{_shown(file)}, line {line}"
     return found
 

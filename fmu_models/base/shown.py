@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import save_figure
+from fmu_models.base.printable import in_line
 from fmu_models.base.record import record
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class Shown:
 
     def __repr__(self) -> str:
         heading, rows = self._heading(), self._rows()
-        line = f"{heading}({', '.join(f'{name}={text}' for name, text in rows)})"
+        line = in_line(f"{heading}({', '.join(f'{name}={text}' for name, text in rows)})")
         if heading == type(self).__name__ and len(line) <= WIDTH:
             return line
         wide = max((len(name) for name, _ in rows), default=0)
@@ -223,6 +224,7 @@ def _list(parts: Sequence[str]) -> str:
 
 
 def _cut(text: str) -> str:
+    text = in_line(text)
     return text if len(text) <= WIDTH else f"{text[: WIDTH - 4]} ..."
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fmu_models.base.digits import UNCERTAIN, deviation, like_sd, value_with_sd
+from fmu_models.base.printable import in_line
 
 
 @dataclass(frozen=True)
@@ -20,8 +21,8 @@ class Cell:
     kind: Literal["text", "number", "fail"] = "text"
 
     def __post_init__(self) -> None:
-        # what somebody else wrote must be no command to a terminal
-        object.__setattr__(self, "words", "".join(c if c.isprintable() or c == "\n" else " " for c in self.words))
+        # what somebody else wrote must be no command to a terminal, and is as wide as it is shown
+        object.__setattr__(self, "words", "\n".join(map(in_line, self.words.split("\n"))))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.trust import admit
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -19,14 +20,14 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*
 
 
 class Document:
-    """A parsed file; a place in it is the sequence of its keys.
+    """A parsed file; a place in it is the sequence of its keys. trust: the user trusts the code that it names.
 
     Raises:
         StickslipError: it cannot be read, or is not TOML.
     """
 
-    def __init__(self, path: Path, text: str) -> None:
-        self.path = path
+    def __init__(self, path: Path, text: str, *, trust: bool = False) -> None:
+        self.path, self.trust = path, trust
         self._text = text
         try:
             self.data: dict[str, Any] = tomllib.loads(text)
@@ -100,6 +101,19 @@ class Document:
             raise self.fault(f"'{key}' is missing. Add it: {key} = \"...\"", *place)
         if not isinstance(found, str):
             raise self.fault(f"'{key}' must be a text in quotation marks, found {found!r}.", *place, key)
+        return found
+
+    def reference(self, key: str, *place: str | int, default: str | None = None) -> str:
+        """A text that may name code, as a model or a law is named.
+
+        Raises:
+            StickslipError: no text, or code that the user does not trust.
+        """
+        found = self.text(key, *place, default=default)
+        try:
+            admit(found, self.path.parent, trust=self.trust)
+        except StickslipError as error:
+            raise self.fault(str(error), *place, key) from None
         return found
 
     def names(self, key: str, *place: str) -> tuple[str, ...] | None:
@@ -221,14 +235,14 @@ def _unknown(unit: str) -> str:
     return ""
 
 
-def read_document(path: Path) -> Document:
-    """Read a file.
+def read_document(path: Path, *, trust: bool = False) -> Document:
+    """Read a file; trust: as in `Document`.
 
     Raises:
         StickslipError: it cannot be read, or is not TOML.
     """
     try:
-        return Document(path, path.read_text("utf-8"))
+        return Document(path, path.read_text("utf-8"), trust=trust)
     except (OSError, UnicodeDecodeError) as error:
         raise StickslipError(f"'{path}' cannot be read ({error}). Give a TOML file.") from error
 

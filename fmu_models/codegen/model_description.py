@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from fmu_models.base.printable import printable
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.codegen.map_structure import MapStructure
 from fmu_models.codegen.model_structure import ModelStructure
@@ -18,12 +19,13 @@ LOG_CATEGORIES = {
 
 
 def render(template: str, **values: Any) -> str:
-    """Fill one of the templates beside this module; values are escaped for XML."""
+    """Fill one of the templates beside this module; values are escaped for XML, which knows no control characters."""
     import jinja2
 
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("fmu_models.codegen"),
         autoescape=True,
+        finalize=lambda value: printable(value) if type(value) is str else value,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,

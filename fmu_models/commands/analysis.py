@@ -56,7 +56,7 @@ def command_of(name: str) -> Callable[..., None]:
         for name in parts
     ]
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined] # what typer reads
-    return bundled(command)
+    return console.trusting(bundled(command))
 
 
 def _option(declared: Declared) -> Any:

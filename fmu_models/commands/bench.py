@@ -14,6 +14,7 @@ from fmu_models.base.files import refuse_existing
 DEFAULT = ["discontinuous_support_table_1"]
 
 
+@console.trusting
 def bench(
     scenes: Annotated[
         list[str] | None,

@@ -17,6 +17,7 @@ from fmu_models.commands.bundles import bundled
 SWITCHES = ("none", "all")
 
 
+@console.trusting
 @bundled
 def branch(
     *,

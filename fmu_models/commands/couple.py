@@ -14,6 +14,7 @@ from fmu_models.base.files import refuse_existing
 SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
 
 
+@console.trusting
 def couple(
     path: Annotated[
         Path,

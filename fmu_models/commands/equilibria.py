@@ -15,6 +15,7 @@ from fmu_models.commands.bundles import Without, bundled
 Point = Annotated[f.Section, Without("forcing", "period", "every", "autonomous", "level", "down", "impacts", "stepper")]
 
 
+@console.trusting
 @bundled
 def equilibria(
     *,

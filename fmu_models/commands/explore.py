@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+@console.trusting
 def explore(
     model: Annotated[
         str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), an FMU of this suite, or a model: {NAMED}.")
@@ -57,7 +58,8 @@ def explore(
 
     def show(out: Console) -> None:
         planes = ", ".join(f"{y} over {x}" for x, y in page.planes)
-        out.print(f"[bold]{target}[/bold]: {page.name}, {content['bytes'] / 1000:.0f} kB, draws {planes}")
+        said = f"{target}: {page.name}, {content['bytes'] / 1000:.0f} kB, draws {planes}"
+        out.print(console.plain(said))
         out.print("Open it in a browser; it needs no network.")
 
     for note in page.notes:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
 
 
+@console.trusting
 def export(
     model: ModelOrScene,
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
@@ -208,7 +209,9 @@ def _print_system(content: dict[str, Any], out: Console) -> None:
     out.print(f"[bold]{content['file']}[/bold]: a system of FMI {content['fmi_version']} FMUs, SSP 1.0")
     for name, file in content["units"].items():
         sets = content["parameters"].get(name, {})
-        out.print(f"  {name}: {file}; " + ", ".join(f"{kind} {len(values)}" for kind, values in sets.items()))
+        out.print(
+            f"  {name}: {file}; " + ", ".join(f"{kind} {len(values)}" for kind, values in sets.items()), markup=False
+        )
     for connection in content["connections"]:
         out.print(f"  {connection}", markup=False)
 

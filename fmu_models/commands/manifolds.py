@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
 from fmu_models.commands.branch import one_range
@@ -13,6 +14,7 @@ from fmu_models.commands.bundles import bundled
 from fmu_models.maps import MAPS
 
 
+@console.trusting
 @bundled
 def manifolds(
     section: f.Section,

@@ -14,6 +14,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.trust import is_place
 from fmu_models.commands.arguments import Model
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ def scene(model: Model, overwrite: Overwrite = False, json: Json = False) -> Non
     name = f"{declared.name}_scene"
     values = {
         "file": f"{name}.toml",
+        # of a model of one's own: the scene names a file
+        "trust": ", trust=True" if is_place(model) else "",
         "title": json_files.dumps(declared.title),
         "reference": json_files.dumps(model),
         # the switches of an automaton are no choice
@@ -71,7 +74,7 @@ def scene(model: Model, overwrite: Overwrite = False, json: Json = False) -> Non
         "inputs": system.inputs,
         "states": system.states,
     }
-    following = f"stickslip scene {name}.toml"
+    following = f"stickslip scene {name}.toml{' --trust' if is_place(model) else ''}"
     _write({"scene.toml": f"{name}.toml", "test_scene.py": f"test_{name}.py"}, values, following, overwrite, json)
 
 

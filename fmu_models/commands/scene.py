@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
 
 
+@console.trusting
 def scene(
     path: Annotated[
         str | None, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a scene. [default: list them]")
@@ -138,7 +139,7 @@ def _explained(scene: Scene) -> dict[str, Any]:
 
 
 def _print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
-    out.print(f"[bold]{scene.name}[/bold]  {scene.title}")
+    out.print(f"[bold]{scene.name}[/bold] ", console.plain(scene.title))
     out.print(f"source: {scene.source}", markup=False)
     inputs = ", ".join(
         f"{name} = {drive.constant:g}" if drive.constant is not None else f"{name} varies"

@@ -28,6 +28,7 @@ METHODS = "auto, dopri5, dop853, stiff, co-simulation, scheduled"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 
 
+@console.trusting
 def simulate(
     model: Annotated[
         str, typer.Argument(metavar="MODEL", help=f"The .fmu file of anybody, a scene (.toml), or a model: {NAMED}.")

@@ -4,7 +4,7 @@ connections = [{ from = "rig.F0", to = "motor0.force" }, { from = "motor0.w", to
 stop_time = 10.0
 
 [units.rig]
-fmu = "rig.fmu"                 # a path from this file on, or: model = "disc_rig", contacts = ["disc0"]
+fmu = "rig.fmu"                 # beside this file or below, or: model = "disc_rig", contacts = ["disc0"]
 parameters = { N0 = 3.0 }
 start = { theta = 0.1 }
 """
@@ -36,8 +36,9 @@ def is_system(path: str) -> bool:
     return file.suffix in (".ssp", ".ssd") or (file.suffix == ".toml" and "units" in read_document(file).data)
 
 
-def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0") -> CoupledSystem:
-    """The system in a TOML, .ssd or .ssp file; fmi_version: of the FMUs that are built for it.
+def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust: bool = False) -> CoupledSystem:
+    """The system in a TOML, .ssd or .ssp file; fmi_version: of the FMUs that are built for it; trust: Python files that
+    it names, and FMUs outside its folder, may run.
 
     Raises:
         StickslipError: no such file, not readable, or a system that does not fit together; says where.
@@ -45,7 +46,7 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0") -> Co
     path = named_file(path, shipped.files("systems"), "system")
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)
-    document = read_document(path)
+    document = read_document(path, trust=trust)
     document.check_keys(("units", "connections", "solver", "adaptive", "outputs", *NUMBERS))
     given = document.data
     units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
@@ -71,7 +72,7 @@ def _unit(document: Document, name: str, fmi_version: str) -> Unit:
     if ("fmu" in table) == ("model" in table):
         raise document.fault(f'unit \'{name}\' needs one of fmu = "FILE.fmu" and model = "NAME".', *place)
     kind = "fmu" if "fmu" in table else "model"
-    source, contacts = document.text(kind, *place), document.names("contacts", *place)
+    source, contacts = document.reference(kind, *place), document.names("contacts", *place)
     if contacts is not None and kind == "fmu":
         raise document.fault("contacts are chosen from a model; an FMU is as it is.", *place, "contacts")
     try:

@@ -84,19 +84,26 @@ def checked_page(path: str | os.PathLike[str], *, overwrite: bool) -> Path:
     return target
 
 
-def explore(model: Model, *, contacts: Sequence[str] | None = None, plot: Sequence[str] | None = None) -> Explorer:
+def explore(
+    model: Model,
+    *,
+    contacts: Sequence[str] | None = None,
+    plot: Sequence[str] | None = None,
+    trust: bool = False,
+) -> Explorer:
     """A page in which a model moves: its engine as WebAssembly, with sliders, portraits and diagrams.
 
     Args:
         model: a declaration, the name, file or module of a model, a scene, or an FMU of this suite.
         contacts: names of those to keep; all if None.
         plot: names of the coordinates to draw; needed where there are more than six.
+        trust: Python files that a scene names may run.
 
     Raises:
         StickslipError: there is no such model, contact or coordinate, more than six coordinates without a choice, an
             FMU of somebody else, or the compiler fails.
     """
-    subject = subject_of(model, contacts)
+    subject = subject_of(model, contacts, trust=trust)
     described = describe(subject, plot)
     states = subject.fmu.states
     planes = tuple((states[i], states[j]) for i, j in described["planes"])

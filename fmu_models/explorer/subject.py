@@ -43,8 +43,8 @@ class Subject:
     notes: tuple[str, ...] = ()
 
 
-def subject_of(model: Model, contacts: Sequence[str] | None = None) -> Subject:
-    """A declaration, the name, file or module of a model, a scene, or an FMU of this suite.
+def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bool = False) -> Subject:
+    """A declaration, the name, file or module of a model, a scene (trust: as in `read_scene`), or an FMU of this suite.
 
     Raises:
         StickslipError: there is none of that name, contacts are to be chosen of a scene or an FMU, or as ``check``.
@@ -56,7 +56,7 @@ def subject_of(model: Model, contacts: Sequence[str] | None = None) -> Subject:
             raise StickslipError("A scene says itself which contacts are in use: change 'contacts' there.")
         from fmu_models.scene.read import read_scene
 
-        return _of_scene(read_scene(os.fspath(model)))
+        return _of_scene(read_scene(os.fspath(model), trust=trust))
     chosen = None if contacts is None else tuple(contacts)
     fmu = load(model, contacts=chosen)
     check(fmu)

@@ -190,7 +190,8 @@ def _check_symbols(mechanism: Body) -> None:
     states = {s for q in mechanism.coordinates for s in (q, q.v)} | set(mechanism.internal_states) | {TIME}
     contacts = {symbol for contact in mechanism.contacts for symbol in contact.shown}
     accelerations = {q.a for q in mechanism.coordinates}
-    for symbol in sorted(mechanism.symbols, key=str):
+    used = mechanism.symbols
+    for symbol in sorted(used, key=str):
         known = isinstance(symbol, (Parameter, Input)) or symbol in states | contacts | accelerations
         if not known:
             raise StickslipError(f"{mechanism.name}: {stranger(symbol)}")
@@ -207,6 +208,12 @@ def _check_symbols(mechanism: Body) -> None:
     for requirement in mechanism.all_requirements:
         if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
             raise StickslipError(f"{mechanism.name}: the requirement '{requirement.sentence}' may use parameters only.")
+        if lost := sorted(map(str, sympy.sympify(requirement.expression).free_symbols - used)):
+            raise StickslipError(
+                f"{mechanism.name}: {' and '.join(lost)} drops out: no energy, contact or output depends on it, though "
+                f"'{requirement.sentence}' is required. It does so where two parameters of a law are one, such as mu_s "
+                "and mu_k: give each its own, or take a law without it."
+            )
 
 
 def stranger(symbol: sympy.Basic) -> str:

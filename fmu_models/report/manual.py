@@ -105,7 +105,7 @@ def _sources() -> Iterator[Path]:
 
 
 def _build(work: Path, strict: bool, progress: Callable[[float], None]) -> None:
-    line = [sys.executable, "-m", "sphinx", "-b", "html", "-j", "auto", "-d", str(work / "trees")]
+    line = [sys.executable, "-P", "-m", "sphinx", "-b", "html", "-j", "auto", "-d", str(work / "trees")]
     line += [*(["-W", "--keep-going"] if strict else []), str(work / "source"), str(work / "site")]
     paths = [str(shipped.ROOM), os.environ.get("PYTHONPATH", "")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}

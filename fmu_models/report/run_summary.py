@@ -140,7 +140,7 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(plain(f"  and {len(content['ranges']) - LISTED} more, which --json lists"))
     for name, row in content["contacts"].items():
         shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
-        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
+        out.print(f"contact {name}: {row['events']} events; of the time {shares}", markup=False)
     if content["clocks"]:
         out.print(plain(f"clocks: {', '.join(f'{name} {count}' for name, count in content['clocks'].items())} ticks"))
     for name, row in content.get("texts", {}).items():

@@ -119,8 +119,9 @@ class _Check:
     def _load(self) -> Mechanism:
         from fmu_models.codegen.package import variant
 
+        model = self.doc.reference("model")
         try:
-            return variant(self.doc.text("model"), beside=self.doc.path.parent)
+            return variant(model, beside=self.doc.path.parent)
         except StickslipError as error:
             raise self.doc.fault(str(error), "model") from error
 
@@ -130,7 +131,7 @@ class _Check:
 
         doc = self.doc
         self.contacts = doc.names("contacts")
-        laws = {contact: doc.text(contact, "laws") for contact in doc.table("laws")}
+        laws = {contact: doc.reference(contact, "laws") for contact in doc.table("laws")}
         known = [contact.name for contact in self.full.contacts]
         for name in self.contacts or ():
             if name not in known:

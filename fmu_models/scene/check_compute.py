@@ -55,7 +55,7 @@ def checked_compute(doc: Document, names: Names) -> Compute:
     Raises:
         StickslipError: what is wrong, with its line.
     """
-    name = doc.text("kind", "compute", default="trajectory")
+    name = doc.reference("kind", "compute", default="trajectory")
     try:
         kind = KINDS.load(name, doc.path.parent)
     except StickslipError as error:

@@ -17,14 +17,15 @@ from fmu_models.scene.scene import Scene
 SUFFIX = ".toml"
 
 
-def read_scene(path: str | os.PathLike[str]) -> Scene:
+def read_scene(path: str | os.PathLike[str], *, trust: bool = False) -> Scene:
     """Read a scene; one of our own models that was read before needs neither its model nor SymPy.
 
     Args:
         path: of a TOML file, or the name of one that comes along.
+        trust: Python files that it names may run.
 
     Raises:
-        StickslipError: no such file, or what is wrong in it, with its line.
+        StickslipError: no such file, or what is wrong in it, with its line; or it names code that is not trusted.
     """
     path = find(path)
     try:
@@ -36,7 +37,7 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
         return Scene.from_json(kept.read_text("utf-8"))
     from fmu_models.scene.check import checked_scene
 
-    scene = checked_scene(read_document(path))
+    scene = checked_scene(read_document(path, trust=trust))
     if not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
         return scene
     with write_whole(kept, overwrite=True) as temporary:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 TARGETS = (".fmu", ".toml", ".ssv", ".ssp")
 
 
+@console.trusting
 def apply(
     fitted: FitFile,
     source: Annotated[

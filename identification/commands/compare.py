@@ -18,6 +18,7 @@ SceneOption = Annotated[
 ]
 
 
+@console.trusting
 def compare(
     fitted: FitFile,
     logs: Logs,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from identification.next_step.design import Design
 
 
+@console.trusting
 def design(
     fitted: FitFile,
     speeds: Annotated[str | None, typer.Option(help="Drive speeds to try, rad/s, separated by commas.")] = None,

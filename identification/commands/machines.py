@@ -65,7 +65,10 @@ def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Machi
     from identification.machines.read import machine_of
 
     fit = read_machine_fit(path)
-    return fit, machine_of(fit, declaration)
+    try:
+        return fit, machine_of(fit, declaration)
+    except StickslipError as error:
+        raise StickslipError(f"'{path}': {error}") from error
 
 
 def compare_machine(

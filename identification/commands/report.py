@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+@console.trusting
 def report(
     fitted: FitFile,
     logs: Logs,

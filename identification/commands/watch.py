@@ -14,6 +14,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
+from fmu_models.base.printable import printable_json
 
 if TYPE_CHECKING:
     from identification.watch.state import Entry, State
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 STATE = ".stickslip-watch.json"
 
 
+@console.trusting
 def watch(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Of the logs; the first of them is described.")],
     law: Annotated[str | None, typer.Option(help="Friction law (default: that of the last time, or Conti).")] = None,
@@ -132,7 +134,7 @@ def _say(entry: Entry, live: bool, json: bool) -> None:
     from dataclasses import asdict
 
     if json:
-        print(json_text.dumps(asdict(entry), ensure_ascii=False), flush=True)
+        print(printable_json(json_text.dumps(asdict(entry), ensure_ascii=False)), flush=True)
     elif not live:
         values = ", ".join(f"{name} {value:.4g} +- {sd:.1g}" for name, (value, sd) in entry.values.items())
         said = "; ".join((*entry.calls, *((entry.reason,) if entry.reason else ())))

@@ -13,6 +13,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Moving
+from fmu_models.base.trust import admit
 from identification.estimators.releases import Breakaway
 from identification.fit.parts import (
     AT_LEAST,
@@ -279,19 +281,19 @@ class FrictionFit(Moving):
         return json.dumps(self.to_dict(), indent=2)
 
     @staticmethod
-    def from_json(text: str) -> FrictionFit:
-        """A result read back.
+    def from_json(text: str, *, trust: bool = False) -> FrictionFit:
+        """A result read back; trust: Python files that it names, of a law or an estimator, may run.
 
         Raises:
-            StickslipError: the text is not a fit written by `to_json`.
+            StickslipError: the text is not a fit written by `to_json`, or names code that is not trusted.
         """
         try:
-            return FrictionFit.from_dict(json.loads(text))
+            return FrictionFit.from_dict(json.loads(text), trust=trust)
         except (json.JSONDecodeError, RecursionError) as error:
             raise StickslipError(f"This is not JSON ({error}). Give a result written by `stickslip fit`.") from error
 
     @staticmethod
-    def from_dict(plain: Any) -> FrictionFit:
+    def from_dict(plain: Any, *, trust: bool = False) -> FrictionFit:
         """As `from_json`, from plain values."""
         if not isinstance(plain, dict) or plain.get("type") != "stickslip friction fit":
             raise StickslipError('This is not a fitted law: it lacks "type": "stickslip friction fit".')
@@ -307,6 +309,8 @@ class FrictionFit(Moving):
             if isinstance(values.get(key), list):
                 values[key] = [_renamed(one, kept) for one in values[key]]
         fit = from_plain(FrictionFit, values, "The fitted law")
+        for reference in (fit.law_reference, fit.estimator):
+            admit(reference, Path(), trust=trust)
         n = len(fit.parameters)
         if [len(row) for row in fit.correlation] != [n] * n:
             raise StickslipError(f"The fitted law has {n} parameters, but no correlation of {n} by {n}. Fit again.")
@@ -327,15 +331,15 @@ def _without_written(parameter: Any) -> Any:
     return {key: value for key, value in parameter.items() if key not in WRITTEN}
 
 
-def read_fit(path: str | os.PathLike[str]) -> FrictionFit:
-    """A result of 'stickslip fit --result', or of `FrictionFit.to_json` in a file.
+def read_fit(path: str | os.PathLike[str], *, trust: bool = False) -> FrictionFit:
+    """A result of 'stickslip fit --result', or of `FrictionFit.to_json` in a file; trust: as in `from_json`.
 
     Raises:
-        StickslipError: there is none, or it cannot be read.
+        StickslipError: there is none, it cannot be read, or it names code that is not trusted.
     """
     file = existing(path, "fit", " Make one: stickslip fit LOGS --result FILE.json")
     try:
-        return FrictionFit.from_json(file.read_text(encoding="utf-8"))
+        return FrictionFit.from_json(file.read_text(encoding="utf-8"), trust=trust)
     except (OSError, UnicodeDecodeError) as error:
         raise StickslipError(
             f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."

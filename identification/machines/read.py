@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.registry import Reference, is_place
+from fmu_models.base.registry import Reference
+from fmu_models.base.trust import admit, is_place
 from fmu_models.base.unit_names import conversion_factor
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
@@ -89,17 +90,20 @@ def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism
     return found
 
 
-def machine_of(fit: MachineFit, declaration: str | None = None) -> Machine:
-    """The machine of a fit, where it was declared, or where it is now.
+def machine_of(fit: MachineFit, declaration: str | None = None, *, trust: bool = False) -> Machine:
+    """The machine of a fit, where it was declared, or where it is now; trust: the Python file that the fit names may
+    run.
 
     Raises:
-        StickslipError: it is not there, or the fit does not say where.
+        StickslipError: it is not there, the fit does not say where, or it names code that is not trusted.
     """
     place = declaration or fit.declaration
     if not place:
         raise StickslipError(
             f"The fit does not say where {fit.machine} is declared: name its declaration with --machine my_robot.py."
         )
+    if not declaration:
+        admit(place, Path(), trust=trust)
     return machine_at(place, fit.gravity, fit.columns)
 
 

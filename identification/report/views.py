@@ -95,9 +95,10 @@ def _(portrait: PortraitComparison) -> str:
 
 
 def _text(renderable: RenderableType) -> str:
-    from rich.console import Console
+    from fmu_models.base.printable_console import PrintableConsole
 
     out = StringIO()
     # text wherever it is asked for: a notebook's console would show it instead, and colours are codes
-    Console(file=out, width=WIDTH, highlight=False, force_terminal=False, force_jupyter=False).print(renderable)
+    console = PrintableConsole(file=out, width=WIDTH, highlight=False, force_terminal=False, force_jupyter=False)
+    console.print(renderable)
     return out.getvalue().rstrip()

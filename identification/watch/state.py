@@ -10,6 +10,7 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
+from fmu_models.base.trust import admit
 
 VERSION = 1
 FITTED, DECAY, REFUSED = "fitted", "free-decay", "refused"
@@ -67,11 +68,11 @@ def write_state(path: Path, state: State) -> None:
         temporary.write_text(json.dumps(state.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def read_state(path: Path) -> State:
-    """A state as `write_state` wrote it.
+def read_state(path: Path, *, trust: bool = False) -> State:
+    """A state as `write_state` wrote it; trust: Python files that it names, of a law or an estimator, may run.
 
     Raises:
-        StickslipError: the file is none.
+        StickslipError: the file is none, or names code that is not trusted.
     """
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
@@ -89,9 +90,15 @@ def read_state(path: Path) -> State:
             )
             for one in plain["entries"]
         )
-        return State(str(plain["law"]), str(plain["estimator"]), entries)
+        state = State(str(plain["law"]), str(plain["estimator"]), entries)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise StickslipError(
             f"'{path}' is not the state of a watch ({type(error).__name__}: {error}). Remove it to begin anew, or name "
             "another one: --state FILE."
         ) from error
+    try:
+        for reference in (state.law, state.estimator):
+            admit(reference, Path(), trust=trust)
+    except StickslipError as error:
+        raise StickslipError(f"'{path}': {error}") from None
+    return state

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
 
 
+@console.trusting
 def emulate(
     place: Annotated[
         Path,

@@ -40,7 +40,7 @@ def test_a_new_model_simulates_and_exports_and_its_test_passes(stickslip, tmp_pa
 def test_a_new_scene_of_ones_own_model_runs_and_its_test_passes(stickslip, tmp_path):
     stickslip("new", "model", "my_rig")
     assert stickslip("new", "scene", "my_rig.py").code == 0
-    answer = stickslip("scene", "my_rig_scene.toml", "--json")
+    answer = stickslip("scene", "my_rig_scene.toml", "--trust", "--json")
     assert answer.code == 0 and answer.json["results"][0]["values"]["events"] > 2
     assert passes(tmp_path, "test_my_rig_scene.py")
     scene = tmp_path / "my_rig_scene.toml"

@@ -69,9 +69,9 @@ def mine(tmp_path: Path) -> Path:
 
 def test_a_law_of_the_user_goes_through_every_command(stickslip, mine, tmp_path):
     # the scene finds its law beside it, wherever the command runs
-    assert "rig under a bell" in stickslip("scene", mine / "slow.toml").out
+    assert "rig under a bell" in stickslip("scene", mine / "slow.toml", "--trust").out
     for name in ("slow", "fast"):
-        stickslip("emulate", mine / f"{name}.toml", f"logs_{name}")
+        stickslip("emulate", mine / f"{name}.toml", f"logs_{name}", "--trust")
     logs = ("logs_slow", "logs_fast")
     fitted = stickslip("fit", *logs, "--law", mine / "my_law.py", "--result", "fit.json", "--figure", "fit.png")
     assert "Bell law of disc0" in fitted.out
@@ -81,23 +81,23 @@ def test_a_law_of_the_user_goes_through_every_command(stickslip, mine, tmp_path)
     assert [one["meaning"] for one in found["parameters"]][2] == "width of the bell"
     weak = stickslip("fit", *logs, "--law", f"{mine / 'my_law.py'}:Bell", "--estimator", "weak-form", "--json")
     assert json.loads(weak.out)["law"] == "Bell"
-    assert "pass" in stickslip("compare", "fit.json", *logs).out
-    assert stickslip("report", "fit.json", *logs, "-o", "report.html").code == 0
-    assert stickslip("design", "fit.json", "--speeds", "0.83", "--loads", "4.905").code == 0
-    assert "v_s0" in stickslip("apply", "fit.json", mine / "slow.toml", "-o", mine / "fitted.toml").out
-    assert stickslip("apply", "fit.json", "-o", "fitted.fmu").code == 0
+    assert "pass" in stickslip("compare", "fit.json", *logs, "--trust").out
+    assert stickslip("report", "fit.json", *logs, "-o", "report.html", "--trust").code == 0
+    assert stickslip("design", "fit.json", "--speeds", "0.83", "--loads", "4.905", "--trust").code == 0
+    assert "v_s0" in stickslip("apply", "fit.json", mine / "slow.toml", "-o", mine / "fitted.toml", "--trust").out
+    assert stickslip("apply", "fit.json", "-o", "fitted.fmu", "--trust").code == 0
     assert Path("fitted.fmu").is_file()
 
 
 def test_a_changed_law_is_taken_as_it_is_now(stickslip, mine):
-    before = json.loads(stickslip("scene", mine / "slow.toml", "--json").out)
+    before = json.loads(stickslip("scene", mine / "slow.toml", "--trust", "--json").out)
     (mine / "my_law.py").write_text(LAW.replace("** 2)", "** 4)"), encoding="utf-8")
-    assert json.loads(stickslip("scene", mine / "slow.toml", "--json").out) != before
+    assert json.loads(stickslip("scene", mine / "slow.toml", "--trust", "--json").out) != before
 
 
 def test_a_copy_of_the_smallest_law_of_ours_is_a_law(stickslip, mine):
     (mine / "copied.py").write_bytes((Path(laws.__file__).parent / "coulomb.py").read_bytes())
-    stickslip("emulate", mine / "slow.toml", "logs")
+    stickslip("emulate", mine / "slow.toml", "logs", "--trust")
     fitted = stickslip("fit", "logs", "--law", mine / "copied.py", "--estimator", "weak-form", "--json")
     assert [one["name"] for one in json.loads(fitted.out)["parameters"]] == ["mu"]
 

@@ -86,7 +86,7 @@ def test_a_result_is_that_of_the_model_as_it_is_now(stickslip, own):
     for mass in (1.0, 2.0, 1.0):
         (own / "constants.py").write_text(f"MASS = {mass}\n")
         run = stickslip("simulate", "my_model.py", "--until", "3", "--json").json
-        scene = stickslip("scene", "s.toml", "--json").json["results"]
+        scene = stickslip("scene", "s.toml", "--trust", "--json").json["results"]
         found.append((run["ranges"], scene))
     assert found[0] == found[2] and found[0][0] != found[1][0] and found[0][1] != found[1][1]
 
@@ -95,17 +95,17 @@ def test_a_scene_finds_the_model_beside_it(stickslip, own, tmp_path_factory, mon
     (own / "heavy.toml").write_text(SCENE.format(model="my_model.py", kind="cycle"))
     (own / "module.toml").write_text(SCENE.format(model="my_model:MODEL", kind="cycle"))
     (own / "shipped.toml").write_text(SCENE.format(model="block_on_belt", kind="cycle"))
-    answer = stickslip("scene", "heavy.toml", "--explain", "--json")
+    answer = stickslip("scene", "heavy.toml", "--explain", "--trust", "--json")
     assert answer.code == 0 and answer.json["explained"]["difference"] == 0.0
     results = stickslip("scene", "shipped.toml", "--json").json["results"]
     assert answer.json["results"] == results
     monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
     for name in ("heavy.toml", "module.toml"):
-        assert stickslip("scene", own / name, "--json").json["results"] == results
-        assert stickslip("simulate", own / name, "--json").code == 0
-        assert stickslip("export", own / name).code == 0
+        assert stickslip("scene", own / name, "--trust", "--json").json["results"] == results
+        assert stickslip("simulate", own / name, "--trust", "--json").code == 0
+        assert stickslip("export", own / name, "--trust").code == 0
     (own / "system.toml").write_text('stop_time = 1.0\n[units.one]\nmodel = "my_model.py"\n')
-    answer = stickslip("couple", own / "system.toml", "--json")
+    answer = stickslip("couple", own / "system.toml", "--trust", "--json")
     assert answer.code == 0, answer.err
 
 
@@ -119,7 +119,8 @@ def test_an_error_shows_the_line_of_the_user(stickslip, own):
     ):
         text = model.read_text()
         model.write_text(text.replace(f"m * {old}", f"m * {new}"))
-        for command, place in ((("simulate", "my_model.py"), ""), (("scene", "heavy.toml"), "heavy.toml, line 2: ")):
+        scene = ("scene", "heavy.toml", "--trust")
+        for command, place in ((("simulate", "my_model.py"), ""), (scene, "heavy.toml, line 2: ")):
             answer = stickslip(*command)
             assert answer.code == 2 and answer.err.startswith(f"stickslip: {place}my_model.py, line ")
             assert "Traceback" not in answer.err
@@ -142,21 +143,21 @@ def test_every_command_takes_a_law_of_ones_own(stickslip, tmp_path):
     (tmp_path / "s.toml").write_text(
         SCENE.format(model="block_on_belt", kind="trajectory") + '[laws]\nbelt = "my_law.py"\n[parameters]\nv_s = 0.2\n'
     )
-    assert stickslip("scene", "s.toml").code == 0
-    values = stickslip("scene", "s.toml", "--json").json["results"][0]["values"]
+    assert stickslip("scene", "s.toml", "--trust").code == 0
+    values = stickslip("scene", "s.toml", "--trust", "--json").json["results"][0]["values"]
     (tmp_path / "my_law.py").write_text((tmp_path / "my_law.py").read_text().replace("** 2)", "** 4)"))
-    assert stickslip("scene", "s.toml", "--json").json["results"][0]["values"] != values
+    assert stickslip("scene", "s.toml", "--trust", "--json").json["results"][0]["values"] != values
     fit = ("fit", RIGS, "--law", "my_law.py", "--estimator", "weak-form", "--result", "fit.json")
     assert stickslip(*fit).code == 0
-    assert stickslip("compare", "fit.json", RIGS, "--no-uncertainty").code == 0
-    assert stickslip("report", "fit.json", RIGS, "--no-residuals", "--no-uncertainty").code == 0
-    assert stickslip("apply", "fit.json", "-o", "rig.fmu").code == 0
+    assert stickslip("compare", "fit.json", RIGS, "--no-uncertainty", "--trust").code == 0
+    assert stickslip("report", "fit.json", RIGS, "--no-residuals", "--no-uncertainty", "--trust").code == 0
+    assert stickslip("apply", "fit.json", "-o", "rig.fmu", "--trust").code == 0
     assert "v_s0" in stickslip("inspect", "rig.fmu").out
-    copied = ("apply", "fit.json", "rig.toml", "--name", "v_s0=v_s0", "-o", "elsewhere/fitted.toml")
+    copied = ("apply", "fit.json", "rig.toml", "--name", "v_s0=v_s0", "-o", "elsewhere/fitted.toml", "--trust")
     (tmp_path / "rig.toml").write_text(RIG)
-    assert stickslip(*copied).code == 0 and stickslip("scene", "elsewhere/fitted.toml").code == 0
+    assert stickslip(*copied).code == 0 and stickslip("scene", "elsewhere/fitted.toml", "--trust").code == 0
     (tmp_path / "my_law.py").write_text("x = 1\n1 / 0\n")
-    for command in (fit, ("scene", "s.toml")):
+    for command in (fit, ("scene", "s.toml", "--trust")):
         assert "my_law.py, line 2: ZeroDivisionError" in stickslip(*command, *(["--overwrite"] * (command is fit))).err
 
 

@@ -13,6 +13,7 @@ from fmu_models.language.contacts import Friction, Requirement
 from fmu_models.language.declaration import Output
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre
+from fmu_models.language.laws.stribeck import Stribeck
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter, per_second
 from fmu_models.language.values import check_values
@@ -23,6 +24,8 @@ N = Parameter("N", 2.0, "N", "normal force", minimum=0.0)
 mu_s = Parameter("mu_s", 0.5, "1", "static friction", minimum=0.0, maximum=2.0)
 mu_k = Parameter("mu_k", 0.3, "1", "kinetic friction", minimum=0.0)
 p = Parameter("p", 10.0, "s/m", "steepness", minimum=0.0)
+v_s = Parameter("v_s", 0.1, "m/s", "Stribeck speed")
+mu_v = Parameter("mu_v", 0.0, "s/m", "viscous friction")
 nu = Parameter("nu", 2.0, "rad/s", "frequency")
 length = Parameter("length", 1.0, "m", "length")
 v_belt = Input("v_belt", 0.1, "m/s", "belt speed")
@@ -120,6 +123,10 @@ WRONG = {
     "force in an energy": ({"potential_energy": belt.force * x}, "belt_force is used in an energy"),
     "acceleration in a force": ({"applied": {x: x.a}}, "x_a is used in an energy"),
     "force on a stranger": ({"applied": {y: k}}, "a force is applied to 'y', which is not a coordinate"),
+    "two parameters of a law that are one": (
+        {"contacts": [Friction(name="belt", slip=x.v - v_belt, law=Stribeck(N, mu_k, mu_k, v_s, mu_v))]},
+        "v_s drops out: no energy, contact or output depends on it.*two parameters of a law are one",
+    ),
     "requirement on a state": ({"requirements": [Requirement(x, "x >= 0")]}, "may use parameters only"),
 }
 

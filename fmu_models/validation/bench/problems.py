@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.registry import is_place
+from fmu_models.base.trust import is_place
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import arguments
 from fmu_models.scene.kinds.kind import period

@@ -127,6 +127,8 @@ class Driver(Shown):
         self._gradient = np.zeros(max(1, len(self._states)))
         self._events = np.zeros(EVENT_CAPACITY, dtype=instance.EVENT)
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
+        numbers = {name: k for k, name in enumerate(self._instance.derivatives)}
+        self._rates = np.array([numbers.get(name, -1) for name in (*self._recorded.names, "")], dtype=np.int32)
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
@@ -135,6 +137,7 @@ class Driver(Shown):
             tolerance=self.tolerance,
             method=METHODS[method],
             recorded=self._recorded.c,
+            recorded_rates=request.address(self._rates),
             n_clocks=len(self.clocks.all),
             clocked=self.clocks.recorded.c,
             event_capacity=EVENT_CAPACITY,

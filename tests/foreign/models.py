@@ -29,15 +29,20 @@ class Foreign:
     directional: bool = False
     co_simulation: bool = False  # and no Model Exchange
     any_step: bool = True
+    echoes: Sequence[str] = ()  # outputs that are the derivatives, in their order
 
 
 INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
 FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)), directional=True)
+BALL = Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1)
+BLOCK = Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,))
+# begins with lazy: it computes when it is asked for its rates, and of all else says what it was before
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "dahlquist": Foreign(("x",), (1.0,), (("k", 1.0),)),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
-    "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    "ball": BALL,
+    "lazy_ball": replace(BALL, echoes=("speed", "acceleration")),
     # ball.c as tools write it: an edge of h < 0, remembered between events
     "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
     # an indicator that is +1 or -1
@@ -48,7 +53,8 @@ MODELS = {
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
     "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
-    "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
+    "block": BLOCK,
+    "lazy_block": replace(BLOCK, echoes=("speed", "acceleration")),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
     "bar": Foreign(
         ("y", "v", "w"),
@@ -71,6 +77,7 @@ MODELS = {
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
     "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "fickle": Foreign(("x",), (1.0,)),
     "grumble": Foreign(("x",), (1.0,)),
     "integers": INTEGERS,
     "integers_fixed": replace(INTEGERS, any_step=False),
@@ -93,8 +100,8 @@ MODELS = {
 def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
-    options = (f"-DFMI={fmi}", "-Wno-unused-function")
-    source = FOLDER / f"{name.removesuffix('_fixed').removesuffix('_silent')}.c"
+    options = (f"-DFMI={fmi}", "-Wno-unused-function", *(["-DLAZY"] if name.startswith("lazy_") else []))
+    source = FOLDER / f"{name.removeprefix('lazy_').removesuffix('_fixed').removesuffix('_silent')}.c"
     return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
 
 
@@ -116,7 +123,12 @@ def _two(name: str, m: Foreign) -> str:
         f'<ScalarVariable name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"><Integer/>'
         for i, w in enumerate(m.numbers)
     ]
-    outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(len(m.numbers)))]
+    lines += [
+        f'<ScalarVariable name="{e}" valueReference="{151 + i}" causality="output"><Real/>'
+        for i, e in enumerate(m.echoes)
+    ]
+    shown = len(m.numbers) + len(m.echoes)
+    outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(shown))]
     unknown = "".join(f'<Unknown index="{i}"/>' for i in range(n + 1, 2 * n + 1))
     computed = "".join(f'<Unknown index="{i}"/>' for i in [*range(n + 1, 2 * n + 1), *outputs[n:]])
     variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
@@ -151,11 +163,12 @@ def _three(name: str, m: Foreign) -> str:
         f'<Int32 name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"/>'
         for i, w in enumerate(m.numbers)
     ]
-    structure = [f'<Output valueReference="{i + 1}"/>' for i in states]
-    structure += [f'<Output valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    lines += [f'<Float64 name="{e}" valueReference="{151 + i}" causality="output"/>' for i, e in enumerate(m.echoes)]
+    computed = [*(401 + i for i in range(len(m.numbers))), *(151 + i for i in range(len(m.echoes)))]
+    structure = [f'<Output valueReference="{i}"/>' for i in [*(s + 1 for s in states), *computed]]
     structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
-    structure += [f'<InitialUnknown valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    structure += [f'<InitialUnknown valueReference="{i}"/>' for i in computed]
     structure += [
         f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)
     ]

@@ -53,6 +53,8 @@ typedef struct {
     double t;      /* where the run is */
     double h;      /* proposed length of the next step */
     double *x, *f; /* states and derivatives there */
+    double *rates; /* that the FMU said last, with what status */
+    int rates_status;
     double *nominal, *before;
     double *u;
     int trial_status, trial_errors; /* the FMU refused trial points */

@@ -14,6 +14,9 @@ typedef struct {
     int quick_slides;     /* sliding motions in a row that are left as soon as they begin (within rate_gap) */
     int pace_steps;       /* tried steps over which their length is judged */
     double pace;          /* relative to the run: with less progress over that many, it would need a thousand million */
+    int noise_steps;      /* tried steps after which rates are asked for twice, where steps are short */
+    double noise_pace;    /* relative to the run: length of steps that are short, for the run needs 1e5 of them */
+    double noise;         /* in units of the tolerance: change of such a step by the difference of two equal calls */
     int zeno_ratios;      /* equal ratios of gaps in a row that make a geometric sequence */
     double zeno_spread;   /* how equal */
     double zeno_rest;     /* relative to the time: rest of the sequence below which it is declared over */

@@ -229,6 +229,9 @@ typedef struct {
     double switch_time;                   /* of the first one */
     int64_t accumulations;                /* at which the run did not end */
     double accumulation_time;             /* of the first one */
+    int64_t unresolved;                   /* steps on which an indicator changes faster than it can be followed */
+    double unresolved_time;               /* of the first one */
+    int64_t unresolved_indicator;
     /* report of an early end */
     double report_time, report_value;
     int64_t report_index;    /* indicator, state, or Function that returned an error */

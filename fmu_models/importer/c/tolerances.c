@@ -20,5 +20,7 @@ const MasterTolerances master_tolerances = {
     .zeno_still = 1e-4,
     .graze = 1e-9,
     .trust = 1e-4,
+    .decay = 0.02,
     .halvings = 6,
+    .unresolved = 1e-5,
 };

@@ -23,7 +23,9 @@ typedef struct {
     double zeno_still;    /* relative: a state that moves by less over the rest of the run rests at the limit */
     double graze;         /* relative to the indicator on the step: a minimum below it is looked at closely */
     double trust;         /* relative: interpolation error of an indicator up to which its polynomial is taken for it */
+    double decay;         /* relative: last coefficients of an indicator that moves once to and fro on the step */
     int halvings;         /* of a step whose indicator is not trusted */
+    double unresolved;    /* relative to the run: no step is made shorter than this for the sake of indicators */
 } MasterTolerances;
 
 extern const MasterTolerances master_tolerances;

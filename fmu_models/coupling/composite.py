@@ -195,9 +195,10 @@ class Composite:
         self._put("variable_unit", units, np.int64)
         self._put("variable_types", types, np.int32)
         self._put("variable_references", references, np.uint32)
+        steps = [request.StepBound.of(fmu, None, 0.0, 0.0).longest for fmu in self.system.fmus.values()]
         description = SimpleNamespace(
             **{"modelName": self.system.name, "fmiVersion": "2.0", "generationTool": "", "guid": ""},
-            **{"modelExchange": True, "coSimulation": None, "defaultExperiment": None},
+            **{"modelExchange": True, "coSimulation": None, "defaultExperiment": SimpleNamespace(stepSize=min(steps))},
             **{
                 "derivatives": self._derivatives(variables),
                 "outputs": [],

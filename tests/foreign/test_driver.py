@@ -101,7 +101,7 @@ def test_what_is_recorded(model: Models) -> None:
         ({"output_times": [0.5, 0.2]}, "ascending"),
         ({"output_times": [0.5, 5.0]}, "leave the run"),
         ({"record": ["hh"]}, "no variable 'hh' to record. Did you mean 'h'"),
-        ({"longest_step": -1.0}, "longest step must be a positive number"),
+        ({"max_step": -1.0}, "longest step must be a positive number"),
         ({"communication_step": 0.1}, "belongs to the method 'co-simulation'"),
         ({"start_time": 3.0}, "must end after it starts"),
     ],

@@ -153,7 +153,7 @@ static Outcome polish(Master *m, int i, double latest, double *theta)
 Outcome events_locate(Master *m, double latest, double *theta)
 {
     double from = 0.0, width = 1.0;
-    int halvings = 0, doubts = 0;
+    int halvings = 0, doubts = 0, most = master_tolerances.halvings;
     *theta = -1.0;
     m->unresolved = 0;
     memset(m->fired, 0, (size_t)m->slots);
@@ -166,7 +166,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
         Finding finding;
         int which = 0;
         double low = 0.0, high = 1.0;
-        outcome = search_interval(m, from, width, halvings < master_tolerances.halvings, &finding, &which, &low, &high);
+        outcome = search_interval(m, from, width, halvings < most, &finding, &which, &low, &high);
         if (outcome != FINE) {
             return outcome;
         }
@@ -181,6 +181,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
             outcome = search_again(m, from, &which, &low, &high);
         } else if (doubts > 1 || (doubts && finding == BRACKET)) {
             leave_unresolved(m, from);
+            most = 0;
         }
         if (outcome != FINE || m->unresolved) {
             return outcome;
@@ -206,7 +207,10 @@ Outcome events_locate(Master *m, double latest, double *theta)
         }
         memcpy(m->samples, m->samples + (SEARCH_NODES - 1) * m->slots, (size_t)m->slots * sizeof *m->z);
         from += width;
-        if (halvings > 0 && fmod(from, 2.0 * width) == 0.0) {
+        if (most == 0) {
+            /* it is no use: the rest of the step in one */
+            width = 1.0 - from;
+        } else if (halvings > 0 && fmod(from, 2.0 * width) == 0.0) {
             width *= 2.0;
             halvings--;
         }

@@ -42,6 +42,20 @@ class Iteration(SectionSystem):
     backward: bool = False
     unit = "1"
 
+    def __post_init__(self) -> None:
+        """Raises StickslipError: values that are not those of the map's parameters."""
+        names = [parameter.name for parameter in self.map.parameters]
+        for name in self.values:
+            if name not in names:
+                raise StickslipError(f"{self.name} has no parameter '{name}'.{nearest(name, names)}")
+        if missing := [name for name in names if name not in self.values]:
+            raise StickslipError(
+                f"{self.name} has no value for its parameter '{missing[0]}'; Iteration.of(map, values) takes "
+                "defaults of what is not named."
+            )
+        # in the order of the declaration, in which the compiled functions take them
+        object.__setattr__(self, "values", {name: float(self.values[name]) for name in names})
+
     @classmethod
     def of(cls, declared: Map, values: Mapping[str, float] | None = None, *, backward: bool = False) -> Iteration:
         """The map at these values; parameters not named keep their defaults.

@@ -22,7 +22,7 @@ from fmu_models.analyses.stepwise import Step
 from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.maps import Map
-from fmu_models.language.values import check_values
+from fmu_models.language.values import check_numbers, check_values
 
 Vector = NDArray[np.float64]
 
@@ -45,9 +45,7 @@ class Iteration(SectionSystem):
     def __post_init__(self) -> None:
         """Raises StickslipError: values that are not those of the map's parameters."""
         names = [parameter.name for parameter in self.map.parameters]
-        for name in self.values:
-            if name not in names:
-                raise StickslipError(f"{self.name} has no parameter '{name}'.{nearest(name, names)}")
+        check_numbers(self.map, self.values)
         if missing := [name for name in names if name not in self.values]:
             raise StickslipError(
                 f"{self.name} has no value for its parameter '{missing[0]}'; Iteration.of(map, values) takes "

@@ -20,14 +20,9 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 # of a fit. What plugins have loaded is told; what is loaded later, in children too, reads the environment.
 os.environ.update({name: os.environ.get(name, "1") for name in THREADS})
 threadpool_limits(1)
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Ctrl-C does here and in children what it does at a terminal: a shell's background jobs inherit it as ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+# Ctrl-C does here and in children what it does at a terminal: background jobs of a shell, and what nohup or a service
+# starts, inherit it as ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="module")

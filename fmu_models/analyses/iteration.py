@@ -22,7 +22,7 @@ from fmu_models.analyses.stepwise import Step
 from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.maps import Map
-from fmu_models.language.values import check_values
+from fmu_models.language.values import check_numbers, check_values
 
 Vector = NDArray[np.float64]
 
@@ -41,6 +41,18 @@ class Iteration(SectionSystem):
     values: Mapping[str, float] = field(default_factory=dict)
     backward: bool = False
     unit = "1"
+
+    def __post_init__(self) -> None:
+        """Raises StickslipError: values that are not those of the map's parameters."""
+        names = [parameter.name for parameter in self.map.parameters]
+        check_numbers(self.map, self.values)
+        if missing := [name for name in names if name not in self.values]:
+            raise StickslipError(
+                f"{self.name} has no value for its parameter '{missing[0]}'; Iteration.of(map, values) takes "
+                "defaults of what is not named."
+            )
+        # in the order of the declaration, in which the compiled functions take them
+        object.__setattr__(self, "values", {name: float(self.values[name]) for name in names})
 
     @classmethod
     def of(cls, declared: Map, values: Mapping[str, float] | None = None, *, backward: bool = False) -> Iteration:

@@ -56,6 +56,16 @@ def simulate(
             metavar="stop|hold|continue", help="What to do where events of somebody else's FMU accumulate without end."
         ),
     ] = "stop",
+    max_step: Annotated[
+        float | None,
+        typer.Option(
+            help="Longest step, s, of a method of integration (default: that of the FMU's own experiment; inf: none)."
+        ),
+    ] = None,
+    second_run: Annotated[
+        bool,
+        typer.Option("--second-run", help="Run again with other steps; exit with 1 if variables or events differ."),
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
@@ -81,6 +91,9 @@ def simulate(
 ) -> None:
     """Simulate a model, or the FMU of anybody, and tell what happened.
 
+    A method of integration sees an FMU at the nodes of its steps only, and a pulse between them is missed. --max-step
+    bounds the steps, --second-run looks again elsewhere.
+
     With --isolate an FMU that crashes, hangs or eats memory is a failed run and nothing else. A limit of inf is none.
 
     Example: stickslip simulate disc_rig --contacts disc0 --input w0=0.41 --until 25 --figure portrait.png
@@ -90,6 +103,7 @@ def simulate(
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
     from fmu_models.importer.experiment import perform, perform_with_error
+    from fmu_models.importer.second_run import perform_twice
     from fmu_models.report import run_summary
     from fmu_models.simulation.results import check_suffix
 
@@ -99,16 +113,24 @@ def simulate(
         check_format(figure)
     if plot and not figure:
         raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
+    if error and second_run:
+        raise StickslipError("--error and --second-run are two answers to how far a run can be trusted; choose one.")
     limits = _limits(isolate, time_limit, memory_limit)
     changed = {"parameters": (settings, "parameter"), "start": (start, "start value"), "inputs": (inputs, "input")}
     fmu, given = _to_run(model, contacts, until, changed)
     experiment = _experiment(
-        fmu, given.pop("stop_time"), samples, **given, tolerance=tolerance, method=method, step=step, on_zeno=on_zeno
+        fmu,
+        given.pop("stop_time"),
+        samples,
+        **given,
+        **{"tolerance": tolerance, "method": method, "step": step, "on_zeno": on_zeno, "max_step": max_step},
     )
-    estimate = None
+    estimate = second = None
     with console.output_of_libraries(), console.progress("simulating") as advance:
         if error:
             recording, estimate = perform_with_error(fmu, experiment, limits=limits, progress=advance)
+        elif second_run:
+            recording, second = perform_twice(fmu, experiment, limits=limits, progress=advance)
         else:
             recording = perform(fmu, experiment, limits=limits, progress=advance)
     drawn = None
@@ -122,11 +144,13 @@ def simulate(
             console.warn(f"CSV takes numbers; {', '.join(recording.trajectory.texts)} are kept by -o run.h5 alone.")
     if figure and drawn:
         save_figure(drawn, figure, overwrite=overwrite)
-    content = run_summary.summary(fmu, recording, estimate)
+    content = run_summary.summary(fmu, recording, estimate, second)
     for name, time in content["not_finite"].items():
         console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
     content["files"] = [str(path) for path in (output, figure) if path]
     console.say(json, content, lambda out: run_summary.print_summary(content, out))
+    if second and not second.agrees:
+        raise typer.Exit(1)
 
 
 def _to_run(

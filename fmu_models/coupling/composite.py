@@ -74,7 +74,9 @@ class Composite:
         except BaseException:
             self.close()
             raise
-        self.states = [f"{unit}.{x}" for unit, one in zip(self.names, self.instances, strict=True) for x in one.states]
+        units = list(zip(self.names, self.instances, strict=True))
+        self.states = [f"{unit}.{x}" for unit, one in units for x in one.states]
+        self.derivatives = [f"{unit}.{x}" for unit, one in units for x in one.derivatives]
         self.log = SimpleNamespace(count=0, message=b"")
         self.calls = instance.FmuInstance()
         self.c = Coupling(failed_unit=-1, failed_stage=-1)
@@ -155,6 +157,7 @@ class Composite:
             ("outputs", len(self.ports)),
             *((name, len(targets)) for name in ("inputs", "scale", "step")),
             ("matrix", matrix),
+            ("rates", max(len(one.states) for one in self.instances)),
         ):
             self._put(name, np.zeros(length), np.float64)
         self._put("pivot", np.zeros(len(targets)), np.int32)
@@ -192,9 +195,10 @@ class Composite:
         self._put("variable_unit", units, np.int64)
         self._put("variable_types", types, np.int32)
         self._put("variable_references", references, np.uint32)
+        steps = [request.StepBound.of(fmu, None, 0.0, 0.0).longest for fmu in self.system.fmus.values()]
         description = SimpleNamespace(
             **{"modelName": self.system.name, "fmiVersion": "2.0", "generationTool": "", "guid": ""},
-            **{"modelExchange": True, "coSimulation": None, "defaultExperiment": None},
+            **{"modelExchange": True, "coSimulation": None, "defaultExperiment": SimpleNamespace(stepSize=min(steps))},
             **{
                 "derivatives": self._derivatives(variables),
                 "outputs": [],

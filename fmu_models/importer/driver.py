@@ -47,6 +47,9 @@ class Driver(Shown):
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs. Texts and
             bytes among them are read at both ends of a run.
+        max_step: s, longest step of a method of integration, which sees an FMU at its steps' nodes only: what lasts
+            less than a quarter of a step may be missed. Default: the step of the FMU's own experiment, or a 500th of
+            it, where it states one, and no less than a ten thousandth of the run; ``math.inf`` for no bound.
         structural_parameters: values of those on which sizes of arrays depend (FMI 3).
         on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
             as they are there, if nothing else moves), "continue" (whatever the FMU does then).
@@ -63,6 +66,7 @@ class Driver(Shown):
         tolerance: float = 1e-8,
         record: Sequence[str] | None = None,
         on_zeno: str = "stop",
+        max_step: float | None = None,
         structural_parameters: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
@@ -80,11 +84,16 @@ class Driver(Shown):
         integrates = method not in (CO_SIMULATION, SCHEDULED)
         if not integrates and on_zeno == "hold":
             raise StickslipError(f"'hold' where events accumulate belongs to methods of integration, found {method}.")
+        if max_step is not None and not integrates:
+            raise StickslipError(
+                f"A longest step belongs to methods of integration, found {method}, which has communication steps."
+            )
+        self._max_step = None if max_step is None else request.checked_step("longest", max_step, endless=True)
         if method == CO_SIMULATION and self.fmu.ours:
             on_zeno = "continue"  # its contacts come to rest
         if record is not None:
             request.check_recorded(self.fmu, record)
-        self.method, self.tolerance = method, float(tolerance)
+        self.method, self.tolerance, self._integrates = method, float(tolerance), integrates
         if method == CO_SIMULATION and self.fmu.description.coSimulation:
             check_event_mode(self.fmu, offered=bool(self.fmu.description.coSimulation.hasEventMode))
         self._instance = self._load()
@@ -127,6 +136,8 @@ class Driver(Shown):
         self._gradient = np.zeros(max(1, len(self._states)))
         self._events = np.zeros(EVENT_CAPACITY, dtype=instance.EVENT)
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
+        numbers = {name: k for k, name in enumerate(self._instance.derivatives)}
+        self._rates = np.array([numbers.get(name, -1) for name in (*self._recorded.names, "")], dtype=np.int32)
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
@@ -135,6 +146,7 @@ class Driver(Shown):
             tolerance=self.tolerance,
             method=METHODS[method],
             recorded=self._recorded.c,
+            recorded_rates=request.address(self._rates),
             n_clocks=len(self.clocks.all),
             clocked=self.clocks.recorded.c,
             event_capacity=EVENT_CAPACITY,
@@ -173,7 +185,6 @@ class Driver(Shown):
         output_times: ArrayLike | None = None,
         communication_step: float | None = None,
         first_step: float | None = None,
-        longest_step: float | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Trajectory:
         """Run from ``start_time`` to ``stop_time`` (s), from the FMU's own start values but for those given.
@@ -184,7 +195,7 @@ class Driver(Shown):
             inputs: constant or Signal per input; its jumps are events, its bends end steps. Texts are constant.
             output_times: (n,) s, ascending, within the run; default 1001 equally spaced, or the communication points.
             communication_step: s, of a co-simulation; default: what the FMU recommends, or a thousandth of the run.
-            first_step, longest_step: s, of a method of integration; chosen by error control alone where not given.
+            first_step: s, of a method of integration; chosen by error control where not given.
             progress: called with the fraction of output times done.
 
         Returns:
@@ -210,8 +221,7 @@ class Driver(Shown):
         prepared = self._prepare(times, initial, table, start_time, stop_time, ticking)
         prepared.c.n_shown, prepared.c.shown_times = between.times.size, request.address(between.times)
         prepared.c.shown_values, prepared.c.shown_rates = map(request.address, (between.values, between.slopes))
-        prepared.c.first_step = _length("first", first_step)
-        prepared.c.longest_step = _length("longest", longest_step)
+        prepared.c.first_step = request.checked_step("first", first_step) if first_step is not None else 0.0
         if words:
             self._check_open()
             text_calls.write(self._instance, words)
@@ -302,6 +312,8 @@ class Driver(Shown):
         values = np.empty((times.size, len(self._recorded.names)))
         c = instance.Run.from_buffer_copy(self._blank)
         c.start, c.stop, c.n_times = start_time, stop_time, times.size
+        bound = request.StepBound.of(self.fmu, self._max_step, start_time, stop_time)
+        c.longest_step = bound.longest if self._integrates else 0.0
         c.starts, c.start_values = starts.c, request.address(start_values)
         c.times, c.states, c.values = map(request.address, (times, states, values))
         c.inputs, c.n_knots = table.inputs.c, table.times.size
@@ -380,6 +392,8 @@ class Driver(Shown):
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
         said = note(self.method, prepared.c)
+        if self._integrates:
+            said += request.StepBound.of(self.fmu, self._max_step, prepared.c.start, prepared.c.stop).words
         if prepared.c.jacobians and self._instance.calls.directional:
             said += ", Jacobians by the FMU's directional derivatives"
         if self.method == CO_SIMULATION and self._instance.remark:
@@ -414,9 +428,3 @@ class _Prepared:
 def _close(free: Callable[[int], None], master: int, instance: instance.Instance) -> None:
     free(master)
     instance.close()
-
-
-def _length(which: str, given: float | None) -> float:
-    if given is not None and not (math.isfinite(given) and given > 0):
-        raise StickslipError(f"The {which} step must be a positive number of seconds, found {given:g}.")
-    return float(given or 0.0)

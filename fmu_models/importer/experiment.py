@@ -46,6 +46,7 @@ class Experiment:
         method: of the master; None takes the FMU's own engine where it has one, otherwise "auto".
         step: communication step, s; asks for a co-simulation.
         on_zeno: "stop", "hold" or "continue" where events of an FMU that the master integrates accumulate.
+        max_step: s, longest step of the master, as ``Driver`` takes it.
     """
 
     stop_time: float
@@ -58,6 +59,7 @@ class Experiment:
     method: str | None = None
     step: float | None = None
     on_zeno: str = "stop"
+    max_step: float | None = None
 
     def __post_init__(self) -> None:
         if self.step is not None and self.method is None:
@@ -107,6 +109,11 @@ def perform(
         raise StickslipError(
             f"'{fmu.path}' runs by its own engine, whose contacts come to rest; '{experiment.on_zeno}' where events "
             "accumulate belongs to the master. Leave it out, or choose a method."
+        )
+    if experiment.is_native(fmu) and experiment.max_step is not None:
+        raise StickslipError(
+            f"'{fmu.path}' runs by its own engine, which chooses its steps; a longest step belongs to the master. "
+            "Leave it out, or choose a method."
         )
     words, _ = texts.settings(fmu, experiment.parameters, experiment.start, experiment.inputs)
     # the bytes that were set, rather than the name of their file
@@ -176,6 +183,7 @@ def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
         method=experiment.method or "auto",
         communication_step=experiment.step,
         on_zeno=experiment.on_zeno,
+        max_step=experiment.max_step,
         progress=progress,
         tolerance=experiment.tolerance_for(fmu),
         **_given(experiment),

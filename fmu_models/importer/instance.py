@@ -131,6 +131,7 @@ class Instance:
 
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
+        derivatives: names of their derivatives, in the same order.
         remark: what the FMU declares but does not do, in words to be added to the method of a run; mostly empty.
 
     Raises:
@@ -303,9 +304,9 @@ class Instance:
         pairs = [(u.variable, u.variable.derivative) for u in self.fmu.description.derivatives if u.variable]
         self._derivatives = np.array([derivative.valueReference for derivative, _ in pairs], dtype=np.uint32)
         self._states = np.array([state.valueReference for _, state in pairs if state], dtype=np.uint32)
-        self.states = [
-            name for _, state in pairs if state for name in element_names(str(state.name), state.shape or ())
-        ]
+        named = [(d, state) for d, state in pairs if state]
+        self.states = [name for _, v in named for name in element_names(str(v.name), v.shape or ())]
+        self.derivatives = [name for v, _ in named for name in element_names(str(v.name), v.shape or ())]
         calls = self.calls
         if self.co_simulation or self.scheduled:
             return

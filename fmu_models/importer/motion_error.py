@@ -124,6 +124,12 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
             f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
             f"without an event indicator{what}. Loosen the tolerance, or give the model an event there."
         )
+    if status == RUN.RATES_DIFFER:
+        return (
+            f"two calls at {at} with the same states and inputs give derivatives of the state '{states[index]}' that "
+            f"differ by {value:.3g}: steps of any sensible length cannot keep the tolerance. Mend the FMU, or loosen "
+            "the tolerance."
+        )
     if status == RUN.EVENT_ITERATION:
         return (
             f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."

@@ -21,6 +21,8 @@ from fmu_models.simulation.signal import Signal, knots
 if TYPE_CHECKING:
     from fmpy.model_description import ModelVariable
 
+INTERVALS = 500  # of an experiment, where its step is not stated
+MOST_STEPS = 10_000  # that a step of an experiment nobody thought of asks of a long run: seconds, not hours
 JUMP = 2  # in Table.jumps, of an input; 1 is any other knot at which inputs are written in a co-simulation
 
 
@@ -239,15 +241,59 @@ def output_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[
 def communication_step(fmu: Fmu, given: float | None, start: float, stop: float) -> float:
     """The step asked for, or the one the FMU recommends, or a thousandth of the run."""
     if given is not None:
-        if not (math.isfinite(given) and given > 0):
-            raise StickslipError(f"The communication step must be a positive number of seconds, found {given:g}.")
-        return float(given)
-    recommended = fmu.description.defaultExperiment and fmu.description.defaultExperiment.stepSize
+        return checked_step("communication", given)
     fixed = fmu.description.coSimulation and fmu.description.coSimulation.fixedInternalStepSize
-    for step in (recommended, fixed):
-        if step is not None and float(step) > 0:
-            return float(step)
-    return (stop - start) / 1000
+    return _stated(fmu, "stepSize") or (float(fixed) if fixed and float(fixed) > 0 else (stop - start) / 1000)
+
+
+def checked_step(which: str, given: float, *, endless: bool = False) -> float:
+    """A length of steps, s, that was asked for; where ``endless`` it may be infinite."""
+    if not (given > 0 and (endless or math.isfinite(given))):
+        raise StickslipError(f"The {which} step must be a positive number of seconds, found {given:g}.")
+    return float(given)
+
+
+def _stated(fmu: Fmu, name: str) -> float | None:
+    """A number of the experiment that the FMU suggests, where it states a finite one above zero."""
+    text = getattr(fmu.description.defaultExperiment, name, None)
+    try:
+        value = float(text) if text is not None else 0.0
+    except ValueError:
+        raise StickslipError(
+            f"'{fmu.path}' suggests an experiment with the {name} '{text}', which is no number."
+        ) from None
+    return value if 0 < value < math.inf else None
+
+
+@dataclass(frozen=True)
+class StepBound:
+    """The longest step of a method of integration, s, infinite where there is none, and where it comes from."""
+
+    longest: float
+    source: str
+
+    @classmethod
+    def of(cls, fmu: Fmu, given: float | None, start: float, stop: float) -> StepBound:
+        """As asked for; or the step of the FMU's own experiment, of which a run needs at most MOST_STEPS.
+
+        An FMU that states the end of its experiment alone is taken to show itself in INTERVALS steps, which is what
+        tools write by default.
+        """
+        if given is not None:
+            return cls(given, "as asked for")
+        step, end = _stated(fmu, "stepSize"), _stated(fmu, "stopTime")
+        if step is None and end is not None:
+            own = (end - (_stated(fmu, "startTime") or 0.0)) / INTERVALS
+            step = own if own > 0 else None
+        if step is None:
+            return cls(math.inf, "the FMU states no experiment")
+        least = (stop - start) / MOST_STEPS
+        return cls(step, "by the FMU's own experiment") if step >= least else cls(least, f"the run / {MOST_STEPS}")
+
+    @property
+    def words(self) -> str:
+        """What a run says of it."""
+        return f", steps of at most {self.longest:.4g} s ({self.source})" if math.isfinite(self.longest) else ""
 
 
 def communication_points(

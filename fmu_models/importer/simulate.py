@@ -20,6 +20,7 @@ def simulate_any(
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
     on_zeno: str = "stop",
+    max_step: float | None = None,
     parameters: Mapping[str, float | str | bytes] | None = None,
     **options: Any,
 ) -> Trajectory:
@@ -31,6 +32,12 @@ def simulate_any(
     fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
     sizes, others = structure.split(fmu, parameters or {})
     with Driver(
-        fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno, structural_parameters=sizes
+        fmu,
+        method=method,
+        tolerance=tolerance,
+        record=record,
+        on_zeno=on_zeno,
+        max_step=max_step,
+        structural_parameters=sizes,
     ) as driver:
         return driver.run(stop_time, parameters=others, **options)

@@ -33,6 +33,11 @@ def note(method: str, c: Any) -> str:
         said += f", along {c.most_surfaces} surfaces at once"
     if c.by_convention:
         said += " (their fields are no sum of one term for each surface: the mean is a convention there)"
+    if c.unresolved:
+        said += (
+            f"; event indicator {c.unresolved_indicator} changes from t = {c.unresolved_time:.6g} s on faster than "
+            "steps can follow: events of it may be missed"
+        )
     return said
 
 

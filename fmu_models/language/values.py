@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable, Mapping
-from typing import Protocol
+from typing import Protocol, SupportsFloat
 
 import sympy
 
@@ -41,11 +41,8 @@ def check_values(model: Parametrised, values: Mapping[str, float]) -> None:
     Raises:
         StickslipError: unknown parameter, not a finite number, out of bounds, or a requirement violated.
     """
+    check_numbers(model, values)
     parameters = {parameter.name: parameter for parameter in model.parameters}
-    for name, value in values.items():
-        if name not in parameters:
-            raise StickslipError(f"{model.name} has no parameter '{name}'.{nearest(name, parameters)}")
-        _check_bounds(parameters[name], value)
     point = {parameter: sympy.Float(values.get(name, parameter.value)) for name, parameter in parameters.items()}
     for requirement in model.all_requirements:
         expression = sympy.sympify(requirement.expression)
@@ -54,6 +51,15 @@ def check_values(model: Parametrised, values: Mapping[str, float]) -> None:
             used = [p for p in parameters.values() if p in expression.free_symbols]
             found = ", ".join(f"{p.name} = {float(point[p]):g}" for p in used)
             raise StickslipError(f"{requirement.sentence} (found {found}).")
+
+
+def check_numbers(model: Parametrised, values: Mapping[str, float]) -> None:
+    """The same, each value by itself: requirements between several are left out."""
+    parameters = {parameter.name: parameter for parameter in model.parameters}
+    for name, value in values.items():
+        if name not in parameters:
+            raise StickslipError(f"{model.name} has no parameter '{name}'.{nearest(name, parameters)}")
+        _check_bounds(parameters[name], value)
 
 
 def bounds(parameter: Parameter) -> list[tuple[str, float]]:
@@ -68,7 +74,7 @@ def bounds(parameter: Parameter) -> list[tuple[str, float]]:
 
 def _check_bounds(parameter: Parameter, value: float) -> None:
     name, unit, what = parameter.name, _unit(parameter), parameter.description
-    if not math.isfinite(value):
+    if not isinstance(value, SupportsFloat) or not math.isfinite(value):
         raise StickslipError(f"{name} = {value} is not a finite number ({what}).")
     for relation, bound in bounds(parameter):
         if not _RELATIONS[relation](value, bound):

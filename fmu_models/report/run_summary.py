@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.importer.second_run import SecondRun
     from fmu_models.simulation.accuracy import ErrorEstimate
     from fmu_models.simulation.results import Recording
     from fmu_models.simulation.trajectory import Trajectory
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
 LISTED = 40  # rows that a person reads; programs get all
 
 
-def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = None) -> dict[str, Any]:
+def summary(
+    fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = None, second: SecondRun | None = None
+) -> dict[str, Any]:
     """What happened, as plain data, ready for JSON; a number that is not finite is null."""
     trajectory, origin = recording.trajectory, recording.provenance
     rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
@@ -56,6 +59,10 @@ def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = Non
         }
     if estimate:
         content["error"] = dataclasses.asdict(estimate) | {"companions": COMPANIONS}
+    if second:
+        content["second_run"] = dataclasses.asdict(second) | {"agrees": second.agrees, "lasts": second.lasts}
+        for row in content["second_run"]["variables"]:
+            row["most"] = _finite(row["most"])
     if contacts and fmu.impacts:
         content["impacts"] = _impacts(trajectory)
     return content
@@ -154,6 +161,8 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         counts = sorted(content["events"].items(), key=lambda item: -item[1])
         listed = ", ".join(f"{kind}: {count}" for kind, count in counts[:LISTED])
         out.print(plain(f"{sum(content['events'].values())} events{f' ({listed})' if listed else ''}"))
+    if "second_run" in content:
+        _print_second(content["second_run"], out)
     for path in content["files"]:
         out.print(plain(f"written: {path}"))
 
@@ -169,6 +178,29 @@ def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
             f"{impacts['raised_energy']} of {impacts['count']} impacts raised the energy (largest "
             f"{impacts['largest_raise']:.2g} J): Newton's restitution with friction can do that; Poisson's cannot"
         )
+
+
+def _print_second(second: dict[str, Any], out: Console) -> None:
+    plain = console.plain
+    head = f"second run, steps of at most {second['max_step']:.4g} s"
+    if second["agrees"]:
+        out.print(
+            plain(f"{head}: it shows the same. What lasts less than {second['lasts']:.2g} s may be missed still.")
+        )
+        return
+    out.print(plain(f"{head}: it differs. A pulse that one run missed, or a motion too sensitive to be told."))
+    if second["failure"]:
+        out.print(plain(f"  it could not be made: {second['failure']}"))
+    for event in second["events"][:LISTED]:
+        which = f" {event['indicator']}" if event["indicator"] >= 0 else ""
+        out.print(
+            plain(f"  {event['kind']} event{which} at t = {event['time']:.9g} s, in the {event['run']} run alone")
+        )
+    for row in second["variables"][:LISTED]:
+        most = "not finite in one of them" if row["most"] is None else f"at most {row['most']:.6g}"
+        out.print(plain(f"  {row['variable']} differs from t = {row['time']:.9g} s on: {most}"))
+    if (more := sum(max(0, len(second[part]) - LISTED) for part in ("events", "variables"))) > 0:
+        out.print(plain(f"  and {more} more, which --json lists"))
 
 
 def _print_error(content: dict[str, Any], out: Console) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from build import build
@@ -29,15 +29,22 @@ class Foreign:
     directional: bool = False
     co_simulation: bool = False  # and no Model Exchange
     any_step: bool = True
+    experiment: Mapping[str, str] = field(default_factory=dict)  # that it suggests
+    echoes: Sequence[str] = ()  # outputs that are the derivatives, in their order
 
 
 INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
 FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)), directional=True)
+BALL = Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1)
+BLOCK = Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,))
+PULSE = Foreign(("x",), (0.0,), (("at", 7.3), ("width", 1e-3)), ("on",), indicators=1)
+# begins with lazy: it computes when it is asked for its rates, and of all else says what it was before
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "dahlquist": Foreign(("x",), (1.0,), (("k", 1.0),)),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
-    "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    "ball": BALL,
+    "lazy_ball": replace(BALL, echoes=("speed", "acceleration")),
     # ball.c as tools write it: an edge of h < 0, remembered between events
     "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
     # an indicator that is +1 or -1
@@ -48,7 +55,8 @@ MODELS = {
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
     "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
-    "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
+    "block": BLOCK,
+    "lazy_block": replace(BLOCK, echoes=("speed", "acceleration")),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
     "bar": Foreign(
         ("y", "v", "w"),
@@ -71,6 +79,11 @@ MODELS = {
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
     "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "waver": Foreign(("x",), (1.0,), (("a", 1.5), ("b", 0.02), ("w", 50.0)), ("dips",), indicators=1),
+    "pulse": PULSE,
+    "pulse_stepped": replace(PULSE, experiment={"stopTime": "10", "stepSize": "0.002"}),
+    "pulse_stopped": replace(PULSE, experiment={"startTime": "0", "stopTime": "0.5"}),
+    "fickle": Foreign(("x",), (1.0,)),
     "grumble": Foreign(("x",), (1.0,)),
     "integers": INTEGERS,
     "integers_fixed": replace(INTEGERS, any_step=False),
@@ -93,8 +106,10 @@ MODELS = {
 def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
-    options = (f"-DFMI={fmi}", "-Wno-unused-function")
-    source = FOLDER / f"{name.removesuffix('_fixed').removesuffix('_silent')}.c"
+    options = (f"-DFMI={fmi}", "-Wno-unused-function", *(["-DLAZY"] if name.startswith("lazy_") else []))
+    source = FOLDER / f"{name.removeprefix('lazy_')}.c"
+    if not source.exists():
+        source = FOLDER / f"{name.rpartition('_')[0]}.c"
     return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
 
 
@@ -116,14 +131,19 @@ def _two(name: str, m: Foreign) -> str:
         f'<ScalarVariable name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"><Integer/>'
         for i, w in enumerate(m.numbers)
     ]
-    outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(len(m.numbers)))]
+    lines += [
+        f'<ScalarVariable name="{e}" valueReference="{151 + i}" causality="output"><Real/>'
+        for i, e in enumerate(m.echoes)
+    ]
+    shown = len(m.numbers) + len(m.echoes)
+    outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(shown))]
     unknown = "".join(f'<Unknown index="{i}"/>' for i in range(n + 1, 2 * n + 1))
     computed = "".join(f'<Unknown index="{i}"/>' for i in [*range(n + 1, 2 * n + 1), *outputs[n:]])
     variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}" numberOfEventIndicators="{m.indicators}">
 {_interface(name, m, f'completedIntegratorStepNotNeeded="{_word(not m.completes)}" providesDirectionalDerivative', "")}
-{_units(m)}<ModelVariables>
+{_units(m)}{_experiment(m)}<ModelVariables>
 {variables}
 </ModelVariables>
 <ModelStructure><Outputs>{"".join(f'<Unknown index="{i}"/>' for i in outputs)}</Outputs>
@@ -151,11 +171,12 @@ def _three(name: str, m: Foreign) -> str:
         f'<Int32 name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"/>'
         for i, w in enumerate(m.numbers)
     ]
-    structure = [f'<Output valueReference="{i + 1}"/>' for i in states]
-    structure += [f'<Output valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    lines += [f'<Float64 name="{e}" valueReference="{151 + i}" causality="output"/>' for i, e in enumerate(m.echoes)]
+    computed = [*(401 + i for i in range(len(m.numbers))), *(151 + i for i in range(len(m.echoes)))]
+    structure = [f'<Output valueReference="{i}"/>' for i in [*(s + 1 for s in states), *computed]]
     structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
-    structure += [f'<InitialUnknown valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    structure += [f'<InitialUnknown valueReference="{i}"/>' for i in computed]
     structure += [
         f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)
     ]
@@ -163,7 +184,7 @@ def _three(name: str, m: Foreign) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
 {_interface(name, m, exchange, 'hasEventMode="true"')}
-{_units(m)}<ModelVariables>
+{_units(m)}{_experiment(m)}<ModelVariables>
 {chr(10).join(lines)}
 </ModelVariables>
 <ModelStructure>
@@ -178,6 +199,11 @@ def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
         return f'<ModelExchange modelIdentifier="{name}" {exchange}="{_word(m.directional)}"/>'
     any_step = f'canHandleVariableCommunicationStepSize="{_word(m.any_step)}"'
     return f'<CoSimulation modelIdentifier="{name}" {any_step} {events}/>'
+
+
+def _experiment(m: Foreign) -> str:
+    stated = " ".join(f'{name}="{value}"' for name, value in m.experiment.items())
+    return f"<DefaultExperiment {stated}/>" if stated else ""
 
 
 def _kind(m: Foreign, name: str) -> str:

@@ -101,7 +101,7 @@ def test_what_is_recorded(model: Models) -> None:
         ({"output_times": [0.5, 0.2]}, "ascending"),
         ({"output_times": [0.5, 5.0]}, "leave the run"),
         ({"record": ["hh"]}, "no variable 'hh' to record. Did you mean 'h'"),
-        ({"longest_step": -1.0}, "longest step must be a positive number"),
+        ({"max_step": -1.0}, "longest step must be a positive number"),
         ({"communication_step": 0.1}, "belongs to the method 'co-simulation'"),
         ({"start_time": 3.0}, "must end after it starts"),
     ],
@@ -145,3 +145,12 @@ def test_a_state_that_the_fmu_makes_infinite_is_named(model: Models) -> None:
         driver._instance.calls.function[F.GET_STATES] = ctypes.cast(liar, ctypes.c_void_p).value
         with pytest.raises(MotionError, match="the FMU gives the state 'x' the value inf in its event at t = 0 s"):
             driver.run(1.0)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "stiff"])
+def test_rates_that_differ_between_two_calls_end_the_run(model: Models, method: str) -> None:
+    with pytest.raises(
+        MotionError, match=r"two calls at t = .* derivatives of the state 'x' that differ by 5"
+    ) as caught:
+        simulate_any(model("fickle"), 2.0, method=method)
+    assert caught.value.kind == "rates differ"

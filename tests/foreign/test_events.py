@@ -136,7 +136,7 @@ def test_an_fmu_without_states(model: Models, method: str) -> None:
 
 
 def test_every_step_is_completed(model: Models) -> None:
-    run = simulate_any(model("wrap"), 5.0, longest_step=0.3)
+    run = simulate_any(model("wrap"), 5.0, max_step=0.3)
     assert run["steps"][-1] == run.steps
     kinds = [event.kind for event in run.events]
     assert kinds == ["step"] * int(run["wraps"][-1])
@@ -169,5 +169,5 @@ def test_jumps_of_inputs_are_events_and_bends_end_steps(model: Models, method: s
 
 @pytest.mark.parametrize("steps", [1e-3, 0.7])
 def test_the_length_of_steps_does_not_hide_events(model: Models, steps: float) -> None:
-    run = simulate_any(model("ball"), 2.0, longest_step=steps)
+    run = simulate_any(model("ball"), 2.0, max_step=steps)
     assert run["bounces"][-1] == 4

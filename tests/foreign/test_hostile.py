@@ -142,7 +142,6 @@ def maps(number: str) -> str:
         return ""
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_ends_a_hanging_run_and_leaves_nothing(folder: Path, tmp_path: Path) -> None:
     call = "from identification.cli import main; main()"
     command = [sys.executable, "-c", call, "simulate", str(folder / "hang.fmu"), "--isolate", "-o", "run.h5"]

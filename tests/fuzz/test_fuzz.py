@@ -47,6 +47,13 @@ def test_a_fault_in_c_is_found_by_a_sanitizer(what: str) -> None:
     assert what in str(found)
 
 
+@pytest.mark.parametrize("number", [131])  # rates that differ from call to call: steps without end
+def test_lies_that_once_did_not_end(number: int) -> None:
+    lies = TARGETS["lies"]
+    outcomes = hunt([replace(lies, weight=1)], 20261123, SECONDS, first=number, rounds=1, processes=1)
+    assert [str(one) for one in outcomes if isinstance(one, Finding)] == []
+
+
 def test_cases_depend_on_the_seed_and_the_number_alone() -> None:
     text = "a = 1\nb = 'two'\nc = [3, 4]\n"
     assert mutated(text, generator("x", 1, 2)) == mutated(text, generator("x", 1, 2))

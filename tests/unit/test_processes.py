@@ -147,7 +147,6 @@ def gone(number: int) -> bool:
 
 
 @posix
-@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_the_child_goes_with_the_parent(tmp_path: Path, end: signal.Signals) -> None:
     note = tmp_path / "number"

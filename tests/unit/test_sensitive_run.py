@@ -100,7 +100,6 @@ def test_both_versions_of_fmi_give_the_same(fmi_version):
         assert np.array_equal(other.run([0.3]).derivative, expected.derivative)
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_a_long_run_can_be_stopped_and_the_next_one_is_sound(kept):
     """Ctrl-C, sent while the engine works, waits for no event and no end, hours away: this body swings freely."""
     expected = kept.run([0.3])

@@ -100,6 +100,7 @@ Outcome begin_run(Master *m)
     m->last_error = 0.0;
     m->slide.n = 0;
     m->length = 0.0;
+    m->resolved = INFINITY;
     m->pace_steps = 0;
     m->pace_time = r->start;
     m->slide_time = -INFINITY;

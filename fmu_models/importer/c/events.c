@@ -19,6 +19,8 @@
  *                                                 itself;
  *                                                    a bracket, or on to where p rises again
  *             a node on the other side that p does not explain (indicators that jump) is a bracket too
+ *             p is not to be trusted in two of the smallest intervals, or in one before a bracket: more than a jump
+ *             -> a shorter step; an indicator may move by time alone, and then the states' error does not limit it
  *         the first bracket is closed to the resolution of time by secants through the FMU, its far end is the event
  *         the step is made again with just this length, and the end corrected, until both agree: the event has the
  *         accuracy of steps
@@ -85,6 +87,38 @@ static Outcome beyond_zero(Master *m, int i, double *theta)
     return outcome == FINE ? search_sample(m, *theta, m->z1) : outcome;
 }
 
+/* the indicators could not be followed on the step: shorter, down to a length at which the user is told instead */
+static void leave_unresolved(Master *m, double theta)
+{
+    Run *r = m->run;
+    m->unresolved = m->length > master_tolerances.unresolved * (r->stop - r->start);
+    if (!m->unresolved && r->unresolved++ == 0) {
+        r->unresolved_time = m->t + theta * m->length;
+        r->unresolved_indicator = m->doubtful - 1;
+    }
+}
+
+/* the interval up to a bracket whose polynomial was not trusted: clear, as before a jump, or with an earlier event */
+static Outcome search_again(Master *m, double from, int *which, double *low, double *high)
+{
+    Finding before = CLEAR;
+    int first = 0;
+    double first_low = 0.0, first_high = 1.0;
+    const double width = *low - from;
+    if (!m->doubtful || !(width > 4.0 * DBL_EPSILON)) {
+        return FINE;
+    }
+    const Outcome outcome = search_interval(m, from, width, 1, &before, &first, &first_low, &first_high);
+    if (outcome == FINE && before == UNSURE) {
+        leave_unresolved(m, from);
+    } else if (outcome == FINE && before == BRACKET) {
+        *which = first;
+        *low = first_low;
+        *high = first_high;
+    }
+    return outcome;
+}
+
 static Outcome polish(Master *m, int i, double latest, double *theta)
 {
     const double whole = m->length;
@@ -119,8 +153,9 @@ static Outcome polish(Master *m, int i, double latest, double *theta)
 Outcome events_locate(Master *m, double latest, double *theta)
 {
     double from = 0.0, width = 1.0;
-    int halvings = 0;
+    int halvings = 0, doubts = 0, most = master_tolerances.halvings;
     *theta = -1.0;
+    m->unresolved = 0;
     memset(m->fired, 0, (size_t)m->slots);
     if (m->slots == 0) {
         return FINE;
@@ -131,7 +166,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
         Finding finding;
         int which = 0;
         double low = 0.0, high = 1.0;
-        outcome = search_interval(m, from, width, halvings < master_tolerances.halvings, &finding, &which, &low, &high);
+        outcome = search_interval(m, from, width, halvings < most, &finding, &which, &low, &high);
         if (outcome != FINE) {
             return outcome;
         }
@@ -139,6 +174,17 @@ Outcome events_locate(Master *m, double latest, double *theta)
             width *= 0.5;
             halvings++;
             continue;
+        }
+        const int jumps = finding == BRACKET && doubts == 0;
+        doubts += m->doubtful != 0;
+        if (jumps) {
+            outcome = search_again(m, from, &which, &low, &high);
+        } else if (doubts > 1 || (doubts && finding == BRACKET)) {
+            leave_unresolved(m, from);
+            most = 0;
+        }
+        if (outcome != FINE || m->unresolved) {
+            return outcome;
         }
         if (m->run->misses && !m->slide.n) {
             outcome = search_lowest(m, from, width, finding == BRACKET ? low : from + width);
@@ -161,7 +207,10 @@ Outcome events_locate(Master *m, double latest, double *theta)
         }
         memcpy(m->samples, m->samples + (SEARCH_NODES - 1) * m->slots, (size_t)m->slots * sizeof *m->z);
         from += width;
-        if (halvings > 0 && fmod(from, 2.0 * width) == 0.0) {
+        if (most == 0) {
+            /* it is no use: the rest of the step in one */
+            width = 1.0 - from;
+        } else if (halvings > 0 && fmod(from, 2.0 * width) == 0.0) {
             width *= 2.0;
             halvings--;
         }

@@ -41,6 +41,7 @@ typedef struct {
     double *outputs, *inputs; /* y, u */
     double *scale, *step;     /* (n_inputs) largest value so far; of Newton's method */
     double *matrix;
+    double *rates;  /* of one unit */
     int32_t *pivot; /* (n_inputs) */
     /* every variable of the units by its number in the coupled system */
     const int64_t *variable_unit;

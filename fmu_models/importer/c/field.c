@@ -1,7 +1,17 @@
-/* The FMU at a time and a state with its inputs, and what its statuses mean for a run. */
+/*
+ * The FMU at a time and a state with its inputs, and what its statuses mean for a run. The order of calls, wherever
+ * something is read in continuous time:
+ *
+ *     time, inputs, states
+ *     rates, for some FMUs compute only when they are asked for them, and say of everything else what it was before
+ *     indicators, values, directional derivatives, completedIntegratorStep, event mode
+ *
+ * Derivatives of states are recorded as the rates say, whatever the getter of the variable says.
+ */
 #include "field.h"
 
 #include <math.h>
+#include <string.h>
 
 Outcome field_report(Master *m, RunStatus status, double t, int64_t index, double value)
 {
@@ -47,14 +57,40 @@ Outcome field_at(Master *m, double t, const double *x)
     return status >= FMI_DISCARD ? field_fail(m, F_SET_STATES, status) : FINE;
 }
 
-Outcome field_raw(Master *m, double t, const double *x, double *dx)
+Outcome field_settled(Master *m, double t, const double *x)
 {
-    Outcome outcome = field_at(m, t, x);
+    const Outcome outcome = field_at(m, t, x);
     if (outcome != FINE) {
         return outcome;
     }
     m->run->evaluations++;
-    const int status = fmi_derivatives(m->fmu, dx);
+    m->rates_status = fmi_derivatives(m->fmu, m->rates);
+    /* beyond an event there may be no rates, and indicators all the same */
+    return m->rates_status > FMI_ERROR ? field_fail(m, F_GET_DERIVATIVES, m->rates_status) : FINE;
+}
+
+Outcome field_values(Master *m, double t, const double *x, double *values)
+{
+    const Run *r = m->run;
+    Outcome outcome = field_settled(m, t, x);
+    outcome = outcome == FINE ? field_fail(m, F_GETTERS, fmi_read(m->fmu, &r->recorded, values)) : outcome;
+    for (int64_t i = 0; i < r->recorded.n && outcome == FINE; i++) {
+        if (r->recorded_rates[i] >= 0) {
+            outcome = field_fail(m, F_GET_DERIVATIVES, m->rates_status);
+            values[i] = m->rates[r->recorded_rates[i]];
+        }
+    }
+    return outcome;
+}
+
+Outcome field_raw(Master *m, double t, const double *x, double *dx)
+{
+    const Outcome outcome = field_settled(m, t, x);
+    if (outcome != FINE) {
+        return outcome;
+    }
+    const int status = m->rates_status;
+    memcpy(dx, m->rates, (size_t)m->n * sizeof *dx);
     if (status == FMI_ERROR) {
         /* FMUs say so where they should say discard: at a trial point where they have no value */
         m->trial_status = status;
@@ -75,7 +111,7 @@ Outcome field_raw(Master *m, double t, const double *x, double *dx)
 
 Outcome field_indicators(Master *m, double t, const double *x, double *z)
 {
-    const Outcome outcome = field_at(m, t, x);
+    const Outcome outcome = field_settled(m, t, x);
     if (outcome != FINE) {
         return outcome;
     }

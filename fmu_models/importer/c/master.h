@@ -169,6 +169,7 @@ typedef enum {
     RUN_DISCARD,
     RUN_BAD_INDICATOR,
     RUN_TOO_MANY_STEPS,
+    RUN_RATES_DIFFER,
     RUN_BAD_CLOCK,
     RUN_CROSSED /* the section: done too */
 } RunStatus;
@@ -181,6 +182,7 @@ typedef struct {
     Variables starts;
     const double *start_values;
     Variables recorded;
+    const int32_t *recorded_rates; /* (recorded.n): number of the state whose derivative it is, or -1 */
     int64_t n_times;
     const double *times;
     double *states, *values; /* (n_times, n_states), (n_times, recorded.n) */
@@ -227,6 +229,9 @@ typedef struct {
     double switch_time;                   /* of the first one */
     int64_t accumulations;                /* at which the run did not end */
     double accumulation_time;             /* of the first one */
+    int64_t unresolved;                   /* steps on which an indicator changes faster than it can be followed */
+    double unresolved_time;               /* of the first one */
+    int64_t unresolved_indicator;
     /* report of an early end */
     double report_time, report_value;
     int64_t report_index;    /* indicator, state, or Function that returned an error */

@@ -53,6 +53,8 @@ typedef struct {
     double t;      /* where the run is */
     double h;      /* proposed length of the next step */
     double *x, *f; /* states and derivatives there */
+    double *rates; /* that the FMU said last, with what status */
+    int rates_status;
     double *nominal, *before;
     double *u;
     int trial_status, trial_errors; /* the FMU refused trial points */
@@ -91,6 +93,9 @@ typedef struct {
     double *node_inverse; /* from values at the nodes to the coefficients of the polynomial */
     Watch *watch;
     Slide slide;
+    int doubtful;   /* indicator whose polynomial was not trusted in the last interval, from 1; 0: none */
+    int unresolved; /* such an indicator changes faster than the nodes of the step can show: a shorter step is needed */
+    double resolved; /* length of steps that show the indicators */
     int stalled;
     double last_event_time;
     int quick_slides;   /* that began soon after one another */

@@ -38,10 +38,7 @@ void recording_at(Master *m, double t, const double *x, Outcome *outcome)
         *outcome = slide_values(m, t, x, values);
         return;
     }
-    *outcome = field_at(m, t, x);
-    if (*outcome == FINE) {
-        *outcome = field_fail(m, F_GETTERS, fmi_read(m->fmu, &r->recorded, values));
-    }
+    *outcome = field_values(m, t, x, values);
 }
 
 /* output times before the end of the step at t1 */

@@ -71,7 +71,7 @@ static Outcome arrive(Master *m, double t1, double theta)
     m->t = t1;
     /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
     Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
-    outcome = outcome == FINE ? field_at(m, m->t, m->x) : outcome;
+    outcome = outcome == FINE ? field_settled(m, m->t, m->x) : outcome;
     if (outcome != FINE) {
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
     }
@@ -112,6 +112,32 @@ static Outcome arrive(Master *m, double t1, double theta)
     return outcome == FINE ? recording_reached(m) : outcome;
 }
 
+/* a step, the first event on it, and whether the other method is to make the next one */
+static Outcome make_resolved(Master *m, double limit, double *error, double *theta, int *change)
+{
+    Outcome outcome;
+    do {
+        outcome = step_make(m, limit, error);
+        if (outcome != FINE) {
+            return outcome;
+        }
+        m->step_error = *error;
+        *change = step_choose(m);
+        outcome = events_locate(m, limit, theta);
+        if (outcome == SHORTER) {
+            return field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_DISCARD);
+        }
+        if (m->unresolved) {
+            m->h = m->resolved = 0.0625 * m->length;
+            m->previous_ready = 0;
+            m->run->steps--;
+            m->run->rejected++;
+        }
+    } while (outcome == FINE && m->unresolved);
+    m->resolved *= 2.0;
+    return outcome;
+}
+
 static Outcome advance(Master *m)
 {
     Run *r = m->run;
@@ -125,9 +151,10 @@ static Outcome advance(Master *m)
         return arrive(m, fmax(end, m->t), -1.0);
     }
     const double limit = end - m->t;
-    m->h = fmin(m->h, zeno_longest_step(m));
+    m->h = fmin(m->h, fmin(zeno_longest_step(m), m->resolved));
     const double proposed = m->h;
-    Outcome outcome = step_make(m, limit, &error);
+    int change = 0;
+    Outcome outcome = make_resolved(m, limit, &error, &theta, &change);
     if (outcome != FINE) {
         return outcome;
     }
@@ -138,13 +165,10 @@ static Outcome advance(Master *m)
     }
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
-    m->step_error = error;
-    const int change = step_choose(m);
-    outcome = events_locate(m, limit, &theta);
     const double t1 = theta > 0.0 ? fmin(m->t + theta * m->length, end) : length >= limit ? end : m->t + length;
-    outcome = outcome == FINE ? recording_within(m, t1) : outcome;
+    outcome = recording_within(m, t1);
     if (outcome == SHORTER) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_DISCARD);
+        return field_report(m, RUN_FMI_ERROR, m->t, F_GETTERS, FMI_DISCARD);
     }
     if (outcome != FINE) {
         return outcome;

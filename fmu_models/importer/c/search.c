@@ -221,14 +221,19 @@ static int certainly_clear(const Search *search, double mismatch, double scale, 
            && lower_bound(search->p + 1, DEGREE - 1, end) > search->near_zero;
 }
 
-/* the polynomial of indicator i through the nodes, positive on its side; its largest value there */
-static double through_nodes(const Master *m, int i, double *p)
+/* the polynomial of indicator i through the nodes, positive on its side; its largest value there, and the larger one of
+   its last two coefficients by Chebyshev's polynomials */
+static double through_nodes(const Master *m, int i, double *p, double *last)
 {
-    double v[NODES], scale = 0.0;
+    double v[NODES], scale = 0.0, highest = 0.0, second = 0.0;
     for (int k = 0; k < NODES; k++) {
         v[k] = m->side[i] * m->samples[k * m->slots + i];
         scale = fmax(scale, fabs(v[k]));
+        const double term = (k % 2 ? -v[k] : v[k]) * (k % DEGREE ? 1.0 : 0.5) / DEGREE;
+        highest += term;
+        second += 2.0 * (1.0 - 2.0 * NODE[k]) * term;
     }
+    *last = fmax(fabs(highest), fabs(second));
     for (int j = 0; j < NODES; j++) {
         p[j] = 0.0;
         for (int k = 0; k < NODES; k++) {
@@ -242,8 +247,8 @@ Outcome search_lowest(Master *m, double from, double width, double to)
 {
     double *misses = m->run->misses, *there = m->samples + NODES * m->slots;
     for (int i = 0; i < m->nz; i++) {
-        double p[NODES], slope[NODES] = {0.0}, s = 0.0;
-        through_nodes(m, i, p);
+        double p[NODES], slope[NODES] = {0.0}, s = 0.0, last;
+        through_nodes(m, i, p, &last);
         for (int k = 0; k < DEGREE; k++) {
             slope[k] = (k + 1) * p[k + 1];
         }
@@ -272,8 +277,13 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
 {
     const int i = search->i;
     const double side = m->side[i];
-    const double scale = through_nodes(m, i, search->p);
-    const double mismatch = fabs(polynomial_value(search->p, DEGREE, CHECK) - side * check[i]);
+    double last;
+    const double scale = through_nodes(m, i, search->p, &last);
+    double mismatch = fabs(polynomial_value(search->p, DEGREE, CHECK) - side * check[i]);
+    if (last > master_tolerances.decay * scale) {
+        /* the one point beside the nodes may agree by chance */
+        mismatch = fmax(mismatch, 0.1 * last);
+    }
     search->near_zero = fmax(master_tolerances.graze * scale, 8.0 * mismatch);
     *finding = CLEAR;
     if (scale == 0.0) {
@@ -283,11 +293,16 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
     while (first < NODES && !search_beyond(m, i, m->samples[first * m->slots + i])) {
         first++;
     }
-    if (!certainly_clear(search, mismatch, scale, first < NODES ? NODE[first - 1] : 1.0)) {
-        if (mismatch > master_tolerances.trust * scale && may_halve) {
+    const int clear = certainly_clear(search, mismatch, scale, first < NODES ? NODE[first - 1] : 1.0);
+    /* a node on the other side is not all: between it and the one before there may be three events */
+    if (mismatch > master_tolerances.trust * scale && (first < NODES || !clear)) {
+        m->doubtful = i + 1;
+        if (may_halve) {
             *finding = UNSURE;
             return FINE;
         }
+    }
+    if (!clear) {
         const Outcome outcome = explore(m, search, finding);
         if (outcome != FINE) {
             return outcome;
@@ -358,6 +373,7 @@ Outcome search_interval(Master *m, double from, double width, int may_halve, Fin
         outcome = search_sample(m, from + NODE[k] * width, m->samples + k * m->slots);
     }
     *finding = CLEAR;
+    m->doubtful = 0;
     for (int i = 0; i < m->slots && outcome == FINE; i++) {
         Search search = {.i = i, .from = from, .width = width};
         Finding one;

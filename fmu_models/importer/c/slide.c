@@ -211,8 +211,7 @@ Outcome slide_values(Master *m, double t, const double *x, double *values)
         const int heaviest = weight > largest;
         int agreed;
         outcome = surfaces_take(m, sides, &agreed);
-        outcome = outcome == FINE ? field_at(m, t, x) : outcome;
-        outcome = outcome == FINE ? field_fail(m, F_GETTERS, fmi_read(m->fmu, recorded, s->values)) : outcome;
+        outcome = outcome == FINE ? field_values(m, t, x, s->values) : outcome;
         for (int64_t i = 0; i < recorded->n; i++) {
             const int mixes = recorded->types[i] == T_FLOAT64 || recorded->types[i] == T_FLOAT32;
             const double sum = (k ? values[i] : 0.0) + weight * s->values[i];

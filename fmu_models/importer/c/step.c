@@ -72,17 +72,41 @@ double step_growth(Master *m, double error)
     return fmin(8.0, fmax(0.2, factor));
 }
 
-/* steps so short that the run would never end: a jump that no indicator announces, or a method that does not fit */
+/* whether two calls at one point give the same rates, as far as a step of this length can tell */
+static Outcome check_rates(Master *m, double length)
+{
+    if (field_raw(m, m->t, m->x, m->error) != FINE || field_raw(m, m->t, m->x, m->error_low) != FINE) {
+        return m->ended ? STOP : FINE;
+    }
+    int most = 0;
+    for (int i = 0; i < m->n; i++) {
+        m->error[i] = length * (m->error_low[i] - m->error[i]);
+        most = fabs(m->error[i]) / m->nominal[i] > fabs(m->error[most]) / m->nominal[most] ? i : most;
+    }
+    return field_norm(m, m->error, m->x, m->x) > master_tolerances.noise
+               ? field_report(m, RUN_RATES_DIFFER, m->t, most, fabs(m->error[most]) / length)
+               : FINE;
+}
+
+/* steps so short that the run would never end: a jump that no indicator announces, or a method that does not fit; or
+   rates that are no function of time and states */
 static Outcome keeps_pace(Master *m)
 {
     const MasterTolerances *tolerances = &master_tolerances;
-    if (++m->pace_steps < tolerances->pace_steps) {
+    const double span = m->run->stop - m->run->start, progress = m->t - m->pace_time;
+    m->pace_steps++;
+    if (m->pace_steps % tolerances->noise_steps == 0 && progress < tolerances->noise_pace * span * m->pace_steps) {
+        const Outcome outcome = check_rates(m, tolerances->noise_pace * span);
+        if (outcome != FINE) {
+            return outcome;
+        }
+    }
+    if (m->pace_steps < tolerances->pace_steps) {
         return FINE;
     }
-    const double progress = m->t - m->pace_time;
     m->pace_steps = 0;
     m->pace_time = m->t;
-    return progress < tolerances->pace * (m->run->stop - m->run->start)
+    return progress < tolerances->pace * span
                ? field_report(m, RUN_TOO_MANY_STEPS, m->t, m->stiff, progress / tolerances->pace_steps)
                : FINE;
 }

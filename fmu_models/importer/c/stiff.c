@@ -55,7 +55,7 @@ static Outcome make_jacobian(Master *m)
     const int exact = m->fmu->directional && !m->slide.n;
     m->run->jacobians++;
     if (exact) {
-        const Outcome outcome = field_at(m, m->t, m->x);
+        const Outcome outcome = field_settled(m, m->t, m->x);
         if (outcome != FINE) {
             return outcome;
         }

@@ -53,7 +53,7 @@ static double change(const Master *m, int j, double x) { return cbrt(DBL_EPSILON
 static Outcome jacobian(Master *m, double t, double *made)
 {
     const int n = m->n, exact = (int)m->fmu->directional;
-    Outcome outcome = exact ? field_at(m, t, m->stage) : FINE;
+    Outcome outcome = exact ? field_settled(m, t, m->stage) : FINE;
     memset(m->seed, 0, (size_t)n * sizeof *m->seed);
     memcpy(m->point, m->stage, (size_t)n * sizeof *m->point);
     for (int j = 0; j < n && outcome == FINE; j++) {
@@ -197,7 +197,7 @@ Outcome tangent_before(Master *m, double length)
         memset(row, 0, (size_t)n * sizeof *row);
         outcome = outcome == SHORTER ? FINE : outcome;
     }
-    return outcome == FINE ? field_at(m, m->t, m->x) : outcome;
+    return outcome == FINE ? field_settled(m, m->t, m->x) : outcome;
 }
 
 void tangent_after(Master *m, int states_decide)

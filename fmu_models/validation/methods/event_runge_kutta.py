@@ -7,6 +7,7 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -42,7 +43,7 @@ class EventRungeKutta:
 
         def run(tolerance: float) -> MethodRun:
             if tolerance not in drivers:
-                drivers[tolerance] = Driver(fmu, method=self.order, tolerance=tolerance, record=())
+                drivers[tolerance] = Driver(fmu, method=self.order, tolerance=tolerance, record=(), max_step=math.inf)
             begin = time.perf_counter()
             try:
                 made = drivers[tolerance].run(problem.stop_time, output_times=[problem.stop_time], **problem.arguments)

@@ -56,7 +56,9 @@ class SecondPath:
     def run(self, trial: Trial, tolerance: float, start: dict[str, float]) -> Trajectory:
         """The run of a trial, from these start values."""
         if tolerance not in self._drivers:
-            self._drivers[tolerance] = Driver(self.subject.fmu, method=METHOD, tolerance=tolerance, record=[])
+            self._drivers[tolerance] = Driver(
+                self.subject.fmu, method=METHOD, tolerance=tolerance, record=[], max_step=np.inf
+            )
         case = trial.case
         return self._drivers[tolerance].run(
             trial.duration, parameters=case.parameters, start=start, inputs=case.inputs, output_times=trial.times()

@@ -11,10 +11,12 @@
  *     CLOCKS             (if need be, FMI 3) number of clocks, whose functions are in the C file
  *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
  *     TEXTS              (if need be) texts, whose functions are in the C file
+ *     LAZY               (if need be) computes when it is asked for its rates and at events; rates as variables and
+ *                        indicators are those of that point until then
  *     and the functions declared below
  *
- * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole
- * numbers.
+ * Value references: 0 time, 1.. states, 101.. derivatives, 151.. the same as outputs, 201.. parameters, 301.. indicators
+ * (FMI 3), 401.. whole numbers.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -55,9 +57,10 @@ enum { OK = 0, FAILED = 3, ROOM = 8 };
 
 typedef struct {
     double t, x[NX + 1], p[NP + 1];
-    int mode[ROOM];              /* whole numbers of the model, to be read as well */
-    double next_time;            /* of the next time event; infinity: none */
-    int wants_event, terminates; /* set by after_step or update */
+    int mode[ROOM];                /* whole numbers of the model, to be read as well */
+    double next_time;              /* of the next time event; infinity: none */
+    int wants_event, terminates;   /* set by after_step or update */
+    double seen_t, seen_x[NX + 1]; /* where it computed */
 #ifdef CLOCKS
     int active[CLOCKS], initializes;
     double interval[CLOCKS];
@@ -94,6 +97,12 @@ static void forget(void);
 static int do_step(Model *m, double end);
 #endif
 
+static void compute(Model *m)
+{
+    m->seen_t = m->t;
+    memcpy(m->seen_x, m->x, sizeof m->x);
+}
+
 static void put_back(Model *m)
 {
     static const double parameters[] = {PARAMETERS, 0.0}, starts[] = {STARTS, 0.0};
@@ -103,6 +112,7 @@ static void put_back(Model *m)
     memset(m->mode, 0, sizeof m->mode);
     m->next_time = INFINITY;
     m->wants_event = m->terminates = 0;
+    compute(m);
 #ifdef CLOCKS
     memset(m->active, 0, sizeof m->active);
     memset(m->qualifier, 0, sizeof m->qualifier);
@@ -113,21 +123,33 @@ static void put_back(Model *m)
 #endif
 }
 
+/* the model where it computed */
+static Model computed(const Model *m)
+{
+    Model seen = *m;
+#ifdef LAZY
+    seen.t = m->seen_t;
+    memcpy(seen.x, m->seen_x, sizeof m->x);
+#endif
+    return seen;
+}
+
 static STATUS get_one(Model *m, unsigned v, double *value)
 {
     double many[NX + NZ + 1];
+    Model seen = computed(m);
     if (!READABLE(m, v)) return FAILED;
     if (v == 0) {
         *value = m->t;
     } else if (v <= NX) {
         *value = m->x[v - 1];
-    } else if (v > 100 && v <= 100 + NX) {
-        derivatives(m, many);
-        *value = many[v - 101];
+    } else if ((v > 100 && v <= 100 + NX) || (v > 150 && v <= 150 + NX)) {
+        derivatives(&seen, many);
+        *value = many[(v - 101) % 50];
     } else if (v > 200 && v <= 200 + NP) {
         *value = m->p[v - 201];
     } else if (v > 300 && v <= 300 + NZ) {
-        indicators(m, many);
+        indicators(&seen, many);
         *value = many[v - 301];
     } else {
         return FAILED;
@@ -210,8 +232,9 @@ STATUS NAME(GetContinuousStates)(void *c, double *x, size_t n)
 }
 STATUS NAME(GetEventIndicators)(void *c, double *z, size_t n)
 {
+    Model seen = computed(c);
     (void)n;
-    indicators(c, z);
+    indicators(&seen, z);
     return OK;
 }
 STATUS NAME(GetNominalsOfContinuousStates)(void *c, double *x, size_t n)

@@ -22,6 +22,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     Model *m = c;
     *info = (fmi2EventInfo){0};
     info->valuesOfContinuousStatesChanged = update(m);
+    compute(m);
     info->newDiscreteStatesNeeded = RESTLESS;
     info->terminateSimulation = m->terminates;
     info->nextEventTimeDefined = isfinite(m->next_time);
@@ -31,6 +32,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real *dx, size_t n)
 {
     Model *m = c;
+    compute(m);
     derivatives(m, dx);
     return FAILS ? complain(m) : fmi2OK;
 }

@@ -25,6 +25,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 {
     Model *m = c;
     *states = update(m);
+    compute(m);
     *again = RESTLESS;
     *nominals = false;
     *terminate = m->terminates;
@@ -35,6 +36,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 *dx, size_t n)
 {
     Model *m = c;
+    compute(m);
     derivatives(m, dx);
     return FAILS ? complain(m) : fmi3OK;
 }

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.defaults import ALL, AUTO, NONE
 from identification.estimators.base import Estimate, Options
 from identification.estimators.disturbances import terms_of
 from identification.estimators.regression import RegressionProblem
@@ -38,7 +39,6 @@ WIDER, WIDER_ELASTIC = 1.5, 2.5
 NEAR = 12.0
 ROUNDS = 3  # of law and disturbances in turn
 BETTER = 10.0  # in AIC: another law is said to fit better
-AUTO, ALL, NONE = "auto", "all", "none"
 MODES = (NONE, AUTO, ALL)
 
 

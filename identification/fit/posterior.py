@@ -14,6 +14,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
+from identification.defaults import SEED
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
 from identification.estimators.disturbances import terms_of
@@ -34,7 +35,7 @@ def posterior(
     ready: Pool,
     fit: FrictionFit,
     *,
-    seed: int = 0,
+    seed: int = SEED,
     steps: int = STEPS,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,

@@ -21,6 +21,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Moving
+from identification.defaults import COVARIANCE
 from identification.estimators.releases import Breakaway
 from identification.fit.parts import (
     AT_LEAST,
@@ -103,7 +104,7 @@ class FrictionFit(Moving):
     warnings: tuple[str, ...]
     residual_unit: str = "1"
     nuisance: tuple[FittedParameter, ...] = ()
-    covariance: str = "jackknife"
+    covariance: str = COVARIANCE
     intervals: tuple[Interval, ...] = ()
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None

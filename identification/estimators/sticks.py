@@ -23,7 +23,7 @@ from identification.measurement.pooled import Pool, RigValues, speed_name
 from identification.measurement.slip_segments import stretches
 
 STEP = 8e-3  # s, of the motion from the release on
-BEFORE, AFTER = 0.15, 0.08  # natural periods about the instant at which slip is seen, that are looked at
+BEFORE, AFTER = 0.4, 0.08  # natural periods about the instant at which slip is seen: slow drives let go long before
 TRIM = 1.0  # smoothing windows at the begin of a stick, where the contact may ring
 SHORTEST = 0.02  # natural periods of stick that must be left
 RAMP = 0.045  # natural periods over which the drive's acceleration is taken

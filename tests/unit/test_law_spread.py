@@ -69,7 +69,7 @@ def test_a_law_that_is_wrong_does_not_tell_whether_breakaway_ages(exponential: P
 
 
 def test_what_is_not_asked_is_said(exponential: Pool) -> None:
-    fit = fit_friction(exponential, estimator="weak-form", law="Tustin")
+    fit = fit_friction(exponential, estimator="weak-form", law="Tustin", law_spread="none")
     assert fit["mu_s"].law_deviation is None and "was not asked" in fit.words_of_law
     with pytest.raises(StickslipError, match="Did you mean 'all'"):
         fit_friction(exponential, estimator="weak-form", law_spread="al")

@@ -26,7 +26,7 @@ from identification.commands.fits import (
     write_text,
 )
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
-from identification.defaults import COVARIANCE, DISTURBANCES, DRAWS, ESTIMATOR, LAW, LAW_SPREAD, SEED
+from identification.inference.defaults import COVARIANCE, DISTURBANCES, DRAWS, ESTIMATOR, LAW, LAW_SPREAD, SEED
 
 if TYPE_CHECKING:
     from identification.fit.result import FrictionFit

@@ -11,7 +11,7 @@ import typer
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 from identification.commands.logs import Stated
-from identification.defaults import AUTO, NONE
+from identification.inference.defaults import AUTO, NONE
 
 if TYPE_CHECKING:
     from rich.console import Console

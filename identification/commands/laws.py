@@ -10,7 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
-from identification.defaults import DISTURBANCES, ESTIMATOR
+from identification.inference.defaults import DISTURBANCES, ESTIMATOR
 
 if TYPE_CHECKING:
     from rich.console import Console

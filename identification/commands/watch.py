@@ -14,7 +14,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
-from identification.defaults import ESTIMATOR, LAW
+from identification.inference.defaults import ESTIMATOR, LAW
 
 if TYPE_CHECKING:
     from identification.watch.state import Entry, State

@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.defaults import AUTO, NONE
 from identification.estimators import weak_form
 from identification.estimators.base import Options
 from identification.estimators.disturbances import (
@@ -42,6 +41,7 @@ from identification.estimators.disturbances import (
 from identification.estimators.regression import RegressionProblem
 from identification.fit.parts import Cause
 from identification.inference.choice import coloured_covariance
+from identification.inference.defaults import AUTO, NONE
 from identification.inference.problem import Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.laws import FittableLaw

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
-from identification.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
@@ -20,6 +19,7 @@ from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
+from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
 from identification.inference.lmfit_exchange import given
 from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law

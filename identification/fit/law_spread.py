@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.defaults import ALL, AUTO, NONE
 from identification.estimators.base import Estimate, Options
 from identification.estimators.disturbances import terms_of
 from identification.estimators.regression import RegressionProblem
@@ -30,6 +29,7 @@ from identification.fit.parts import Cause, RivalLaw
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
 from identification.inference.comparison import akaike_weights, criteria
+from identification.inference.defaults import ALL, AUTO, NONE
 from identification.laws import FittableLaw, slip_laws
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooled import Pool

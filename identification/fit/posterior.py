@@ -14,13 +14,13 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
-from identification.defaults import SEED
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
 from identification.estimators.disturbances import terms_of
 from identification.fit.causes import WIDER
 from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance
+from identification.inference.defaults import SEED
 from identification.inference.posterior import STEPS, Posterior, Target, load_emcee, sample
 from identification.inference.problem import Problem, Solution, identifier, searched
 from identification.laws import find_law

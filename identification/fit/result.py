@@ -21,7 +21,6 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Moving
-from identification.defaults import COVARIANCE
 from identification.estimators.releases import Breakaway
 from identification.fit.parts import (
     AT_LEAST,
@@ -33,6 +32,7 @@ from identification.fit.parts import (
     SpeedBin,
     StatedConstant,
 )
+from identification.inference.defaults import COVARIANCE
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.posterior import Posterior

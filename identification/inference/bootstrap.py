@@ -20,7 +20,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import in_processes
-from identification.defaults import DRAWS, SEED
+from identification.inference.defaults import DRAWS, SEED
 from identification.inference.problem import Evaluation, Problem, Solution, Unknown, solve
 from identification.inference.profile import Interval
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
-from identification.defaults import COVARIANCE, DRAWS, SEED
 from identification.inference.bootstrap import LEAST, bootstrap
 from identification.inference.bound import cramer_rao
+from identification.inference.defaults import COVARIANCE, DRAWS, SEED
 from identification.inference.identifiability import Collinearity, collinearity
 from identification.inference.problem import Problem, Solution, prior_precision
 from identification.inference.profile import Interval, profile

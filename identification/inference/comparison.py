@@ -29,8 +29,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
-from identification.defaults import COVARIANCE
 from identification.inference.choice import coloured_covariance
+from identification.inference.defaults import COVARIANCE
 from identification.inference.problem import Problem, Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
 from identification.estimators.disturbances import terms_of
 from identification.fit.causes import asked_for, find_causes
 from identification.fit.rivals import fit_rivals, not_far, weak_fits
 from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
+from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW
 from identification.inference.whiteness import whiteness
 from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooled import Pool

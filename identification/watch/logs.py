@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.defaults import NONE
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
+from identification.inference.defaults import NONE
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
 from identification.measurement.sensor_checks import stick_ratio

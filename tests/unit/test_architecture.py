@@ -34,7 +34,6 @@ FLOORS = (
     ("rig_io.description",),
     ("rig_io.bench",),
     ("rig_io.commands",),
-    ("identification.defaults",),
     ("identification.inference",),
     ("identification.laws", "identification.measurement"),
     ("identification.estimators", "identification.machines", "identification.slips"),

@@ -26,6 +26,7 @@ from identification.commands.fits import (
     write_text,
 )
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
+from identification.inference.defaults import COVARIANCE, DISTURBANCES, DRAWS, ESTIMATOR, LAW, LAW_SPREAD, SEED
 
 if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
@@ -36,8 +37,8 @@ def fit(
     logs: Logs,
     estimator: Annotated[
         str, typer.Option(help="shooting, whole-cycle, lugre, weak-form or savitzky-golay.")
-    ] = "shooting",
-    law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = "Conti",
+    ] = ESTIMATOR,
+    law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = LAW,
     settings: Settings = None,
     uncertainty: Uncertainties = None,
     repair: Repairs = None,
@@ -48,17 +49,17 @@ def fit(
             "--free", metavar="NAME", help="Constant estimated beside the law: J, k/J, c/J, R, r, N, zero; repeat."
         ),
     ] = None,
-    disturbances: Disturbing = "auto",
+    disturbances: Disturbing = DISTURBANCES,
     law_spread: Annotated[
         str,
         typer.Option(
             metavar="none|auto|all",
             help="Intervals hold the spread over laws that the logs cannot tell apart; auto: those within reach.",
         ),
-    ] = "auto",
-    covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
-    bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap and of the posterior.")] = 0,
+    ] = LAW_SPREAD,
+    covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = COVARIANCE,
+    bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = DRAWS,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap and of the posterior.")] = SEED,
     profile: Annotated[bool, typer.Option("--profile", help="Intervals by profile likelihood.")] = False,
     posterior: Annotated[
         bool, typer.Option("--posterior", help="Sample what the logs leave open (MCMC), constants of the rig with it.")

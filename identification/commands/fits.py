@@ -11,6 +11,7 @@ import typer
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 from identification.commands.logs import Stated
+from identification.inference.defaults import AUTO, NONE
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,7 +38,7 @@ NOTHING = Stated()
 
 def named(disturbances: str) -> str | list[str]:
     """What is to be sought or estimated."""
-    if disturbances in ("none", "auto"):
+    if disturbances in (NONE, AUTO):
         return disturbances
     return [name.strip() for name in disturbances.split(",")]
 

@@ -10,6 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
+from identification.inference.defaults import DISTURBANCES, ESTIMATOR
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,8 +22,8 @@ def laws(
     logs: Logs,
     estimator: Annotated[
         str, typer.Option(help="Whose likelihood decides: shooting, whole-cycle, weak-form or savitzky-golay.")
-    ] = "shooting",
-    disturbances: Disturbing = "auto",
+    ] = ESTIMATOR,
+    disturbances: Disturbing = DISTURBANCES,
     contact: Annotated[
         bool,
         typer.Option(

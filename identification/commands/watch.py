@@ -15,6 +15,7 @@ from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
 from fmu_models.base.printable import printable_json
+from identification.inference.defaults import ESTIMATOR, LAW
 
 if TYPE_CHECKING:
     from identification.watch.state import Entry, State
@@ -25,7 +26,7 @@ STATE = ".stickslip-watch.json"
 @console.trusting
 def watch(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Of the logs; the first of them is described.")],
-    law: Annotated[str | None, typer.Option(help="Friction law (default: that of the last time, or Conti).")] = None,
+    law: Annotated[str | None, typer.Option(help=f"Friction law (default: that of the last time, or {LAW}).")] = None,
     estimator: Annotated[str | None, typer.Option(help="As for 'fit' (default: that of the last time).")] = None,
     page: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Page (.html), written anew with every log.")
@@ -65,7 +66,7 @@ def _begun(file: Path, law: str | None, estimator: str | None) -> State:
 
     from identification.watch.state import REFUSED, State, read_state
 
-    before = read_state(file) if file.exists() else State(law or "Conti", estimator or "shooting")
+    before = read_state(file) if file.exists() else State(law or LAW, estimator or ESTIMATOR)
     if (law or before.law, estimator or before.estimator) != (before.law, before.estimator):
         raise StickslipError(
             f"'{file}' holds fits of the law {before.law} by {before.estimator}. Go on with those, or name another "

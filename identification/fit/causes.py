@@ -2,11 +2,14 @@
 
 A cause (terms of `estimators.disturbances`) is taken up where its F test, corrected for the number of causes tried
 (Holm), and BIC both ask for it. Residuals are coloured, so that n of them are worth n_e = n/inflation independent ones
-(`inference.comparison`), and both tests count these:
+(`inference.comparison`), though never fewer than there are slips, and both tests count these:
     F = ((S_0 - S_1)/m)/(S_1/(n_e - p)),     gain = n_e ln(S_0/S_1) - m ln n_e
-S_0, S_1 sums of squares without and with the cause, m its terms, p all unknowns with it. A fit that is taken up is
-made once more from the law's own guess, and the better is kept: a search may have ended in a local minimum. After
-a selection deviations are too small by about a half (`WIDER`), for the same logs have chosen and judged. A radius
+S_0, S_1 sums of squares without and with the cause, m its terms, p all unknowns with it. Slips are independent of one
+another, and no correlation inside a slip inflates a variance by more than its number of residuals: where the inflation
+says so, the jackknife takes for colour that one slip determines a term nearly alone. A set with as many unknowns as
+there are slips leaves nothing by which to judge it, and is not tried. Each fit is made from the one before it and from
+the law's own guess, and the better is kept: in a local minimum a cause explains little, and what it leaves is coloured.
+After a selection deviations are too small by about a half (`WIDER`), for the same logs have chosen and judged. A radius
 that is wrong looks like a disturbance, and the other way round: BIC, where the radius is one unknown, tells which.
 
 Sources: Holm (1979), Scand. J. Statist. 6, 65; Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
@@ -38,13 +41,13 @@ from identification.estimators.disturbances import (
 from identification.estimators.regression import RegressionProblem
 from identification.fit.parts import Cause
 from identification.inference.choice import coloured_covariance
+from identification.inference.defaults import AUTO, NONE
 from identification.inference.problem import Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.laws import FittableLaw
 from identification.measurement.pooled import Pool
 
 CHANCE = 0.01  # of any cause being taken up where there is none, by F alone
-AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 WIDER = 1.5  # deviations after a selection
 SEARCH = 1e-5  # relative, of the fits that only select
 RADIUS = 1e-3  # relative, of a radius that is sought only to be judged
@@ -68,12 +71,13 @@ class _Fit:
 
     @property
     def effective(self) -> float:
-        """How many independent residuals these are worth."""
+        """How many independent residuals these are worth: as many as there are slips, or more."""
         here = self.found.evaluation
         if not determines(information(self.problem, here)):
             return 0.0
         coloured = coloured_covariance(self.problem, self.found, "jackknife")
-        return len(here.residual) / inflation(plain_covariance(here.gradient, here.residual), coloured)
+        worth = len(here.residual) / inflation(plain_covariance(here.gradient, here.residual), coloured)
+        return max(worth, float(len(np.unique(here.cluster))))
 
 
 class _Search:
@@ -83,23 +87,21 @@ class _Search:
         self.ready = ready
         self.bare = weak_form.of_few_nodes(ready, law, Options(workers=workers))
         self.kept: dict[frozenset[str], _Fit] = {}
+        self.slips = len(np.unique(self.bare.regression.cluster))
+
+    def judges(self, causes: Sequence[str]) -> bool:
+        """Whether there are more slips than unknowns with these causes."""
+        return len(replace(self.bare, terms=terms_of(self.ready, causes)).unknowns) < self.slips
 
     def fit(self, causes: Sequence[str], begin: _Fit | None = None) -> _Fit:
-        """With these causes, from another fit or from the law's own guess."""
+        """With these causes, from the law's own guess and from another fit: the better of the two."""
         key = frozenset(causes)
         if key not in self.kept:
             problem = replace(self.bare, terms=terms_of(self.ready, causes))
-            start = problem.start() if begin is None else _carried(begin, problem)
-            self.kept[key] = _Fit(tuple(causes), problem, solve(problem, start, tolerance=SEARCH))
+            starts = [problem.start()] if begin is None else [_carried(begin, problem), problem.start()]
+            fits = [_Fit(tuple(causes), problem, solve(problem, start, tolerance=SEARCH)) for start in starts]
+            self.kept[key] = min(fits, key=lambda fit: fit.sum)
         return self.kept[key]
-
-    def anew(self, now: _Fit) -> _Fit:
-        """The same from the law's own guess, if that leads to a better fit."""
-        other = _Fit(now.causes, now.problem, solve(now.problem, now.problem.start(), tolerance=SEARCH))
-        if other.sum < now.sum:
-            self.kept[frozenset(now.causes)] = other
-            return other
-        return now
 
     def promising(self, now: _Fit, causes: Sequence[str]) -> list[str]:
         """The causes by which the sum of squares falls most to first order, per BIC."""
@@ -117,9 +119,9 @@ class _Search:
         from scipy.special import fdtrc
 
         terms, effective = len(more.problem.terms) - len(less.problem.terms), more.effective
-        freedom = effective - len(more.problem.unknowns)
-        if freedom < 1 or not more.found.converged:
+        if not effective or not more.found.converged:
             return -np.inf, 1.0
+        freedom = max(effective - len(more.problem.unknowns), 1.0)
         fall = max(less.sum - more.sum, 0.0)
         gain = effective * float(np.log1p(fall / more.sum)) - terms * float(np.log(effective))
         return gain, float(fdtrc(terms, freedom, fall / terms / (more.sum / freedom)))
@@ -151,11 +153,12 @@ def find_causes(
     now, chosen = search.fit(()), list[str]()
     progress(0.5)
     if named:
-        now = search.anew(search.fit(named, now))
+        now = search.fit(named, now)
         return tuple(_cause(search, now, one) for one in now.causes)
     while True:
         progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
-        open_ = [one for one in seen if one not in chosen and not any(pair <= {one, *chosen} for pair in EITHER)]
+        rest = [one for one in seen if one not in chosen and not any(pair <= {one, *chosen} for pair in EITHER)]
+        open_ = [one for one in rest if search.judges((*chosen, one))]
         tried = {one: search.fit((*chosen, one), now) for one in search.promising(now, open_)}
         judged = {one: search.judged(now, fit) for one, fit in tried.items()}
         # Holm: the least of the probabilities counts as often as there are causes left
@@ -164,11 +167,11 @@ def find_causes(
             break
         best = max(sure, key=lambda one: judged[one][0])
         chosen.append(best)
-        now = search.anew(tried[best])
-    if WEAR in chosen and DRIFT in seen:
+        now = tried[best]
+    if WEAR in chosen and DRIFT in seen and search.judges([one for one in (*chosen, DRIFT) if one != WEAR]):
         # slow changes of friction and of the zero look alike, and what has few terms is met first
         rest = [one for one in chosen if one != WEAR]
-        other = search.anew(search.fit((*rest, DRIFT), search.fit(rest, now)))
+        other = search.fit((*rest, DRIFT), search.fit(rest, now))
         terms = len(other.problem.terms) - len(now.problem.terms)
         if other.effective * np.log(now.sum / other.sum) > terms * np.log(max(other.effective, 1.0)):
             chosen, now = [*rest, DRIFT], other

@@ -19,7 +19,7 @@ from fmu_models.language.laws import LAWS
 from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.regression import RegressionProblem
-from identification.estimators.releases import Constants, breakaway
+from identification.estimators.releases import Fitted, breakaway
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.parts import Constant, FittedParameter, StatedConstant
@@ -98,9 +98,11 @@ def conclude(
     releases = None
     alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
     if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
-        others = {one.name: float(value) for one, value in zip(problem.unknowns, found.values, strict=True)}
-        known_of = Constants(problem.held, solved.covariance, _by_logarithm(solved, shifts)[:count], others)
-        releases = breakaway(ready, law, found.values[:count], covariance[:count, :count], known_of)
+        unknowns = tuple(one.name for one in problem.unknowns)
+        moves = _by_logarithm(solved, shifts)
+        releases = breakaway(
+            ready, law, Fitted(unknowns, found.values, covariance, problem.held, solved.covariance, moves)
+        )
         if releases is not None and known.whiteness is not None:
             releases = replace(releases, of_wrong_law=bool(known.whiteness.beyond))
     constants, scale = _constants(solved, shifts)

@@ -12,13 +12,14 @@ from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
-from identification.fit.causes import AUTO, NONE, WIDER, asked_for, explain_more, find_causes, terms_found
+from identification.fit.causes import WIDER, asked_for, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
+from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
 from identification.inference.lmfit_exchange import given
 from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from lmfit import Parameters
 
 SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by itself
-DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
 WEAK = "weak-form"  # the estimator that runs no model
@@ -41,11 +41,11 @@ WORSE = 1e-3  # relative: residuals larger than those of what is nested, beyond 
 def fit_friction(
     logs: Sequence[RigLog] | Pool,
     *,
-    estimator: str = DEFAULT,
-    law: str = "Conti",
+    estimator: str = ESTIMATOR,
+    law: str = LAW,
     options: Options = DEFAULT_OPTIONS,
-    disturbances: str | Sequence[str] = NONE,
-    law_spread: str = NONE,
+    disturbances: str | Sequence[str] = DISTURBANCES,
+    law_spread: str = LAW_SPREAD,
     parameters: Parameters | None = None,
     inference: Inference = DEFAULT_INFERENCE,
     progress: Callable[[float], None] | None = None,

@@ -29,6 +29,7 @@ from identification.fit.parts import Cause, RivalLaw
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
 from identification.inference.comparison import akaike_weights, criteria
+from identification.inference.defaults import ALL, AUTO, NONE
 from identification.laws import FittableLaw, slip_laws
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooled import Pool
@@ -38,7 +39,6 @@ WIDER, WIDER_ELASTIC = 1.5, 2.5
 NEAR = 12.0
 ROUNDS = 3  # of law and disturbances in turn
 BETTER = 10.0  # in AIC: another law is said to fit better
-AUTO, ALL, NONE = "auto", "all", "none"
 MODES = (NONE, AUTO, ALL)
 
 

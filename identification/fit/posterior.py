@@ -20,6 +20,7 @@ from identification.estimators.disturbances import terms_of
 from identification.fit.causes import WIDER
 from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance
+from identification.inference.defaults import SEED
 from identification.inference.posterior import STEPS, Posterior, Target, load_emcee, sample
 from identification.inference.problem import Problem, Solution, identifier, searched
 from identification.laws import find_law
@@ -34,7 +35,7 @@ def posterior(
     ready: Pool,
     fit: FrictionFit,
     *,
-    seed: int = 0,
+    seed: int = SEED,
     steps: int = STEPS,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,

@@ -34,6 +34,7 @@ from identification.fit.parts import (
     SpeedBin,
     StatedConstant,
 )
+from identification.inference.defaults import COVARIANCE
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.posterior import Posterior
@@ -105,7 +106,7 @@ class FrictionFit(Moving):
     warnings: tuple[str, ...]
     residual_unit: str = "1"
     nuisance: tuple[FittedParameter, ...] = ()
-    covariance: str = "jackknife"
+    covariance: str = COVARIANCE
     intervals: tuple[Interval, ...] = ()
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None

@@ -20,6 +20,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import in_processes
+from identification.inference.defaults import DRAWS, SEED
 from identification.inference.problem import Evaluation, Problem, Solution, Unknown, solve
 from identification.inference.profile import Interval
 
@@ -70,8 +71,8 @@ def bootstrap(
     problem: Problem,
     found: Solution,
     *,
-    draws: int = 200,
-    seed: int = 0,
+    draws: int = DRAWS,
+    seed: int = SEED,
     processes: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Draws:

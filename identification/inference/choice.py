@@ -14,6 +14,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from identification.inference.bootstrap import LEAST, bootstrap
 from identification.inference.bound import cramer_rao
+from identification.inference.defaults import COVARIANCE, DRAWS, SEED
 from identification.inference.identifiability import Collinearity, collinearity
 from identification.inference.problem import Problem, Solution, prior_precision
 from identification.inference.profile import Interval, profile
@@ -33,9 +34,9 @@ class Inference(Shown):
         StickslipError: there is no such covariance, or too few draws.
     """
 
-    covariance: str = "jackknife"
-    draws: int = 200
-    seed: int = 0
+    covariance: str = COVARIANCE
+    draws: int = DRAWS
+    seed: int = SEED
     profile: bool = False
     level: float = 0.95
 

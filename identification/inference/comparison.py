@@ -30,6 +30,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
 from identification.inference.choice import coloured_covariance
+from identification.inference.defaults import COVARIANCE
 from identification.inference.problem import Problem, Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness
@@ -133,7 +134,7 @@ class Comparing:
     pairs of laws of which the second contains the first, those whose unknowns it has if None; doubts: what speaks
     against every law of those compared."""
 
-    covariance: str = "jackknife"
+    covariance: str = COVARIANCE
     parts: int = 2
     warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
     nested: Collection[tuple[str, str]] | None = None

@@ -14,10 +14,10 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
 from identification.estimators.disturbances import terms_of
-from identification.fit.causes import AUTO, asked_for, find_causes
-from identification.fit.fit import DEFAULT
+from identification.fit.causes import asked_for, find_causes
 from identification.fit.rivals import fit_rivals, not_far, weak_fits
 from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
+from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW
 from identification.inference.whiteness import whiteness
 from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooled import Pool
@@ -44,8 +44,8 @@ def compare_laws(
     logs: Sequence[RigLog] | Pool,
     laws: Sequence[str] | None = None,
     *,
-    estimator: str = DEFAULT,
-    disturbances: str | Sequence[str] = AUTO,
+    estimator: str = ESTIMATOR,
+    disturbances: str | Sequence[str] = DISTURBANCES,
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
     """Compare friction laws on the same logs, all pooled, by the likelihood of an estimator.
@@ -143,7 +143,7 @@ def compare_contacts(
     names = [motion.log.name for motion in ready.motions]
     made = {}
     for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
-        made[name] = ESTIMATORS.load(estimator).estimate(ready, find_law("Conti"), Options())
+        made[name] = ESTIMATORS.load(estimator).estimate(ready, find_law(LAW), Options())
         if progress is not None:
             progress(0.3 * (number + 1))
     rigid, elastic = made[RIGID], made[BRISTLES]

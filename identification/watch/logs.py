@@ -13,6 +13,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
+from identification.inference.defaults import NONE
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
 from identification.measurement.sensor_checks import stick_ratio
@@ -79,7 +80,8 @@ def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
             if log.kind == "free-decay":
                 return Entry(seen.name, seen.files, checksum, recorded, DECAY, "", {}, silent)
             ready = pool([log, *_decays(folder, seen.name)])
-            fit = fit_friction(ready, estimator=state.estimator, law=state.law)
+            # what is charted is to be the same from log to log, whatever a log shows beside it
+            fit = fit_friction(ready, estimator=state.estimator, law=state.law, disturbances=NONE, law_spread=NONE)
         values = {one.name: (one.value, one.standard_deviation) for one in fit.parameters}
         entry = Entry(seen.name, seen.files, checksum, recorded, FITTED, "", values | _ratio(ready, fit), silent)
     except StickslipError as error:

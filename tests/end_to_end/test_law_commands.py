@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import json
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from benchmark_scripts import benchmark_script
 from rich.console import Console
 
+from identification.commands.fit import fit as fit_command
 from identification.commands.laws import print_laws
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
@@ -53,6 +55,24 @@ def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
     assert planned["candidates"][-1]["refused"] == "slides without sticking"
     shown = " ".join(stickslip("design", "fit.json", "--speeds", "0.2,3.5").out.split())
     assert "would help most" in shown and "Refused (slides without sticking): 3.5 rad/s" in shown
+
+
+def test_command_and_python_give_the_same_fit_to_the_last_digit(stickslip, tmp_path, logs):
+    from_shell = stickslip("fit", RIGS, "--estimator", "weak-form", "--json").json
+    plain = json.loads(fit_friction(logs, estimator="weak-form").to_json())
+    assert plain["rivals"]
+    for key in set(plain) - {"recorded"}:
+        assert from_shell[key] == plain[key], key
+
+
+def test_defaults_are_those_of_python():
+    ours = {name: one.default for name, one in inspect.signature(fit_friction).parameters.items()}
+    command = {name: one.default for name, one in inspect.signature(fit_command).parameters.items()}
+    for name in ("estimator", "law", "disturbances", "law_spread"):
+        assert command[name] == ours[name], name
+    asked = ours["inference"]
+    assert (command["covariance"], command["bootstrap"], command["seed"]) == (asked.covariance, asked.draws, asked.seed)
+    assert (ours["disturbances"], ours["law_spread"]) == ("auto", "auto")
 
 
 def test_bad_options_are_answered_in_words(stickslip, tmp_path):

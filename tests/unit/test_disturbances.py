@@ -14,7 +14,7 @@ from identification.estimators.base import Options
 from identification.estimators.disturbances import ANGLE, CAUSES, DRIFT, FORCE, FORCE_EACH, WEAR, ZERO, terms_of
 from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_problem import shooting_problem
-from identification.fit.causes import find_causes
+from identification.fit.causes import _Search, find_causes
 from identification.fit.fit import fit_friction, stuck
 from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
@@ -25,8 +25,9 @@ from identification.next_step.design import design
 from identification.report.friction_figure import friction_figure
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
-from rig_io.bench.emulation import Emulation, MicroSlip
-from rig_io.bench.emulator import emulate, standard_set
+from rig_io.bench.emulation import Disc, Emulation, MicroSlip
+from rig_io.bench.emulator import emulate, free_decay, standard_set
+from rig_io.bench.materials import Material
 from rig_io.sensors.motion import integrated
 
 TRUTH = np.array([0.65, 0.35, 15.0])
@@ -58,6 +59,43 @@ def test_a_disturbance_is_found_by_name_and_corrected(name: str) -> None:
     before = np.array([(q.value, q.total_deviation) for q in fit.plain])
     assert (before[:, 1] > [q.total_deviation for q in fit.parameters]).all()
     assert FrictionFit.from_json(fit.to_json()) == fit
+
+
+def worn(seed: int, wear: float, duration: float) -> Pool:
+    """A bench of its own law and speeds, with less than twenty slips in logs of 4 s."""
+    draw = np.random.default_rng(seed)
+    mu_k = draw.uniform(0.2, 0.4)
+    law = {"mu_s": mu_k + draw.uniform(0.12, 0.3), "mu_k": mu_k, "p": draw.uniform(10.0, 22.0)}
+    speeds = np.sort(np.exp(draw.uniform(np.log(0.3), np.log(0.9), 3)))
+    common: dict[str, Any] = {
+        "duration": duration,
+        "ripple": Ripple(smoothing=0.02),
+        "disturbances": Disturbances(per_log=wear, within=wear),
+    }
+    runs = [Emulation(f"{w:.4g}", (Disc(Material("paper/rubber", law), w),), **common) for w in speeds]
+    return pool([emulate(one, seed, number) for number, one in enumerate([*runs, free_decay(**common)])])
+
+
+@pytest.mark.parametrize("seed", [0, 2, 3])
+def test_a_dozen_slips_show_wear_of_one_per_cent_a_log(seed: int) -> None:
+    """From the fit without wear the search ends in a local minimum, whose residuals are worth 5 to 7 free ones."""
+    ready = worn(seed, 0.01, 4.0)
+    assert len({id(segment) for segment in ready.segments}) < 20
+    (cause,) = find_causes(ready, CONTI)
+    assert cause.name == WEAR and cause.size == pytest.approx(0.015, rel=0.2)
+    assert cause.gain > 50 and cause.chance < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_few_slips_of_a_clean_bench_raise_no_alarm(seed: int) -> None:
+    assert find_causes(worn(seed, 0.0, 4.0), CONTI) == ()
+
+
+def test_slips_are_the_least_that_residuals_are_worth_and_more_unknowns_are_not_judged() -> None:
+    search = _Search(worn(1, 0.01, 4.0), CONTI)
+    fit = search.fit((WEAR, FORCE))
+    assert search.slips == 12 and fit.effective >= search.slips
+    assert len(fit.problem.unknowns) == 12 and not search.judges((WEAR, FORCE)) and search.judges((WEAR,))
 
 
 def test_wear_that_is_left_out_looks_like_a_wrong_radius_and_is_told_from_one() -> None:

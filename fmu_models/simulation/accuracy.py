@@ -207,7 +207,8 @@ def _estimate(
     check: _Check,
     seconds: tuple[float, float],
 ) -> ErrorEstimate:
-    if not runs:
+    wrong = check.wrong
+    if not runs and wrong is None:
         raise StickslipError(
             "The error cannot be estimated: the same run fails with other steps, at a finer tolerance and with data "
             f"moved by one rounding ({next(iter(refused.values()))})."
@@ -215,7 +216,6 @@ def _estimate(
     sizes = dict(zip(fmu.states, check.sizes.tolist(), strict=True))
     shared = {name: _shared_events(trajectory, other) for name, other in runs.items()}
     gaps = {name: _differences(trajectory, other, fmu.states, *shared[name]) for name, other in runs.items()}
-    wrong = check.wrong
     if wrong is not None:
         # the difference to the right run is the error, wherever it is; there is none to say without that run
         gaps = {COMPANIONS[0]: _whole_differences(trajectory, check, fmu.states)}

@@ -219,7 +219,8 @@ def test_a_plate_that_shakes():
     m, N = Parameter("m", 1.0, "kg", "mass", positive=True), Parameter("N", 1.0, "N", "normal force", minimum=0.0)
     mu = Parameter("mu", 0.3, "1", "friction coefficient", minimum=0.0)
     x = Coordinate("x", "m", "displacement", velocity="v", v_start=2.0)
-    plate = Friction(name="plate", slip=x.v - Parameter("b", 1.0, "m/s", "speed") * sympy.sin(TIME), law=Coulomb(N, mu))
+    speed = Parameter("b", 1.0, "m/s", "speed") * sympy.sin(Parameter("w", 1.0, "rad/s", "frequency") * TIME)
+    plate = Friction(name="plate", slip=x.v - speed, law=Coulomb(N, mu))
     shaken = Mechanism(
         name="plate", title="plate", source="-", coordinates=[x], kinetic_energy=m * x.v**2 / 2, contacts=[plate]
     )

@@ -77,7 +77,7 @@ def simulate(
         typer.Option(metavar="X,V|X:V", help="Draw these over time (x,v), or one over another (x:v); repeat for more."),
     ] = None,
     error: Annotated[
-        bool, typer.Option("--error", help="Run again four times otherwise, and estimate the error.")
+        bool, typer.Option("--error", help="Check the defect, run again four times otherwise, and estimate the error.")
     ] = False,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
     time_limit: Annotated[

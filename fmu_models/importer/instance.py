@@ -100,6 +100,7 @@ def master_library() -> ctypes.CDLL:
     package = Path(compiler.__file__).parents[1]
     parts = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
     parts += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
+    parts.append(package / "engine" / "model" / "traps.h")
     sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in parts}
     # one unit: the calls into the FMU sit in the innermost loops
     names = [name for name in sources if name.endswith(".c")]

@@ -212,11 +212,19 @@ def _print_error(content: dict[str, Any], out: Console) -> None:
         f"{error['event_time']:.1e} s); [bold]run time {own * 1e3:.3g} ms[/bold], "
         f"and {others * 1e3:.3g} ms for the estimate"
     )
+    defects = ", ".join(f"{name} {value:.1e} {units[name]}" for name, value in error["defect"].items())
+    out.print(f"  defect, by evaluation at single points between the events: {defects}")
     out.print(
-        "  the largest difference to the same run at a tenth and a hundredth of the tolerance, and with all start\n"
-        "  values, parameters and constant inputs moved by one rounding either way; most by: "
+        "  the largest difference to the same run with steps that end elsewhere, at a tenth of the tolerance, and\n"
+        "  with all start values, parameters and constant inputs moved by one rounding either way; most by: "
         f"{error['by']}. No bound."
     )
+    if error["wrong"] is not None:
+        what = f"'{error['contradiction']}' contradicts its contact" if error["contradiction"] else "by its defect"
+        out.print(
+            f"  [bold]Wrong from t = {error['wrong']:.6g} s on[/bold] ({what}): a step went past something narrow.\n"
+            "  Start the run anew at times between, and tell us of the model."
+        )
     if error["apart"] is not None:
         out.print(
             f"  From t = {error['apart']:.6g} s on these are different motions (chaos, or a grazing contact):\n"

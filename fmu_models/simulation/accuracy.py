@@ -1,13 +1,21 @@
-"""How far a run can be trusted: the same run again, four times otherwise, and the largest difference.
+"""How far a run can be trusted: its defect, the same run again four times otherwise, and the largest difference.
 
-    tolerance/10, tolerance/100    higher orders and other steps: what truncation and the rounding in each step leave
-    data up, data down             every start value, parameter and constant input moved by 2^-52 of itself to either
-                                   side: what one rounding becomes on the way, in the constants too
+    defect                   states against the integral of their rates, and every deciding function against the
+                             contact's state, by evaluation at single points (simulation/defect.py): shares nothing
+                             with the series
+    other steps              steps that end at all pieces of the defect, hence within whatever is narrow
+    tolerance/10             higher orders: what truncation leaves
+    data up, data down       every start value, parameter and constant input moved by 2^-52 of itself to either
+                             side: what one rounding becomes on the way, in the constants too
 
 At the default tolerance, 1e-14, truncation is near rounding, so a run at a tolerance a hundred times coarser, scaled,
 would say nothing of the error and the engine has none; and a single finer run shares what rounding the data does. The
-largest of the four differences is no bound: on runs whose result is known it was from 0.9 to 16 times the error. Equal
-values stay equal when they are moved, and zeros zero: discs of one speed, contacts that have no gap.
+largest difference is no bound: on runs whose result is known it was from 0.9 to 16 times the error. Equal values stay
+equal when they are moved, and zeros zero: discs of one speed, contacts that have no gap.
+
+A run that its defect contradicts is wrong: then the difference to the run with other steps is its error, over all of
+it. Steps are added until that run's own defect is rounding; where it never is, nothing is known of the motion, and the
+error said is its size.
 
 A motion that is chaotic, or grazes, may part from its companions: then the estimate says when, and from there on only
 statistics of the run mean anything.
@@ -16,33 +24,40 @@ statistics of the run mean anything.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.run import simulate
+from fmu_models.simulation.defect import Defect, defect_of
+from fmu_models.simulation.run import Repeated, simulate
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
 
 _ROUNDING = 2.0**-52
 APART = 1e-3  # of the size of a state: two runs that differ by more are different motions
-COMPANIONS = ("tolerance/10", "tolerance/100", "data up", "data down")
+COMPANIONS = ("other steps", "tolerance/10", "data up", "data down")
+_WRONG = 1e-9  # of the size of a state: a larger defect is no rounding
+_ROUNDS = 4  # in which steps are added to a run until its defect is rounding
 
 
 @dataclass(frozen=True)
 class ErrorEstimate(Shown):
-    """Largest differences between a run and its companions.
+    """The defect of a run, and the largest differences between it and its companions.
 
     Attributes:
         states: per state over all output times before ``apart``, in its unit; times at events are left out, since
-            velocities may jump there.
+            velocities may jump there, unless the run is wrong.
         end: per state at the last output time, even if an event is there.
+        defect: per state, the largest sum of its defects from the start on.
+        wrong: s, from where on the run does not follow its model; None if it does.
+        contradiction: the deciding function that is negative there, in a word; empty if none is.
         relative: the largest of ``states`` in fractions of the largest magnitude of each.
         event_time: s, by which an event before ``apart`` moved.
         apart: s, from where on a companion is another motion: its states differ by more than a thousandth of their
@@ -54,6 +69,9 @@ class ErrorEstimate(Shown):
 
     states: Mapping[str, float]
     end: Mapping[str, float]
+    defect: Mapping[str, float]
+    wrong: float | None
+    contradiction: str
     relative: float
     event_time: float
     apart: float | None
@@ -66,12 +84,13 @@ def simulate_with_error(
     fmu: Fmu,
     stop_time: float,
     *,
+    start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     inputs: Mapping[str, float | Signal] | None = None,
+    output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
-    **run: Any,
 ) -> tuple[Trajectory, ErrorEstimate]:
     """A run and an estimate of its error; arguments are those of ``simulate``.
 
@@ -83,24 +102,85 @@ def simulate_with_error(
     def stage(i: int) -> Callable[[float], None]:
         return lambda fraction: progress((i + fraction) / stages) if progress else None
 
-    given = {"parameters": dict(parameters or {}), "start": dict(start or {}), "inputs": dict(inputs or {})}
-    trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **run)
-    found, refused = {}, {}
-    for i, name in enumerate(COMPANIONS, 1):
-        factor = {"tolerance/10": 0.1, "tolerance/100": 0.01}.get(name, 1.0)
-        moved = given if factor < 1.0 else _moved(fmu, given, +1 if name == "data up" else -1)
+    given: dict[str, Any] = {
+        "parameters": dict(parameters or {}),
+        "start": dict(start or {}),
+        "inputs": dict(inputs or {}),
+    }
+    span: dict[str, Any] = {"start_time": start_time, "output_times": output_times}
+    trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **span)
+    begin = time.perf_counter()
+    check = _checked(Repeated(fmu, stop_time, start_time, tolerance, **given), trajectory, output_times, stage(1))
+    runs, refused = ({}, check.refused) if check.other is None else ({COMPANIONS[0]: check.other}, {})
+    for i, name in enumerate(COMPANIONS[1:], 2):
+        finer = name.startswith("tolerance")
+        moved = given if finer else _moved(fmu, given, +1 if name == "data up" else -1)
+        companion = Repeated(fmu, stop_time, start_time, tolerance * (0.1 if finer else 1.0), **moved)
         try:
-            found[name] = simulate(fmu, stop_time, tolerance=tolerance * factor, progress=stage(i), **moved, **run)
+            runs[name] = companion.trajectory(output_times, check.ends, stage(i))
         except StickslipError as error:
             refused[name] = str(error)
-    return trajectory, _estimate(fmu, trajectory, found, refused)
+    seconds = trajectory.seconds, time.perf_counter() - begin
+    return trajectory, _estimate(fmu, trajectory, runs, refused, check, seconds)
 
 
-def _moved(fmu: Fmu, given: Mapping[str, dict[str, Any]], side: int) -> dict[str, dict[str, Any]]:
+@dataclass(frozen=True)
+class _Check:
+    """The defect of a run, the run with other steps, where these end, and whether its own defect is rounding."""
+
+    defect: Defect
+    name: str  # of the deciding function that contradicts
+    sizes: NDArray[np.float64]  # (s,) of the states
+    other: Trajectory | None
+    ends: NDArray[np.float64]
+    right: bool
+    refused: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def wrong(self) -> float | None:
+        """From when on the run does not follow its model."""
+        return _wrong_from(self.defect, self.sizes)
+
+
+def _wrong_from(defect: Defect, sizes: NDArray[np.float64]) -> float | None:
+    times = [defect.contradiction[0]] if defect.contradiction else []
+    large = np.flatnonzero((np.abs(defect.sums) > _WRONG * sizes).any(axis=1))
+    return min([*times, *defect.time[large[:1]].tolist()], default=None)
+
+
+def _checked(
+    repeated: Repeated, run: Trajectory, output_times: ArrayLike | None, progress: Callable[[float], None]
+) -> _Check:
+    states = repeated.fmu.states
+    sizes = np.array([np.abs(run[state]).max() for state in states])
+
+    def defect(trajectory: Trajectory, ends: NDArray[np.float64] | None) -> Defect:
+        breaks = np.concatenate([repeated.kinks, [event.time for event in trajectory.events]])
+        return defect_of(lambda times: repeated.record(times, ends), breaks, len(states))
+
+    own = defect(run, None)
+    name = repeated.deciding_name(own.contradiction[1]) if own.contradiction else ""
+    other, ends, latest = None, own.edges, own
+    try:
+        for _ in range(_ROUNDS):
+            other = repeated.trajectory(output_times, ends, progress)
+            if own is latest and _wrong_from(own, sizes) is None:
+                break
+            latest = defect(other, ends)
+            if _wrong_from(latest, sizes) is None:
+                break
+            if latest.resolved:
+                ends = np.union1d(ends, latest.edges)
+    except StickslipError as error:
+        return _Check(own, name, sizes, None, ends, False, {COMPANIONS[0]: str(error)})
+    return _Check(own, name, sizes, other, ends, _wrong_from(latest, sizes) is None and latest.resolved)
+
+
+def _moved(fmu: Fmu, given: Mapping[str, dict[str, Any]], side: int) -> dict[str, Any]:
     """Every value, given or default, moved by one rounding within its bounds; signals stay."""
     memories = {name: value for name, value in given["start"].items() if name in fmu.memories}
     defaults = {"parameters": fmu.parameters, "start": fmu.states, "inputs": fmu.inputs}
-    moved: dict[str, dict[str, Any]] = {}
+    moved: dict[str, Any] = {}
     for kind, names in defaults.items():
         values = {name: given[kind].get(name, float(fmu.variables[name].start or 0.0)) for name in names}
         moved[kind] = {n: v if isinstance(v, Signal) else _nudged(fmu, n, float(v), side) for n, v in values.items()}
@@ -120,34 +200,59 @@ def _nudged(fmu: Fmu, name: str, value: float, side: int) -> float:
 
 
 def _estimate(
-    fmu: Fmu, trajectory: Trajectory, found: Mapping[str, Trajectory], refused: Mapping[str, str]
+    fmu: Fmu,
+    trajectory: Trajectory,
+    runs: Mapping[str, Trajectory],
+    refused: Mapping[str, str],
+    check: _Check,
+    seconds: tuple[float, float],
 ) -> ErrorEstimate:
-    if not found:
+    wrong = check.wrong
+    if not runs and wrong is None:
         raise StickslipError(
-            "The error cannot be estimated: the same run fails at every finer tolerance and with data moved by one "
-            f"rounding ({next(iter(refused.values()))})."
+            "The error cannot be estimated: the same run fails with other steps, at a finer tolerance and with data "
+            f"moved by one rounding ({next(iter(refused.values()))})."
         )
-    sizes = {state: float(np.abs(trajectory[state]).max()) for state in fmu.states}
-    shared = {name: _shared_events(trajectory, other) for name, other in found.items()}
-    gaps = {name: _differences(trajectory, other, fmu.states, *shared[name]) for name, other in found.items()}
-    apart = min(until for _, until in shared.values())
-    for difference in gaps.values():
-        for state, values in difference.items():
-            large = np.flatnonzero(values > APART * sizes[state])
-            apart = min(apart, float(trajectory.time[large[0]])) if large.size else apart
+    sizes = dict(zip(fmu.states, check.sizes.tolist(), strict=True))
+    shared = {name: _shared_events(trajectory, other) for name, other in runs.items()}
+    gaps = {name: _differences(trajectory, other, fmu.states, *shared[name]) for name, other in runs.items()}
+    if wrong is not None:
+        # the difference to the right run is the error, wherever it is; there is none to say without that run
+        gaps = {COMPANIONS[0]: _whole_differences(trajectory, check, fmu.states)}
+        apart = math.inf
+    else:
+        apart = min(until for _, until in shared.values())
+        for difference in gaps.values():
+            for state, values in difference.items():
+                large = np.flatnonzero(values > APART * sizes[state])
+                apart = min(apart, float(trajectory.time[large[0]])) if large.size else apart
     before = trajectory.time < apart
-    states, end = dict.fromkeys(fmu.states, 0.0), dict.fromkeys(fmu.states, 0.0)
-    relative, by = 0.0, next(iter(found))
+    defect = dict(zip(fmu.states, np.abs(check.defect.sums).max(axis=0, initial=0.0).tolist(), strict=True))
+    # what is left of a defect at later times only a run that is right can say
+    states = dict.fromkeys(fmu.states, 0.0) if check.right else dict(defect)
+    end, by = dict(states), next(iter(runs)) if check.right else "defect"
+    relative = max((value / sizes[state] for state, value in states.items() if sizes[state]), default=0.0)
     for name, difference in gaps.items():
         for state, values in difference.items():
             largest = float(values[before].max(initial=0.0))
             states[state] = max(states[state], largest)
-            end[state] = max(end[state], float(abs(found[name][state][-1] - trajectory[state][-1])))
+            last = values[-1] if wrong is not None else abs(runs[name][state][-1] - trajectory[state][-1])
+            end[state] = max(end[state], float(last))
             if largest > relative * sizes[state] > 0.0 or (relative == 0.0 and largest > 0.0):
                 relative, by = largest / sizes[state], name
     moved = max((float(m[t < apart].max(initial=0.0)) for (t, m), _ in shared.values()), default=0.0)
-    seconds = (trajectory.seconds, sum(other.seconds for other in found.values()))
-    return ErrorEstimate(states, end, relative, moved, apart if apart < math.inf else None, by, refused, seconds)
+    found = None if apart == math.inf else apart
+    return ErrorEstimate(states, end, defect, wrong, check.name, relative, moved, found, by, refused, seconds)
+
+
+def _whole_differences(run: Trajectory, check: _Check, states: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+    """Per state (n,) to the run with other steps, the size of the state from where on nothing is known."""
+    unknown = np.zeros(run.time.size, dtype=bool) if check.right else run.time >= (check.wrong or -math.inf)
+    found = {}
+    for state, size in zip(states, check.sizes.tolist(), strict=True):
+        difference = np.zeros(run.time.size) if check.other is None else np.abs(check.other[state] - run[state])
+        found[state] = np.where(unknown, np.maximum(difference, size), difference)
+    return found
 
 
 _Events = tuple[NDArray[np.float64], NDArray[np.float64]]  # times (m,) of shared events and by how much they moved (m,)

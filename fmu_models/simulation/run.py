@@ -6,6 +6,7 @@ import math
 import sys
 import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,6 +55,58 @@ def simulate(
     check_tolerance(tolerance)
     span = start_time, stop_time
     return _run(fmu, _known_of(fmu), tolerance, span, parameters, start, inputs, output_times, progress)
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """One run of ``simulate``, to be made again: at other times, with steps that end at given times too."""
+
+    fmu: Fmu
+    stop_time: float
+    start_time: float
+    tolerance: float
+    parameters: Mapping[str, float]
+    start: Mapping[str, float]
+    inputs: Mapping[str, float | Signal]
+
+    def trajectory(
+        self, output_times: ArrayLike | None, ends: NDArray[np.float64], progress: Callable[[float], None] | None
+    ) -> Trajectory:
+        """The run with steps that end at ``ends`` (k,) s as well as where they would by themselves."""
+        times = checked_times(output_times, self.start_time, self.stop_time)
+        known = _known_of(self.fmu)
+        return known.trajectory(times, self._rows(times, ends, known.recorded, progress))
+
+    def record(self, times: NDArray[np.float64], ends: NDArray[np.float64] | None) -> NDArray[np.float64]:
+        """(n, 2 s + d) the s states, their rates and the d deciding functions at times (n,), by direct evaluation.
+
+        A deciding function, the event indicator of a contact, is positive while the contact may keep its state.
+        """
+        return self._rows(times, ends, _known_of(self.fmu).deciding).values[: times.size]
+
+    def _rows(
+        self,
+        times: NDArray[np.float64],
+        ends: NDArray[np.float64] | None,
+        recorded: NDArray[np.uint32],
+        progress: Callable[[float], None] | None = None,
+    ) -> whole_run.Result:
+        known, span = _known_of(self.fmu), (self.start_time, self.stop_time)
+        values = self.parameters, self.start, self.inputs
+        return _rows(self.fmu, known, self.tolerance, span, *values, times, progress, ends, recorded)
+
+    @property
+    def kinks(self) -> NDArray[np.float64]:
+        """Times s within the run at which an input has a knot, the start and the end."""
+        signals = [s for s in self.inputs.values() if isinstance(s, Signal)]
+        times = np.concatenate([[self.start_time, self.stop_time], *(signal.time for signal in signals)])
+        return np.unique(times[(times >= self.start_time) & (times <= self.stop_time)])
+
+    def deciding_name(self, index: int) -> str:
+        """What a deciding function is called."""
+        reference = int(_known_of(self.fmu).deciding[2 * len(self.fmu.states) + index])
+        names = {int(v.valueReference): name for name, v in self.fmu.variables.items()}
+        return names.get(reference, f"event indicator {index}")
 
 
 class KeptRun(Shown):
@@ -120,8 +173,28 @@ def _run(
     progress: Callable[[float], None] | None,
 ) -> Trajectory:
     """The arguments are those of ``simulate``; in their order, since names cost time."""
+    check_span(*span)
+    times = checked_times(output_times, *span)
+    recorded = known.recorded
+    result = _rows(fmu, known, tolerance, span, parameters, start, inputs, times, progress, None, recorded)
+    return known.trajectory(times, result)
+
+
+def _rows(
+    fmu: Fmu,
+    known: _Known,
+    tolerance: float,
+    span: tuple[float, float],
+    parameters: Mapping[str, float] | None,
+    start: Mapping[str, float] | None,
+    inputs: Mapping[str, float | Signal] | None,
+    times: NDArray[np.float64],
+    progress: Callable[[float], None] | None,
+    ends: NDArray[np.float64] | None,
+    recorded: NDArray[np.uint32],
+) -> whole_run.Result:
+    """The values of the recorded variables; ends: times at which steps have to end beside where they would."""
     start_time, stop_time = span
-    check_span(start_time, stop_time)
     initial: dict[int, float] = {}
     signals: dict[str, Signal] = {}
     if parameters:
@@ -130,11 +203,10 @@ def _run(
         _set(fmu, "state", start, known.states, initial)
     if inputs:
         signals = _set(fmu, "input", inputs, known.inputs, initial)
-    times = checked_times(output_times, start_time, stop_time)
     stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
     driven = None
-    if signals:
-        table = knots(signals, start_time, stop_time)
+    if signals or ends is not None:
+        table = knots(signals, start_time, stop_time, ends)
         references = [known.inputs[name][0] for name in signals]
         driven = np.array(references, dtype=np.uint32), table
         for i, name in enumerate(signals):
@@ -143,10 +215,9 @@ def _run(
     instance = engine.take()
     try:
         instance.restart(initial, start_time, tolerance)
-        result = whole_run.run(engine, instance, whole_run.Request(stops, known.recorded, driven), progress)
+        return whole_run.run(engine, instance, whole_run.Request(stops, recorded, driven), progress)
     finally:
         engine.give(instance)
-    return known.trajectory(times, result)
 
 
 def _set(
@@ -198,6 +269,12 @@ class _Known:
         names = [*real, *(f"{name}_state" for name in fmu.contacts)]
         self._columns, self._n_real = {name: i for i, name in enumerate(names)}, len(real)
         self.recorded = np.array([reference(name) for name in names], dtype=np.uint32)
+        # indicators come right behind the contacts
+        contacts = [reference(f"{name}_state") for name in fmu.contacts]
+        count = int(fmu.description.numberOfEventIndicators or 0) if contacts else 0
+        watched = [contacts[-1] + 1 + i for i in range(count)]
+        states = [reference(name) for name in (*fmu.states, *derivatives)]
+        self.deciding = np.array([*states, *watched], dtype=np.uint32)
         self._units = {name: fmu.variables[name].unit or "1" for name in names}
         self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
 

@@ -65,8 +65,8 @@ class Signal(Shown):
 Knots = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
-def knots(signals: Mapping[str, Signal], start: float, stop: float) -> Knots:
-    """Common table of several signals over [start, stop].
+def knots(signals: Mapping[str, Signal], start: float, stop: float, more: NDArray[np.float64] | None = None) -> Knots:
+    """Common table of several signals over [start, stop], with more times if steps are to end at these too.
 
     Returns:
         times (k,) ascending from ``start``; values and slopes just after each of them, (k, len(signals)).
@@ -83,7 +83,7 @@ def knots(signals: Mapping[str, Signal], start: float, stop: float) -> Knots:
     # a run may need a small part of a long signal
     ends = [(np.searchsorted(s.time, start, side="right"), np.searchsorted(s.time, stop)) for s in signals.values()]
     inner = [s.time[first:last] for s, (first, last) in zip(signals.values(), ends, strict=True)]
-    times = np.unique(np.concatenate([[start], *inner]))
+    times = np.unique(np.concatenate([[start], *inner, [] if more is None else more]))
     values, slopes = np.empty((times.size, len(signals))), np.empty((times.size, len(signals)))
     for i, signal in enumerate(signals.values()):
         values[:, i], slopes[:, i] = signal.piece(times)

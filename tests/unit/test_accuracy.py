@@ -7,11 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
+from scipy.integrate import solve_ivp
 
+from fmu_models import TIME, Coordinate, Coulomb, Friction, Mechanism, Parameter, load
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.accuracy import simulate_with_error
+from fmu_models.simulation.defect import defect_of
 
 
 def free_decay(t: float) -> list[float]:
@@ -129,3 +133,97 @@ def test_progress_rises_to_one():
 def test_what_simulate_refuses_is_refused():
     with pytest.raises(StickslipError, match="must end after it starts"):
         simulate_with_error(Fmu.open(built("bouncing_ball")), -1.0)
+
+
+def recorded(state, rate, *deciding):
+    """A run whose values are functions of time."""
+    return lambda t: np.column_stack([np.broadcast_to(f(t), t.shape) for f in (state, rate, *deciding)])
+
+
+def test_the_defect_of_a_run_that_obeys_is_rounding():
+    for w in (1.0, 30.0, 1000.0):
+        record = recorded(lambda t, w=w: np.sin(w * t) / w, lambda t, w=w: np.cos(w * t))
+        found = defect_of(record, np.array([0.0, 1.0, 7.0]), 1)
+        assert found.resolved and found.contradiction is None
+        assert np.abs(found.sums).max() < 1e-13
+
+
+@pytest.mark.parametrize("width", [1.0, 1e-1, 1e-2, 1e-3])
+def test_the_defect_of_a_pulse_that_was_passed_is_its_integral(width):
+    """The state knows nothing of a force that is there."""
+    record = recorded(lambda t: 0.0 * t, lambda t: np.exp(-np.minimum(((t - 4.321) / width) ** 2, 700.0)))
+    found = defect_of(record, np.array([0.0, 10.0]), 1)
+    truth = -width * math.sqrt(math.pi) * (math.erf(5.679 / width) + math.erf(4.321 / width)) / 2
+    assert found.sums[-1, 0] == pytest.approx(truth, rel=1e-9)
+    begun = found.time[np.argmax(np.abs(found.sums[:, 0]) > 1e-6 * abs(truth))]
+    assert 4.321 - 6 * width < begun < 4.321
+
+
+def test_a_feature_at_an_event_is_seen_however_narrow():
+    """A law's curve at zero slip has its width at the event where slip ends."""
+    for width in (1e-3, 1e-5, 1e-7):
+        record = recorded(lambda t: 0.0 * t, lambda t, w=width: np.exp(-np.minimum((3.0 - t) / w, 700.0)))
+        found = defect_of(record, np.array([0.0, 3.0]), 1)
+        assert found.sums[:, 0].min() == pytest.approx(-width, rel=1e-3)
+
+
+def test_a_deciding_function_that_turns_negative_contradicts():
+    record = recorded(lambda t: t, lambda t: 1.0 + 0.0 * t, lambda t: 1.0 + 0.0 * t, lambda t: 2.0 + np.cos(50 * t) - t)
+    time, which = defect_of(record, np.array([0.0, 4.0]), 1).contradiction or (0.0, -1)
+    times = np.linspace(0.0, 4.0, 400001)
+    first = times[np.argmax(2.0 + np.cos(50 * times) - times < 0)]
+    assert which == 1 and time == pytest.approx(first, abs=0.01)
+
+
+def wrong(fmu: Fmu, truth: float, end: float, state: str, **arguments: Any) -> None:
+    """The estimate is not below a tenth of the error, whatever the steps are."""
+    run, estimate = simulate_with_error(fmu, end, **arguments)
+    error = abs(run[state][-1] - truth)
+    assert error <= 10 * estimate.end[state] + 1e-13
+    assert estimate.end[state] <= 100 * error + 1e-12
+    assert error < 1e-9 or estimate.wrong is not None
+
+
+@pytest.mark.parametrize("v_s", [10.0, 1.0, 0.1, 0.05, 0.01, 1e-3, 1e-4])
+def test_narrow_friction_curves(v_s):
+    """A block on a belt from x = 0.2 m: each time it has the belt's speed it sticks, or goes through."""
+
+    def rates(t, y, sign):
+        mu = 0.35 + 0.3 * math.exp(-min(((y[1] - 0.1) / v_s) ** 2, 700.0))
+        return [y[1], -100.0 * y[0] - 0.5 * y[1] - sign * 9.81 * mu]
+
+    def at_belt_speed(t, y, sign):
+        return (y[1] - 0.1) * sign
+
+    at_belt_speed.terminal, at_belt_speed.direction = True, -1.0
+    options = {"method": "DOP853", "rtol": 3e-13, "atol": 1e-15, "events": at_belt_speed}
+    t, x, v, sign = 0.0, 0.2, 0.0, -1.0
+    while t < 0.4:
+        longest = max(v_s / 100, 2e-5) if v_s < 0.2 else 2e-3
+        slide = solve_ivp(rates, (t, 0.4), [x, v], args=(sign,), max_step=longest, **options)
+        t, (x, v), sign = slide.t[-1], slide.y[:, -1], -sign
+        if slide.status == 1 and abs(100.0 * x + 0.05) < 9.81 * 0.65:
+            x, t = x + 0.1 * (0.4 - t), 0.4
+    wrong(
+        Fmu.open(built("block_on_belt", laws={"belt": "stribeck"})),
+        x,
+        0.4,
+        "x",
+        start={"x": 0.2},
+        parameters={"v_s": v_s},
+    )
+
+
+def test_a_plate_that_shakes():
+    """A slip that depends on time decides, though the motion is a parabola: v(20 s) by bisection of closed forms."""
+    m, N = Parameter("m", 1.0, "kg", "mass", positive=True), Parameter("N", 1.0, "N", "normal force", minimum=0.0)
+    mu = Parameter("mu", 0.3, "1", "friction coefficient", minimum=0.0)
+    x = Coordinate("x", "m", "displacement", velocity="v", v_start=2.0)
+    speed = Parameter("b", 1.0, "m/s", "speed") * sympy.sin(Parameter("w", 1.0, "rad/s", "frequency") * TIME)
+    plate = Friction(name="plate", slip=x.v - speed, law=Coulomb(N, mu))
+    shaken = Mechanism(
+        name="plate", title="plate", source="-", coordinates=[x], kinetic_energy=m * x.v**2 / 2, contacts=[plate]
+    )
+    run, estimate = simulate_with_error(load(shaken), 20.0)
+    error = abs(run["v"][-1] - 0.04191231)
+    assert error < 1e-8 or (estimate.wrong is not None and error <= 10 * estimate.end["v"] <= 1000 * error)

@@ -11,6 +11,7 @@
 
 #include "lane_runs.h"
 #include "series_runs.h"
+#include "../model/traps.h"
 
 int64_t stickslip_ensemble_room(int64_t n_directions) { return (int64_t)tangents_room((int)n_directions); }
 
@@ -20,6 +21,7 @@ int64_t stickslip_lane_room(const void *stepper, int64_t longest) { return lane_
 
 int stickslip_ensemble(void *instance, Ensemble *e)
 {
+    TRAPS_REST;
     Instance *m = instance;
     if (!e || instance_enter(m, PHASES_ALL, __func__)) return STATUS_ERROR;
     if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", __func__);

@@ -185,6 +185,17 @@ static int rides(const Run *r, int c)
     return others || r->scratch.force[c][0] == 0.0 || !placement_has_lever(r, c);
 }
 
+/* what the terms of the rate of y make of it over the trial's length: of a contact that others hold at rest they cancel,
+   and y is what rounding leaves of them */
+static double speed_of_forces(const Run *r, const Trial *trial, int c, double magnitude)
+{
+    double sum = magnitude;
+    for (int e = 0; e < MODEL_NC; e++) {
+        sum += fabs(r->scratch.G[c][e][0]) * largest_term(r->scratch.force[e], 1, TIE_ORDER - 1, trial->length);
+    }
+    return sum * trial->length;
+}
+
 /* y leaves zero to the side of the sign: slip of friction, rate of the gap of a rigid contact */
 static int leaves_zero(Run *r, Trial *trial, int c, double sign)
 {
@@ -209,7 +220,8 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     }
     int zeros = 2;
     const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
-    if (rides(r, c) && largest <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) {
+    const double terms = fmax(model_slip_magnitude(r->at.p, r->at.d, j, c), speed_of_forces(r, trial, c, magnitude));
+    if (rides(r, c) && largest <= r->tolerances.slip * terms) {
         trial->zeros[c] = ALL_ZERO;
         return 1;
     }

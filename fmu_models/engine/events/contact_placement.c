@@ -22,6 +22,23 @@ int placement_has_lever(const Run *r, int c)
     return model_lever(r->at.p, r->at.d, &r->scratch, c) > r->tolerances.slip;
 }
 
+int placement_at_rest_by_others(const Run *r, int c)
+{
+    enum { ROUNDINGS = 4 };
+    const Jets *j = &r->scratch;
+    const double own = j->G[c][c][0];
+    for (int e = 0; e < MODEL_NC; e++) {
+        const double other = j->G[e][e][0];
+        const double both = j->G[c][e][0];
+        if (e != c && contact_is_held(r->at.state, e)
+            && fabs(both * j->G[e][c][0] - own * other) <= r->tolerances.margin * own * other
+            && fabs(other * j->slip[c][0]) <= ROUNDINGS * fabs(both * j->slip[e][0])) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* slip speeds and depths at r's instant, in scratch */
 void placement_load(Run *r)
 {
@@ -75,7 +92,8 @@ static double depth_rate(Run *r, int c)
 int placement_at_wall(Run *r, int c)
 {
     const double depth = r->scratch.depth[c][0];
-    const double rounding = r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    const double terms = model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    const double rounding = r->tolerances.slip * fmax(terms, r->largest_gap[c]);
     if (r->starting) {
         return fabs(depth) <= rounding || (depth > 0.0 && depth <= gap_rounding(r, c));
     }

@@ -8,6 +8,8 @@
 void placement_load(Run *r);
 void placement_load_inertia(Run *r);
 int placement_at_zero_slip(const Run *r, int c);
+/* whether a contact is at rest only since one that is held has the same motion: its speed is the rounding of that one's */
+int placement_at_rest_by_others(const Run *r, int c);
 /* whether forces of contact c move anything: its lever is more than the rounding of the place where it vanishes */
 int placement_has_lever(const Run *r, int c);
 /* whether the gap of a rigid contact is zero, but for rounding, that of start values, and where an importer lands */

@@ -52,6 +52,25 @@ static double depth_change(Run *r, Point *at, int c, double depth)
     return isfinite(change) ? change : 0.0;
 }
 
+/* how far the gap goes over the time in which its motion changes: terms that are zero at one phase have their size */
+static double gap_reach(Run *r, int c)
+{
+    enum { ORDER = 8 };
+    const double LAST_TERM = 1e-3; /* in parts of the first ones */
+    const double *depth = r->jets.depth[c];
+    double largest = 0.0;
+    double power = 1.0;
+    taylor_series(r, &r->jets, ORDER, INFINITY);
+    const double length = taylor_series_length(depth, ORDER, LAST_TERM);
+    /* a parabola, as free fall is: until it is back */
+    const double time = isfinite(length) ? length : fabs(depth[2]) > 0.0 ? fabs(depth[1] / depth[2]) : 0.0;
+    for (int k = 1; k <= ORDER; k++) {
+        power *= time;
+        largest = fmax(largest, fabs(depth[k]) * power);
+    }
+    return isfinite(largest) ? largest : 0.0;
+}
+
 double gap_rounding(Run *r, int c)
 {
     /* so many last digits, that the rounding of the depth itself does not count; and so many times what one makes */
@@ -72,5 +91,5 @@ double gap_rounding(Run *r, int c)
     }
     at.time = r->at.time * moved;
     sum += depth_change(r, &at, c, depth);
-    return ROUNDINGS * sum / DIGITS;
+    return ROUNDINGS * (sum / DIGITS + DBL_EPSILON * gap_reach(r, c));
 }

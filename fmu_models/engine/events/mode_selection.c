@@ -183,7 +183,19 @@ static int project(Run *r, const Trial *trial)
 static RunStatus no_state(Run *r, const Trial *trial)
 {
     char names[128];
+    int rubs = 0;
     run_name_contacts(trial->contact, trial->count, names, sizeof names);
+    for (int i = 0; i < trial->count; i++) {
+        const int c = trial->contact[i];
+        const int friction = model_contact_is_impact[c] ? model_contact_partner[c] : -1;
+        rubs |= friction >= 0 && model_friction(r->at.p, r->at.d, friction) > 0.0;
+    }
+    if (!rubs) {
+        return run_fail(r,
+                        "the states of %s cannot be told apart at t = %.17g: their forces and rates agree to rounding, "
+                        "in an order that decides nothing; move a start value or a parameter by a little",
+                        names, r->at.time);
+    }
     return run_fail(
         r,
         "no states of %s fit the motion at t = %.17g: with so much friction a closed rigid contact can neither hold "

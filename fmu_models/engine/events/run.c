@@ -66,6 +66,7 @@ RunStatus run_initialize(Run *r)
     run_resume(r);
     memset(r->at.settles, 0, sizeof r->at.settles);
     memset(r->leeway, 0, sizeof r->leeway);
+    memset(r->largest_gap, 0, sizeof r->largest_gap);
     gap_measure_nominal(r);
     r->starting = 1;
     const RunStatus status = run_reconsider(r, NULL);
@@ -163,6 +164,9 @@ void run_finish_segment(Run *r)
     r->segment_valid = 0;
     if (MODEL_IMPACTS > 0) {
         signed char closed[NC];
+        for (int c = 0; c < MODEL_NC; c++) {
+            r->largest_gap[c] = fmax(r->largest_gap[c], fabs(r->jets.depth[c][0]));
+        }
         placement_closed_on_walls(r, closed);
     }
 }

@@ -11,7 +11,8 @@
  *     impact:     all rigid contacts at their wall take part (impact.c); afterwards those that leave it are open, those
  *                 that do not are candidates, and whatever else feels the new velocities is placed anew
  *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
- *                 and all that stick or are closed (another contact's change can tear them loose)
+ *                 all that stick or are closed (another contact's change can tear them loose), and those at rest, at
+ *                 their wall or in slip, only because others hold the same motion
  *     choose:     mode_selection.c; then the clocks of contacts that begin or end to stick start anew
  *     settle:     an impact in the tail of a chatter is the last: its contacts are held from here on (chatter.c)
  *
@@ -250,6 +251,12 @@ static int cross_wall(Run *r, int c, signed char *candidate, signed char *at_lim
     const int falls = r->falling[c][SLOT_NORMAL];
     const int state = r->at.state[c];
     if (state == CONTACT_AWAY) {
+        /* a speed that is the rounding of others' does not arrive */
+        if ((falls || placement_at_wall(r, c)) && placement_at_rest_by_others(r, c)) {
+            candidate[c] = 1;
+            placement_friction(r, c, candidate);
+            return 0;
+        }
         return falls;
     }
     candidate[c] = 1;
@@ -270,6 +277,7 @@ RunStatus transition_make(Run *r, int *moved)
     int any = 0;
     memcpy(before, r->at.state, sizeof before);
     placement_load(r);
+    placement_load_inertia(r);
     memset(r->at.known, 0, sizeof r->at.known);
     forget_event(r);
     for (int c = 0; c < MODEL_NC; c++) {
@@ -296,7 +304,7 @@ RunStatus transition_make(Run *r, int *moved)
             const double reached = fabs(r->scratch.slip[c][0]); /* a fallen function is zero but for its rounding */
             const int jumped = falls && jump(r, c, moved);
             const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached;
-            candidate[c] = sticks || placement_at_zero_slip(r, c) || still_zero;
+            candidate[c] = sticks || placement_at_zero_slip(r, c) || still_zero || placement_at_rest_by_others(r, c);
             if (jumped && !candidate[c]) {
                 r->at.state[c] = placement_slipping(r, c);
             }

@@ -14,6 +14,7 @@
 #include "iteration.h"
 
 #include "../events/run.h"
+#include "../model/traps.h"
 
 /* the run is shown at its present time; how far the step goes from there */
 static double show_run(Instance *m, double end)
@@ -44,6 +45,7 @@ static RunStatus advance_shown(Instance *m, double end, int stop_at_event)
 
 Status co_simulation_step(Instance *m, const char *function, double time, double step, StepEnd *ended)
 {
+    TRAPS_REST;
     Core *core = &m->core;
     Run *r = &core->run;
     const double end = fmax(time + step, r->at.time);

@@ -10,10 +10,12 @@
 
 #include "../events/model_exchange.h"
 #include "../events/run.h"
+#include "../model/traps.h"
 
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
                        void *environment, int logging, int quiet)
 {
+    TRAPS_REST;
     Instance *m = calloc(1, sizeof *m);
     if (!m) return NULL;
     m->core.co_simulation = co_simulation;
@@ -200,6 +202,7 @@ static Status check_parameters(Instance *m, const char *function)
 
 Status instance_reset(Instance *m)
 {
+    TRAPS_REST;
     run_reset(&m->core.run);
     m->core.phase = PHASE_INSTANTIATED;
     m->core.settled = m->core.event_pending = 0;
@@ -212,6 +215,7 @@ Status instance_reset(Instance *m)
 Status instance_set_up(Instance *m, const char *function, int tolerance_defined, double tolerance, double start_time,
                        int stop_defined, double stop_time)
 {
+    TRAPS_REST;
     Core *core = &m->core;
     if (!isfinite(start_time)) return instance_refuse(m, "%s: the start time is not finite", function);
     if (stop_defined && !(stop_time >= start_time))
@@ -234,6 +238,7 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
 
 Status instance_exit_initialization(Instance *m, const char *function)
 {
+    TRAPS_REST;
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
     m->core.phase = m->core.co_simulation && !m->event_mode_used ? PHASE_STEP : PHASE_EVENT;
     return STATUS_OK;
@@ -241,6 +246,7 @@ Status instance_exit_initialization(Instance *m, const char *function)
 
 Status instance_settle(Instance *m, const char *function, int *changed)
 {
+    TRAPS_REST;
     Core *core = &m->core;
     signed char before[MODEL_ROOM(MODEL_NC)];
     if (changed) *changed = 0;
@@ -261,6 +267,7 @@ Status instance_settle(Instance *m, const char *function, int *changed)
 
 Status instance_enter_event(Instance *m, const char *function)
 {
+    TRAPS_REST;
     int from = m && m->core.co_simulation && m->event_mode_used ? PHASE_STEP : PHASE_CONTINUOUS;
     if (instance_enter(m, from, function)) return STATUS_ERROR;
     m->core.phase = PHASE_EVENT;
@@ -271,6 +278,7 @@ Status instance_enter_event(Instance *m, const char *function)
 
 Status instance_resolve(Instance *m, const char *function)
 {
+    TRAPS_REST;
     Core *core = &m->core;
     signed char before[MODEL_ROOM(MODEL_NC)];
     int moved = 0;
@@ -285,6 +293,7 @@ Status instance_resolve(Instance *m, const char *function)
 
 Status instance_evaluate(Instance *m, const char *function)
 {
+    TRAPS_REST;
     int moved = 0;
     if (check_parameters(m, function) || instance_resolve(m, function)) return STATUS_ERROR;
     /* values that were set make the rates jump, although no state moves: importers that start their method anew only
@@ -297,6 +306,7 @@ Status instance_evaluate(Instance *m, const char *function)
 
 Status instance_update(Instance *m, const char *function, int *changed)
 {
+    TRAPS_REST;
     *changed = 0;
     if (instance_evaluate(m, function)) return STATUS_ERROR;
     *changed = m->core.event_moved;
@@ -306,6 +316,7 @@ Status instance_update(Instance *m, const char *function, int *changed)
 
 Status instance_set_time(Instance *m, const char *function, double time)
 {
+    TRAPS_REST;
     if (instance_enter(m, PHASE_EVENT | PHASE_CONTINUOUS, function)) return STATUS_ERROR;
     if (!isfinite(time)) return instance_refuse(m, "%s: the time is not finite", function);
     if (time == m->core.run.at.time) return STATUS_OK;
@@ -357,12 +368,14 @@ Status instance_nominals(Instance *m, const char *function, double *x, size_t n)
 
 Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n)
 {
+    TRAPS_REST;
     if (check_result(m, function, dx, n, MODEL_FLOWING, "derivatives")) return STATUS_ERROR;
     return n ? checked(m, function, exchange_derivatives(&m->core.run, dx)) : STATUS_OK;
 }
 
 Status instance_indicators(Instance *m, const char *function, double *z, size_t n)
 {
+    TRAPS_REST;
     if (check_result(m, function, z, n, MODEL_NI, "event indicators")) return STATUS_ERROR;
     return n ? checked(m, function, exchange_indicators(&m->core.run, z)) : STATUS_OK;
 }

@@ -3,12 +3,14 @@
 #include <string.h>
 
 #include "iteration.h"
+#include "../model/traps.h"
 
 /* importers add up their steps: the time of one may be missed by this fraction of the period */
 #define ITERATION_SLACK 1e-9
 
 double iteration_next(Core *core)
 {
+    TRAPS_REST;
     if (!MODEL_IS_MAP) return INFINITY;
     const double period = model_period(core->run.at.p);
     if (period != core->period) {
@@ -42,11 +44,13 @@ static Status catch_up(Instance *m, const char *function)
 
 Status iteration_update(Instance *m, const char *function, int *changed)
 {
+    TRAPS_REST;
     return instance_update(m, function, changed) ? STATUS_ERROR : catch_up(m, function);
 }
 
 Status iteration_advance(Instance *m, const char *function, double end, int stop_at_event, int *event)
 {
+    TRAPS_REST;
     Run *r = &m->core.run;
     *event = 0;
     while (is_due(&m->core, end)) {

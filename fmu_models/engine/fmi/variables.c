@@ -9,6 +9,7 @@
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 #include "../tangents/point_derivative.h"
+#include "../model/traps.h"
 
 static const char *const kind_names[] = {"the time",
                                          "a parameter",
@@ -137,6 +138,7 @@ static Status check_readable(Instance *m, const char *function, Kind kind)
 
 Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value)
 {
+    TRAPS_REST;
     Evaluation e = {0};
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
@@ -194,6 +196,7 @@ static Status check_writable(Instance *m, const char *function, uint32_t vr, dou
 
 Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
 {
+    TRAPS_REST;
     int parameters = 0, others = 0;
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
@@ -228,6 +231,7 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
 Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
                                     const int32_t *order, double *value)
 {
+    TRAPS_REST;
     int i, phases = PHASE_STEP | PHASE_INTERMEDIATE | PHASE_EVENT | PHASE_TERMINATED;
     double y[MODEL_ROOM(MODEL_NY)] = {0};
     if (instance_enter(m, m && m->core.co_simulation ? phases : 0, function)) return STATUS_ERROR;
@@ -315,6 +319,7 @@ static Status read_derivatives(Instance *m, const char *function, const Directio
 Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
                              const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
 {
+    TRAPS_REST;
     Direction along = {0};
     if (enter_derivatives(m, function, unknown, n_unknown, known, n_known)) return STATUS_ERROR;
     if (instance_array(m, seed, n_known, function, "seed")) return STATUS_ERROR;
@@ -327,6 +332,7 @@ Status variables_directional(Instance *m, const char *function, const uint32_t *
 Status variables_adjoint(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
                          const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
 {
+    TRAPS_REST;
     double *column = NULL;
     Status status = STATUS_OK;
     if (enter_derivatives(m, function, unknown, n_unknown, known, n_known)) return STATUS_ERROR;

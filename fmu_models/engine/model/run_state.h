@@ -95,8 +95,11 @@ typedef struct {
     double impulse[MODEL_ROOM(MODEL_NC)];
     Closings closings[MODEL_ROOM(MODEL_NC)];
     double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: of rigid contacts, from nominal coordinates */
-    double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */
-    int segment_rooted;                  /* its series run in the square root of time */
+    double
+        largest_gap[MODEL_ROOM(MODEL_NC)]; /* of rigid contacts, at the ends of steps so far: rounding of a gap that is
+                                                 a single coordinate is in parts of it */
+    double leeway[MODEL_ROOM(MODEL_NC)];   /* Model Exchange only: added to the indicator of a gap that opens slowly */
+    int segment_rooted;                    /* its series run in the square root of time */
     double segment_start, segment_length;
     Section section;
     Jets jets;                       /* of the step */

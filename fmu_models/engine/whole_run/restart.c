@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "../fmi/variables.h"
+#include "../model/traps.h"
 
 int stickslip_native_version(void) { return WHOLE_RUN_VERSION; }
 
@@ -19,6 +20,7 @@ static void no_importer(void) {}
 
 void *stickslip_open(char *message)
 {
+    TRAPS_REST;
     return instance_new(MODEL_NAME, MODEL_TOKEN, 1, keep_message, no_importer, message, 0, 0);
 }
 
@@ -37,6 +39,7 @@ Status whole_run_enter_initialization(Instance *m, const char *function, const R
 
 int stickslip_restart(void *instance, const RunStart *start)
 {
+    TRAPS_REST;
     Instance *m = instance;
     if (!start || instance_enter(m, PHASES_ALL, __func__)) return WHOLE_RUN_ERROR;
     if (whole_run_enter_initialization(m, __func__, start)) return WHOLE_RUN_ERROR;

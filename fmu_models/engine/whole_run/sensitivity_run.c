@@ -16,6 +16,7 @@
 #include "../fmi/variables.h"
 #include "../tangents/tangent.h"
 #include "../tangents/tangent_output.h"
+#include "../model/traps.h"
 
 int64_t stickslip_sensitivity_room(int64_t n_directions) { return (int64_t)tangents_room((int)n_directions); }
 
@@ -147,6 +148,7 @@ static int go_on(Instance *m, SensitivityRun *s)
 
 int stickslip_sensitivity(void *instance, SensitivityRun *s)
 {
+    TRAPS_REST;
     Instance *m = instance;
     if (!s || !s->room || instance_enter(m, s->started ? PHASE_STEP : PHASES_ALL, __func__)) return WHOLE_RUN_ERROR;
     if (!s->started && start(m, s)) return WHOLE_RUN_ERROR;

@@ -15,6 +15,7 @@
 #include "../events/run.h"
 #include "../fmi/variables.h"
 #include "../step/section.h"
+#include "../model/traps.h"
 
 void whole_run_note(void *context, const ContactEvent *event)
 {
@@ -123,6 +124,7 @@ void whole_run_count(const Instance *m, WholeRun *run)
 
 int stickslip_simulate(void *instance, WholeRun *run)
 {
+    TRAPS_REST;
     Instance *m = instance;
     if (!run || instance_enter(m, PHASE_STEP, __func__)) return WHOLE_RUN_ERROR;
     /* what is watched, and how far it is to go, belong to the request: whoever abandons it leaves nothing behind */

@@ -4,6 +4,7 @@
  */
 #include "exchange.h"
 
+#include "../../engine/model/traps.h"
 #include "linear.h"
 
 #include <math.h>
@@ -204,6 +205,7 @@ static int solve_loop(Coupling *c, Stage *s)
 
 EXPORT int32_t coupling_exchange(Coupling *c, int32_t event)
 {
+    TRAPS_REST;
     int status = FMI_OK;
     c->changed = 0;
     for (int64_t i = 0; i < c->n_stages && status < FMI_DISCARD; i++) {

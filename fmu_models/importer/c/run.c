@@ -20,6 +20,7 @@
  *
  *         recorded values at output times that fall on the end of the step: those after the event
  */
+#include "../../engine/model/traps.h"
 #include "begin.h"
 #include "cosimulation.h"
 #include "dense_output.h"
@@ -219,6 +220,7 @@ static RunStatus hold(Master *m)
 
 EXPORT int32_t master_run(Master *m, Run *r)
 {
+    TRAPS_REST;
     m->run = r;
     m->looks = 0;
     if (m->fmu->log) {

@@ -119,10 +119,6 @@ class SectionSystem(Shown, ABC):
         """The rows of all jobs, by threads, in memory; see ``execution`` for the rest."""
         return Execution(self, workers=workers, progress=progress).make(jobs)
 
-    def resumed(self, start: Vector, end: Vector) -> Vector:
-        """(n,) where a run begins that goes on from the end of another one, in place of its own start."""
-        return end
-
     def identity(self) -> dict[str, Any]:
         """What tells this system from all others, as JSON: a store keeps it.
 

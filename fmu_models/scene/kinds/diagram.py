@@ -1,6 +1,8 @@
 """Where motions stay at the section over ``over``, swept up or down; a row per value.
 
-Results: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`.
+Results: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`. With `against_branches`, the longest period of
+branches that the sweeps are held against, the first row has `lost_up` and `lost_down`: how often a sweep left a stable
+branch that goes on.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.analyses.continuation.lost_motions import lost_motions
 from fmu_models.analyses.diagram import orbit_diagram
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, defaults, section_of
@@ -18,12 +21,17 @@ from fmu_models.scene.scene import Scene
 def _diagram(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> tuple[Row, ...]:
     how: Any = scene.compute
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
-    found = orbit_diagram(system, how.over, how.values, start=run["start"], **how.settings)
+    given = {key: value for key, value in how.settings.items() if key != "against_branches"}
+    found = orbit_diagram(system, how.over, how.values, start=run["start"], **given)
+    longest = int(how.settings.get("against_branches", 0))
+    lost = [one.direction for one in lost_motions(system, found, longest)] if longest else []
     rows = []
     for i, value in enumerate(found.values.tolist()):
         values: dict[str, float] = {}
         for d, way in enumerate(found.directions):
             points = found.shown[d, i]
+            if longest and i == 0:
+                values[f"lost_{way}"] = float(lost.count(way))
             values[f"period_{way}"] = float(found.periods[d, i])
             if np.isfinite(points).any():
                 extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
@@ -37,5 +45,5 @@ KIND = Kind(
     periodic=True,
     anywhere=True,
     sweeps=True,
-    settings=defaults(orbit_diagram, "direction", "transient", "points", "of", "branches"),
+    settings={**defaults(orbit_diagram, "direction", "transient", "points", "of", "branches"), "against_branches": 0},
 )

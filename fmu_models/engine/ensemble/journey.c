@@ -38,15 +38,6 @@ void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
     }
 }
 
-double journey_norm(const double *v, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        sum += v[i] * v[i];
-    }
-    return sqrt(sum);
-}
-
 /* the first tangent along the motion, the others beside it */
 static RunStatus journey_flow(Job *job)
 {
@@ -66,7 +57,7 @@ static RunStatus journey_flow(Job *job)
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
     growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 1, 0, growth);
-    job->speed = journey_norm(rates, MODEL_NX);
+    job->speed = growth_norm(rates, MODEL_NX);
     return RUN_OK;
 }
 
@@ -144,7 +135,7 @@ static RunStatus journey_renew(Job *job)
     const Ensemble *e = job->e;
     int lost = 0;
     for (int k = 0; k < e->n_directions; k++) {
-        lost |= !(journey_norm(job->directions[k], EXTENDED) > 0.0);
+        lost |= !(growth_norm(job->directions[k], EXTENDED) > 0.0);
     }
     if (!lost) {
         return RUN_OK;

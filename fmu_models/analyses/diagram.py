@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
+from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.overlay import Motion, branches_through
@@ -49,6 +50,7 @@ class Diagram(Pictured):
         began: (d, m, contacts) how often each contact or stick begins in a period.
         exponents: (d, m) largest one per step, of the logarithm of the largest multiplier where a period is claimed;
             nan where it was not asked for.
+        exponent_errors: (d, m) their standard errors; 0 where a period is claimed, infinite where there is no exponent.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
         how: of ``SectionSystem``.
@@ -74,11 +76,16 @@ class Diagram(Pictured):
     provenance: Mapping[str, Any] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     branches: Branches | None = None
+    exponent_errors: Vector = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def shown(self) -> Vector:
         """(d, m, r) points of the state that a picture shows."""
         return self.points[..., self.states.index(self.of)]
+
+    def sign(self, direction: int, value: int) -> str:
+        """Of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
+        return sign_of(float(self.exponents[direction, value]), float(self.exponent_errors[direction, value]))
 
     def word(self, direction: int, value: int) -> str:
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
@@ -103,6 +110,7 @@ class Diagram(Pictured):
         index = {"direction": np.array(self.directions, object), self.over: self.values}
         data: dict[str, Any] = {n: ((*cells, "point"), self.points[..., i]) for i, n in enumerate(self.states)}
         data |= {"period": (cells, self.periods), "exponent": (cells, self.exponents)}
+        data |= {"exponent_error": (cells, self.exponent_errors)}
         data |= {f"{name}_began": (cells, self.began[..., i]) for i, name in enumerate(self.contacts)}
         return xarray.Dataset(data, index, {"model": self.model, PROVENANCE: told(self.provenance)})
 
@@ -235,8 +243,11 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         began[which] = cycles.began
         with np.errstate(divide="ignore"):
             growth[which] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
-    if sweep.exponents:
-        _fill_exponents(execution, made, varied, claims.periods, growth)
+    errors = np.where(np.isnan(growth), np.inf, 0.0)
+    which = np.flatnonzero((claims.periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
+    if sweep.exponents and which.size:
+        part = {name: v[which] for name, v in varied.items()}
+        growth[which], errors[which] = largest_exponents(execution, system, made.ends[which], part)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
 
     def shaped(one: NDArray[Any]) -> NDArray[Any]:
@@ -259,21 +270,8 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         system.how,
         execution.provenance,
         {name: system.unit_of(name) for name in (*system.states, sweep.over)},
+        exponent_errors=shaped(errors),
     )
-
-
-def _fill_exponents(
-    execution: Execution, made: Rows, varied: Mapping[str, Vector], periods: NDArray[np.int64], growth: Vector
-) -> None:
-    """The largest exponent where no period is claimed, from 400 steps."""
-    which = np.flatnonzero((periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
-    if not which.size:
-        return
-    jobs = Jobs(
-        made.ends[which], {name: v[which] for name, v in varied.items()}, transient=20, rows=1, batch=400, tangents=1
-    )
-    found = execution.make(jobs)
-    growth[which] = found.growth[:, 0, 0] / jobs.batch
 
 
 def _failures(

@@ -27,6 +27,7 @@ def basins(
 
     Example: stickslip basins discontinuous_support --forcing omega --set omega=1.1 --over x=-8:8:101 --over v=-8:8:101
     """
+    from fmu_models.analyses.basins import Cloud
     from fmu_models.analyses.basins import basins as make
 
     files.check()
@@ -47,7 +48,12 @@ def basins(
         "axes": {name: values.tolist() for name, values in found.axes.items()},
         "labels": found.labels.tolist(),
         "attractors": [
-            {"period": one.period, "points": one.points[: max(1, one.period)].tolist()} for one in found.attractors
+            {
+                "period": one.period,
+                "points": one.points[: max(1, one.period)].tolist(),
+                **({"kind": one.verdict.kind, "exponent": one.verdict.exponent} if isinstance(one, Cloud) else {}),
+            }
+            for one in found.attractors
         ],
         "shares": found.shares.tolist(),
         "undecided": found.undecided,

@@ -94,8 +94,10 @@ def largest_exponents(
         )
         rows = execution.make(jobs, quiet=True)
         sound = rows.filled == BATCHES
-        growth = rows.growth[:, :, int(system.autonomous) :] / jobs.batch
+        growth = rows.growth / jobs.batch
         means = growth.mean(axis=1)
+        if system.autonomous:  # one is that along the motion: the nearest to zero
+            means[np.arange(len(means)), np.abs(means).argmin(axis=1)] = np.nan
         k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
         largest = growth[np.arange(len(k)), :, k]
         values[left] = np.where(sound, largest.mean(axis=1), np.nan)

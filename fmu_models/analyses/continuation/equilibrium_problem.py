@@ -166,9 +166,9 @@ def _normals(j: Vector, sticks: int) -> Vector:
 
 
 def _held(j: Vector, contacts: int, cyclic: list[int]) -> tuple[Vector, Vector, Vector]:
-    """Where contacts keep the states at walls, or what sticks could do so elsewhere along a coordinate upon which nothing
-    depends: (k, n) unit normals of the rates that they take away, the same of the coordinates, and of these the walls;
-    none where anything else has no rate, or nothing is held."""
+    """Where contacts keep the states at walls, or what sticks could do so elsewhere along a coordinate upon which
+    nothing depends: (k, n) unit normals of the rates that they take away, the same of the coordinates, and of these the
+    walls; none where anything else has no rate, or nothing is held."""
     u, sizes, rows = np.linalg.svd(j)
     k = int((sizes < ZERO * sizes[0]).sum())
     nothing = np.empty((0, len(j)))

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 import sympy
 
-from fmu_models import Automaton, Iteration, Parameter, State, Strobe, Switch, basins, load, orbit_diagram
+from fmu_models import Automaton, Fmu, Iteration, Parameter, State, Strobe, Switch, basins, orbit_diagram
 from fmu_models.analyses.aperiodic import CHAOS, CYCLE, NOT_DECIDED, TORUS, judged, sign_of
+from fmu_models.analyses.basins import Basins, Cloud
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.iteration import iterate
+from fmu_models.codegen.package import built_of
 from fmu_models.language.maps import Map
+from fmu_models.lowering.lower import lower
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
@@ -39,6 +42,10 @@ def gopy() -> Map:
         rule={x: 2 * sigma * sympy.tanh(x) * sympy.cos(2 * sympy.pi * t), t: t + w},
         box={x: (-3.0, 3.0), t: (0.0, 1.0)}, modulus={t: sympy.Integer(1)},
     )  # fmt: skip
+
+
+def kinds(found: Basins) -> list[str]:
+    return [one.verdict.kind if isinstance(one, Cloud) else str(one.period) for one in found.attractors]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +79,7 @@ def test_an_exponent_has_a_sign_beyond_its_error_alone():
 def test_basins_say_what_has_no_period():
     system = Iteration.of(delayed_logistic())
     found = basins(system, x=np.linspace(0.4, 0.6, 3), y=np.linspace(0.4, 0.6, 3), most=500)
-    assert [one.verdict.kind for one in found.attractors] == [TORUS]
+    assert kinds(found) == [TORUS]
     assert (found.labels == 0).all()
     assert {text.get_text() for text in found.plot().get_legend().get_texts()} == {"torus (100 %)"}
 
@@ -93,9 +100,9 @@ def chua() -> Automaton:
 @pytest.mark.parametrize("autonomous", [False, True], ids=["not said", "autonomous"])
 def test_two_mirror_cycles_are_no_clouds_of_chaos(autonomous):
     """Their period is 2.25 to 6 digits, so that each start sees nine places of them in steps of 1 s."""
-    system = Strobe(load(chua()), period=1.0, autonomous=autonomous)
+    system = Strobe(Fmu.open(built_of(lower(chua()))), period=1.0, autonomous=autonomous)
     found = basins(system, x=np.linspace(-2, 2, 5), y=np.linspace(-0.5, 0.5, 5), start={"z": 0.1}, workers=1)
-    assert [one.verdict.kind for one in found.attractors] == [CYCLE, CYCLE]
+    assert kinds(found) == [CYCLE, CYCLE]
     one, other = found.attractors
     assert one.points.min(axis=0) == pytest.approx(-other.points.max(axis=0), abs=0.01)
     assert found.undecided == 0
@@ -106,10 +113,11 @@ def test_two_mirror_cycles_are_no_clouds_of_chaos(autonomous):
 
 def test_chaos_of_what_nothing_forces_stays_chaos():
     """alpha = 9, the double scroll: published exponents .23, 0, -1.78 are per unit of the circuit, .7 of this one."""
-    system = Strobe(load(chua()), period=1.0, autonomous=True, parameters={"al": 9.0})
+    system = Strobe(Fmu.open(built_of(lower(chua()))), period=1.0, autonomous=True, parameters={"al": 9.0})
     found = basins(system, x=np.linspace(-1, 1, 3), start={"z": 0.1}, workers=1)
-    assert [one.verdict.kind for one in found.attractors] == [CHAOS]
+    assert kinds(found) == [CHAOS]
     (cloud,) = found.attractors
+    assert isinstance(cloud, Cloud)
     assert abs(cloud.verdict.exponent - 0.23 / 0.7) < 5.0 * cloud.verdict.error
 
 

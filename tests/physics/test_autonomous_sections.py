@@ -25,7 +25,9 @@ from fmu_models import (
     lyapunov,
 )
 from fmu_models.analyses.jobs import Jobs
+from fmu_models.codegen.package import built_of
 from fmu_models.language.quantities import TIME
+from fmu_models.lowering.lower import lower
 
 GO = np.zeros(1, np.int32)
 ON = {"x": 5.0, "y": 5.0, "z": 20.0}
@@ -42,7 +44,8 @@ def lorenz() -> Fmu:
     unit = Parameter("unit", 1.0, "1/s", "rate", positive=True)
     x, y, z = (State(name, "1", name, start=start, nominal=10.0) for name, start in ON.items())
     flows = {x: s * (y - x), y: unit * (x * (r - z) - y), z: unit * x * y - b * z}
-    return load(Automaton(name="lorenz", title="Lorenz", source="Lorenz 1963", states=[x, y, z], flows=flows))
+    model = Automaton(name="lorenz", title="Lorenz", source="Lorenz 1963", states=[x, y, z], flows=flows)
+    return Fmu.open(built_of(lower(model)))
 
 
 def test_a_level_is_crossed_as_often_with_tangents_as_without():

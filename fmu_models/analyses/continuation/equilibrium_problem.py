@@ -69,6 +69,12 @@ class EquilibriumProblem(Problem):
         return [self.states.index(name) for name in fmu.cyclic] if fmu.ours else []
 
     @property
+    def _rigid(self) -> list[bool]:
+        """Of each contact whether it is a wall that does not give way."""
+        states = (self.field.fmu.variables.get(f"{name}_state") for name in self.field.contacts)
+        return [getattr(getattr(one, "declaredType", None), "name", "") == "ImpactState" for one in states]
+
+    @property
     def system(self) -> SectionSystem:
         return self.strobe
 
@@ -92,7 +98,8 @@ class EquilibriumProblem(Problem):
         there = self.field.at(point, given)
         slopes = self.field.slopes(point, self.parameters, given)
         rates, sticks = there.rates, there.contacts.count(STICK)
-        normals, pins, walls = _held(slopes[:, :n], sticks + there.contacts.count(TOUCHING), self.cyclic)
+        closed = sum(state == TOUCHING and rigid for state, rigid in zip(there.contacts, self._rigid, strict=True))
+        normals, pins, walls = _held(slopes[:, :n], sticks, closed, self.cyclic)
         if len(pins):
             # what holds takes these rates away: what is left of them is rounding of the forces, over an inertia
             slopes, rates = slopes - normals.T @ (normals @ slopes), rates - normals.T @ (normals @ rates)
@@ -165,7 +172,7 @@ def _normals(j: Vector, sticks: int) -> Vector:
     return u[:, -sticks:].T
 
 
-def _held(j: Vector, contacts: int, cyclic: list[int]) -> tuple[Vector, Vector, Vector]:
+def _held(j: Vector, sticks: int, closed: int, cyclic: list[int]) -> tuple[Vector, Vector, Vector]:
     """Where contacts keep the states at walls, or what sticks could do so elsewhere along a coordinate upon which
     nothing depends: (k, n) unit normals of the rates that they take away, the same of the coordinates, and of these the
     walls; none where anything else has no rate, or nothing is held."""
@@ -173,7 +180,7 @@ def _held(j: Vector, contacts: int, cyclic: list[int]) -> tuple[Vector, Vector, 
     k = int((sizes < ZERO * sizes[0]).sum())
     nothing = np.empty((0, len(j)))
     along = np.eye(len(j))[[i for i in cyclic if not j[:, i].any()]]
-    if not 0 < k <= contacts:
+    if not 0 < k <= sticks + closed:
         return nothing, nothing, nothing
     normals = u[:, -k:].T
     # a coordinate's rate is a velocity: what bounds the one bounds the other
@@ -181,7 +188,11 @@ def _held(j: Vector, contacts: int, cyclic: list[int]) -> tuple[Vector, Vector, 
     pins = np.where(of_coordinates, normals @ j.T, 0.0)
     _, shares, beside = np.linalg.svd(pins - (pins @ along.T) @ along)
     walls = beside[: int((shares > ZERO).sum())]
-    alone = len(walls) + len(along) == k and np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
+    alone = (
+        len(walls) <= closed
+        and len(walls) + len(along) == k
+        and np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
+    )
     return (normals, pins, walls) if alone else (nothing, nothing, nothing)
 
 

@@ -81,7 +81,8 @@ def test_basins_say_what_has_no_period():
     found = basins(system, x=np.linspace(0.4, 0.6, 3), y=np.linspace(0.4, 0.6, 3), most=500)
     assert kinds(found) == [TORUS]
     assert (found.labels == 0).all()
-    assert {text.get_text() for text in found.plot().get_legend().get_texts()} == {"torus (100 %)"}
+    legend = found.plot().get_legend()
+    assert legend is not None and {text.get_text() for text in legend.get_texts()} == {"torus (100 %)"}
 
 
 def chua() -> Automaton:

@@ -3,8 +3,9 @@
     find   a few starts, in fixed order, run until they repeat themselves: stable periodic motions, solved to rounding
     map    all starts run until they come to where a known attractor surely attracts, or repeat themselves; what repeats
            itself without being known is solved and becomes an attractor too
-    rest   motions that never repeat themselves are chaotic if two halves of a long run from one of them fill the same
-           cells; a start belongs to the chaotic attractor whose cells hold its last points. What is left is undecided
+    rest   where two halves of a long run that never repeats itself fill the same cells, they are those of an attractor,
+           by its exponents chaos, a torus, or not decided (``aperiodic``); a start belongs to the one whose cells hold
+           its last points, and clouds that overlap are one. What is left is undecided
 
 Every start is run by itself, so that the result does not depend on who makes which run; unstable motions are no
 attractors.
@@ -16,16 +17,18 @@ import itertools
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
+from fmu_models.analyses.aperiodic import Verdict, judged
 from fmu_models.analyses.attractors import claimed, index_of, targets_of
 from fmu_models.analyses.declaration import STATES, Analysis, Option
 from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.periodic import PeriodicMotion
 from fmu_models.analyses.section_system import SectionSystem
@@ -39,26 +42,39 @@ Vector = NDArray[np.float64]
 UNDECIDED, INFINITE, FAILED = -1, -2, -3
 COARSE = 64  # starts that look for attractors first
 SETTLED = 1e-10
-CLOUD = 4096  # points of a chaotic attractor
+CLOUD = 4096  # points of an attractor that has no period
 CELLS = 40  # cells across it
-FILLED = 0.8  # share of the cells of one half that the other half must fill
+FILLED = 0.8  # share of the points of one half that must lie in the cells of the other
 HELD = 0.9  # share of the last points of a run that must lie in the cells of an attractor
+SHARED = 0.6  # share of the points of one cloud that lie in the cells of another: more, and they are one
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud(Shown):
-    """A chaotic attractor.
+    """An attractor that has no period.
 
     Attributes:
         points: (k, n) on it.
         cells: of how many sizes, and which: those that the points lie in and their neighbours.
+        verdict: what it is: chaos, a torus, a cycle seen at times of no meaning to it, or not decided.
     """
 
     points: Vector
     size: Vector
     cells: frozenset[tuple[int, ...]]
+    verdict: Verdict
 
-    RECORD: ClassVar = ("period", "points=sample")
+    RECORD: ClassVar = ("period", "points=sample", "kind", "exponent")
+
+    @property
+    def kind(self) -> str:
+        """Of its verdict."""
+        return self.verdict.kind
+
+    @property
+    def exponent(self) -> float:
+        """The largest, of its verdict."""
+        return self.verdict.exponent
 
     @property
     def period(self) -> int:
@@ -75,6 +91,10 @@ class Cloud(Shown):
         found = np.floor(points / self.size).astype(int).tolist()
         return sum(tuple(one) in self.cells for one in found) / len(found)
 
+    def overlaps(self, other: Cloud) -> bool:
+        """Whether the two are one attractor."""
+        return max(self.share(other.points), other.share(self.points)) > SHARED
+
 
 Attractor = PeriodicMotion | Cloud
 
@@ -88,7 +108,7 @@ class Basins(Pictured):
         axes: values of the start along each direction of the grid.
         labels: one per start, in the shape of the grid: an index into ``attractors``; -1 undecided, -2 to infinity, -3
             could not be run.
-        attractors: stable periodic motions, the shortest first, then chaotic ones.
+        attractors: stable periodic motions, the shortest first, then those without a period.
         steps: of the section until a start was decided.
         failures: why a start could not be run, by its place in the grid.
         how: of ``SectionSystem``.
@@ -270,7 +290,7 @@ def _mapped(
     def settle_some(begin: int, made: Rows) -> None:
         which = rest[begin : begin + len(made.filled)]
         labels[which] = _decide(system, made, known, longest)
-        labels[which] = _assign_chaos(execution, made, labels[which], known)
+        labels[which] = _assign_clouds(execution, system, made, labels[which], known)
 
     if rest.size:
         execution.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
@@ -328,40 +348,53 @@ def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: 
     return labels
 
 
-def _assign_chaos(
-    execution: Execution, made: Rows, labels: NDArray[np.int64], known: list[Attractor]
+def _assign_clouds(
+    execution: Execution, system: SectionSystem, made: Rows, labels: NDArray[np.int64], known: list[Attractor]
 ) -> NDArray[np.int64]:
-    """Labels of the runs that never repeat themselves, by the cells of chaotic attractors."""
+    """Labels of the runs that never repeat themselves, by the cells of attractors without a period."""
     left = np.flatnonzero((labels == UNDECIDED) & (made.outcomes == families.FINISHED))
-    clouds = [(i, one) for i, one in enumerate(known) if isinstance(one, Cloud)]
+    clouds = {i: one for i, one in enumerate(known) if isinstance(one, Cloud)}
     for i in left:
         points = made.points[i, : made.filled[i]]
-        found = next((k for k, cloud in clouds if cloud.share(points) >= HELD), UNDECIDED)
-        if found == UNDECIDED:
-            cloud = _cloud(execution, points[-1])
+        label = next((k for k, cloud in clouds.items() if cloud.share(points) >= HELD), UNDECIDED)
+        if label == UNDECIDED:
+            cloud = _cloud(execution, system, points[-1])
             if cloud is not None and cloud.share(points) >= HELD:
-                known.append(cloud)
-                clouds.append((len(known) - 1, cloud))
-                found = len(known) - 1
-        labels[i] = found
+                label = next((k for k, other in clouds.items() if cloud.overlaps(other)), len(known))
+                if label == len(known):
+                    known.append(cloud)
+                    clouds[label] = cloud
+        labels[i] = label
     return labels
 
 
-def _cloud(execution: Execution, start: Vector) -> Cloud | None:
+def _cloud(execution: Execution, system: SectionSystem, start: Vector) -> Cloud | None:
     """The set that a long run fills twice; None where its halves differ."""
+    finer = system.beside_periods(start) if isinstance(system, Strobe) else None
+    often = 1.0
+    if finer is not None:  # its own period may be one of whole steps, which see a few places of it alone
+        system, often = finer
+        execution = Execution(system, workers=execution.workers)
     made = execution.make(Jobs(start[None], rows=CLOUD), quiet=True)
     if made.filled[0] < CLOUD:
         return None
     points = made.points[0]
     width = np.ptp(points, axis=0)
     size = np.where(width > 0, width, 1.0) / CELLS
-    halves = [{tuple(one) for one in np.floor(part / size).astype(int).tolist()} for part in np.array_split(points, 2)]
-    both = halves[0] & halves[1]
-    if min(len(both) / len(half) for half in halves) < FILLED:
-        return None
     steps = list(itertools.product((-1, 0, 1), repeat=points.shape[1]))
-    cells = {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in halves[0] | halves[1] for step in steps}
-    return Cloud(points, size, frozenset(cells))
+    places = [list(map(tuple, np.floor(part / size).astype(int).tolist())) for part in np.array_split(points, 2)]
+    one, other = (
+        {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in set(half) for step in steps}
+        for half in places
+    )
+    filled = (
+        sum(place in cells for place in half) / len(half) for half, cells in zip(places, (other, one), strict=True)
+    )
+    if min(filled) < FILLED:
+        return None
+    verdict = judged(execution, system, points[-1])
+    verdict = replace(verdict, exponent=often * verdict.exponent, error=often * verdict.error)
+    return Cloud(points, size, frozenset(one | other), verdict)
 
 
 def _numbers(found: Basins) -> dict[str, float]:

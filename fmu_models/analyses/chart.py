@@ -3,7 +3,7 @@
     period      steps of the section after which it repeats itself; 0 if it does not
     impacts     n-p-q: the period, and how often each contact begins in it
     stick       the contacts that are held at the end: stick, or touch
-    exponent    sign of the largest Lyapunov exponent
+    exponent    sign of the largest Lyapunov exponent, by its error (``aperiodic``)
     attractor   which of the motions found it is, by its period and its events
 
 With ``refine`` the chart is made on a coarse grid first, and its distances are halved until all cells are there. A new
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
+from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
 from fmu_models.analyses.execution import Execution
@@ -38,9 +39,7 @@ Vector = NDArray[np.float64]
 WHAT = ("period", "impacts", "stick", "exponent", "attractor")
 UNKNOWN = -1
 SETTLED = 1e-11
-POSITIVE = 1e-3  # per step: an exponent below it in size counts as zero
 ALIKE = 1e-7  # two points nearer than that are one where Newton's method finds no stable motion
-TANGENT_STEPS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,8 +187,6 @@ class _Cells:
             rows=max(self.points, 2 * self.longest) if self.what != "exponent" else 1,
             longest=0 if self.what in ("stick", "exponent") else self.longest,
             settled=SETTLED,
-            tangents=int(self.what == "exponent"),
-            batch=TANGENT_STEPS if self.what == "exponent" else 1,
         )
 
 
@@ -206,7 +203,8 @@ def _charted(
         def take(begin: int, made: Rows) -> None:
             end = begin + len(made.filled)
             part = {name: one[begin:end] for name, one in varied.items()}
-            found = _classes(system, made, part, how.what, how.longest)
+            exponents = how.what == "exponent"
+            found = _signs(execution, system, made, part) if exponents else _classes(system, made, part, how)
             for i, cell in enumerate(cells[begin:end]):
                 kept[cell] = found[i]
                 if made.outcomes[i] > families.ABSORBED:
@@ -268,15 +266,23 @@ def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
     return found
 
 
-def _classes(
-    system: SectionSystem, made: Rows, varied: Mapping[str, Vector], what: str, longest: int
+def _signs(
+    execution: Execution, system: SectionSystem, made: Rows, varied: Mapping[str, Vector]
 ) -> list[tuple[str, float]]:
+    """Sign and value of the exponent of each run; no sign where it failed."""
+    found = [("", np.nan)] * len(made.filled)
+    sound = np.flatnonzero((made.outcomes <= families.ABSORBED) & (made.filled > 0))
+    part = {name: values[sound] for name, values in varied.items()}
+    values, errors = largest_exponents(execution, system, made.ends[sound], part)
+    for i, value, error in zip(sound.tolist(), values.tolist(), errors.tolist(), strict=True):
+        found[i] = (sign_of(value, error), value)
+    return found
+
+
+def _classes(system: SectionSystem, made: Rows, varied: Mapping[str, Vector], how: _Cells) -> list[tuple[str, float]]:
     """Label and number of each run; no label where it failed."""
+    what, longest = how.what, how.longest
     sound = made.outcomes <= families.ABSORBED
-    if what == "exponent":
-        growth = made.growth[:, 0, 0] / TANGENT_STEPS
-        signs = np.where(growth > POSITIVE, "positive", np.where(growth < -POSITIVE, "negative", "zero"))
-        return [(str(s) if good else "", float(g)) for s, g, good in zip(signs, growth, sound, strict=True)]
     if what == "stick":
         held = made.held.sum(axis=1) > 0.0
         names = [", ".join(n for n, one in zip(system.contacts, row, strict=True) if one) or "none" for row in held]

@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
+from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.continuation.branch import Branch
 from fmu_models.analyses.continuation.branches import Branches
+from fmu_models.analyses.continuation.lost_motions import LostMotion, lost_motions
 from fmu_models.analyses.continuation.overlay import Motion, branches_through
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
 from fmu_models.analyses.execution import Execution
@@ -51,12 +53,14 @@ class Diagram(Pictured):
         began: (d, m, contacts) how often each contact or stick begins in a period.
         exponents: (d, m) largest one per step, of the logarithm of the largest multiplier where a period is claimed;
             nan where it was not asked for.
+        exponent_errors: (d, m) their standard errors; 0 where a period is claimed, infinite where there is no exponent.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
         units: of states and of the parameter.
         branches: laid over it, if that was asked for.
+        lost: where a sweep left a stable branch that goes on, if that was asked for.
     """
 
     RECORD: ClassVar = (
@@ -70,6 +74,7 @@ class Diagram(Pictured):
             "steps",
             "failures=refused",
             "branches=laid",
+            "lost",
             "how",
         ),
     )
@@ -91,11 +96,17 @@ class Diagram(Pictured):
     provenance: Mapping[str, Any] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     branches: Branches | None = None
+    lost: tuple[LostMotion, ...] | None = None
+    exponent_errors: Vector = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def shown(self) -> Vector:
         """(d, m, r) points of the state that a picture shows."""
         return self.points[..., self.states.index(self.of)]
+
+    def sign(self, direction: int, value: int) -> str:
+        """Of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
+        return sign_of(float(self.exponents[direction, value]), float(self.exponent_errors[direction, value]))
 
     def word(self, direction: int, value: int) -> str:
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
@@ -135,6 +146,7 @@ class Diagram(Pictured):
         index = {"direction": np.array(self.directions, object), self.over: self.values}
         data: dict[str, Any] = {n: ((*cells, "point"), self.points[..., i]) for i, n in enumerate(self.states)}
         data |= {"period": (cells, self.periods), "exponent": (cells, self.exponents)}
+        data |= {"exponent_error": (cells, self.exponent_errors)}
         data |= {f"{name}_began": (cells, self.began[..., i]) for i, name in enumerate(self.contacts)}
         return xarray.Dataset(data, index, {"model": self.model, PROVENANCE: told(self.provenance)})
 
@@ -166,6 +178,10 @@ def orbit_diagram(
         int,
         Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none"),
     ] = 0,
+    against_branches: Annotated[
+        int,
+        Option("Tell where a sweep left a stable branch, of motions to this period.", minimum=0, default="none"),
+    ] = 0,
     workers: int | None = None,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -187,6 +203,8 @@ def orbit_diagram(
         of: the state that a picture shows; the first if left out.
         branches: follow the motions that are found, and all that leaves them, stable or not, up to periods of so many
             steps: branches laid over the diagram. 0 for none.
+        against_branches: follow the motions that are found, up to periods of so many steps, and tell where a sweep left
+            a stable branch that goes on; see ``lost_motions``. 0 for not.
         workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
 
@@ -224,9 +242,12 @@ def orbit_diagram(
     ) as execution:
         found = _swept(execution, system, sweep, of or system.states[0])
         execution.finish(found)
-    if not branches:
-        return found
-    return replace(found, branches=branches_through(system, over, _motions(found), (swept[0], swept[-1]), branches, of))
+    if branches:
+        ends = (swept[0], swept[-1])
+        found = replace(found, branches=branches_through(system, over, _motions(found), ends, branches, of))
+    if against_branches:
+        found = replace(found, lost=lost_motions(system, found, against_branches))
+    return found
 
 
 def _motions(found: Diagram) -> Iterator[Motion]:
@@ -270,8 +291,11 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         began[which] = cycles.began
         with np.errstate(divide="ignore"):
             growth[which] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
-    if sweep.exponents:
-        _fill_exponents(execution, made, varied, claims.periods, growth)
+    errors = np.where(np.isnan(growth), np.inf, 0.0)
+    which = np.flatnonzero((claims.periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
+    if sweep.exponents and which.size:
+        part = {name: v[which] for name, v in varied.items()}
+        growth[which], errors[which] = largest_exponents(execution, system, made.ends[which], part)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
 
     def shaped(one: NDArray[Any]) -> NDArray[Any]:
@@ -294,21 +318,8 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         system.how,
         execution.provenance,
         {name: system.unit_of(name) for name in (*system.states, sweep.over)},
+        exponent_errors=shaped(errors),
     )
-
-
-def _fill_exponents(
-    execution: Execution, made: Rows, varied: Mapping[str, Vector], periods: NDArray[np.int64], growth: Vector
-) -> None:
-    """The largest exponent where no period is claimed, from 400 steps."""
-    which = np.flatnonzero((periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
-    if not which.size:
-        return
-    jobs = Jobs(
-        made.ends[which], {name: v[which] for name, v in varied.items()}, transient=20, rows=1, batch=400, tangents=1
-    )
-    found = execution.make(jobs)
-    growth[which] = found.growth[:, 0, 0] / jobs.batch
 
 
 def _failures(
@@ -321,10 +332,13 @@ def _failures(
 
 def _numbers(found: Diagram) -> list[tuple[float, dict[str, float]]]:
     rows = []
+    lost = [motion.direction for motion in found.lost or ()]
     for i, value in enumerate(found.values.tolist()):
         values: dict[str, float] = {}
         for d, way in enumerate(found.directions):
             points = found.shown[d, i]
+            if found.lost is not None and i == 0:
+                values[f"lost_{way}"] = float(lost.count(way))
             values[f"period_{way}"] = float(found.periods[d, i])
             if np.isfinite(points).any():
                 extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
@@ -336,7 +350,10 @@ def _numbers(found: Diagram) -> list[tuple[float, dict[str, float]]]:
 ANALYSIS = Analysis(
     function=orbit_diagram,
     numbers=_numbers,
-    results="a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`",
+    results=(
+        "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with `against_branches` the "
+        "first row has `lost_up` and `lost_down`: how often a sweep left a stable branch that goes on"
+    ),
     example="discontinuous_support --forcing omega --set ks=300 --over omega=0.8:1:400 --figure d.png",
     label="sweeping",
     axes=VALUES,

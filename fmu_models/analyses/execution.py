@@ -44,7 +44,6 @@ class System(Protocol):
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows: ...
     def check(self, name: str, values: Vector) -> None: ...
-    def resumed(self, start: Vector, end: Vector) -> Vector: ...
     def identity(self) -> dict[str, Any]: ...
 
 
@@ -176,7 +175,7 @@ class Execution:
             before = kept.get(k - 1)
             if before.outcomes[-1] <= families.ABSORBED:
                 starts = part.starts.copy()
-                starts[0] = self.system.resumed(starts[0], before.ends[-1])
+                starts[0] = before.ends[-1]
                 part = dataclasses.replace(part, starts=starts, resumed=True)
         return part
 

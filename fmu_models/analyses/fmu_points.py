@@ -132,17 +132,10 @@ class FmuPoints(SectionSystem):
         known = [self.fmu.variables.get(name) for name in self.states]
         return np.array([float(getattr(one, "nominal", None) or 1.0) for one in known])
 
-    def wrapped(self, points: Vector) -> Vector:
-        """The phase between 0 and 1."""
-        if self.states[-1:] != ("phase",):
-            return points
-        return np.concatenate([points[..., :-1], np.mod(points[..., -1:], 1.0)], axis=-1)
-
-    def difference(self, points: Vector) -> Vector:
-        """The phase between -1/2 and 1/2."""
-        if self.states[-1:] != ("phase",):
-            return points
-        return np.concatenate([points[..., :-1], points[..., -1:] - np.round(points[..., -1:])], axis=-1)
+    @cached_property
+    def turns(self) -> Vector:  # type: ignore[override] # computed once
+        """The phase is one of whole turns."""
+        return np.array([1.0 if name == "phase" else np.inf for name in self.states])
 
     def periods(self, varied: Mapping[str, Vector], m: int) -> Vector:
         """(m,) periods of the forcing, s; 0 where nothing forces the motion."""

@@ -129,11 +129,6 @@ class FmuSection(FmuPoints):
         other.pace = PACE if other._exact else 1
         return other
 
-    def resumed(self, start: Vector, end: Vector) -> Vector:
-        """In a chain that the engine makes in one call the phase is that of the start."""
-        phased = self._engine is not None and self.states[-1:] == ("phase",)
-        return np.concatenate([end[:-1], start[-1:]]) if phased else end
-
     def identity(self) -> dict[str, Any]:
         """With the FMU's token and hash, and the stepper where it is chosen."""
         chosen = {} if self.stepper == "auto" else {"stepper": self.stepper}
@@ -169,7 +164,7 @@ class FmuSection(FmuPoints):
         """The motion to the next meeting from a point, as the importer is asked for it."""
 
     def _placed(self, starts: Vector) -> Vector:
-        """Starts (m, n) brought onto the section where only rounding keeps them off it."""
+        """Starts (m, n) brought onto the section where only rounding keeps them off it, as the engine does."""
         return starts
 
     def _repeats(self, periods: Vector) -> Vector:
@@ -260,10 +255,7 @@ class FmuSection(FmuPoints):
         variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
         given = self.states[: -1 if phased else None]
-        placed = self._placed(jobs.starts)
-        if jobs.resumed:
-            placed = np.concatenate([jobs.starts[:1], placed[1:]])
-        values = np.stack([*constants.values(), *placed.T[: len(given)]], axis=1)
+        values = np.stack([*constants.values(), *jobs.starts.T[: len(given)]], axis=1)
         periods = self.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / self.sizes()[:n]
@@ -278,6 +270,7 @@ class FmuSection(FmuPoints):
             weights=weights,
             batch=jobs.batch,
             follow=jobs.chain > 1,
+            resumed=jobs.resumed,
             longest=jobs.longest,
             settled=jobs.settled,
             known=self._known(jobs),

@@ -20,8 +20,12 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
+from fmu_models.simulation.field import Field, is_forced
 from fmu_models.simulation.run import check_names
 from fmu_models.simulation.sections import Section
+
+# the ratio that is farthest from those of whole numbers
+GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 
 
 class Strobe(FmuSection):
@@ -57,6 +61,21 @@ class Strobe(FmuSection):
             tolerance=self.tolerance,
             stepper=self.stepper,
         )
+
+    def beside_periods(self, point: Vector) -> tuple[Strobe, float] | None:
+        """Where nothing forces the motion at a point (n,), the same looked at more often, in no ratio to a period of
+        whole steps, and how many times; None where something forces it."""
+        if not self.autonomous:
+            if self.forcing is not None or not self.fmu.ours:
+                return None
+            try:
+                if is_forced(Field(self.fmu, self.values), point[: len(self.fmu.states)]):
+                    return None
+            except StickslipError:  # the point cannot be begun from
+                return None
+        period = self.every * float(self.period or 0.0) / GOLDEN
+        given = {"parameters": self.values, "tolerance": self.tolerance, "stepper": self.stepper}
+        return Strobe(self.fmu, period=period, autonomous=True, **given), GOLDEN
 
     def log_volumes(self, points: Vector) -> Vector | None:
         """By the divergence of the rates, where no event changes volumes."""

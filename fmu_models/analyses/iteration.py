@@ -169,16 +169,10 @@ class Iteration(SectionSystem):
         """(...) determinant of the derivative, by which small areas or volumes grow; cancelled by SymPy beforehand."""
         return self.volume(x)
 
-    def wrapped(self, points: Vector) -> Vector:
-        """(..., n) angles from 0 to their modulus, other states as they are."""
-        with np.errstate(invalid="ignore"):
-            return np.where(np.isfinite(_moduli(self.map)), np.mod(points, _turns(self.map)), points)
-
-    def difference(self, points: Vector) -> Vector:
-        """(..., n) the shortest difference that a difference of states stands for."""
-        with np.errstate(invalid="ignore"):
-            turns = np.round(points / _turns(self.map))
-        return np.where(np.isfinite(_moduli(self.map)), points - turns * _turns(self.map), points)
+    @property
+    def turns(self) -> Vector:
+        """Moduli of the states."""
+        return _moduli(self.map)
 
 
 def iterate(iteration: Iteration, start: Any, steps: int) -> Vector:
@@ -251,9 +245,3 @@ def _evaluate(function: Any, x: Vector, parameters: Sequence[Any]) -> Vector:
 def _moduli(declared: Map) -> Vector:
     """(n,) modulus of each state; infinite for those that are no angles."""
     return np.array([float(declared.modulus.get(state, sympy.oo)) for state in declared.states])
-
-
-@cache
-def _turns(declared: Map) -> Vector:
-    """(n,) modulus of each state; 1, to be divided by, for those that are no angles."""
-    return np.where(np.isfinite(_moduli(declared)), _moduli(declared), 1.0)

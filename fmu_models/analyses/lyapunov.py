@@ -70,7 +70,8 @@ class Exponents(Pictured):
         per_time, per_time_errors: (n,) the same per unit of time.
         unit: of that time.
         steps: number of steps that the mean is taken of, all motions together.
-        zero: index of the exponent along a motion that nothing forces; None where something forces it.
+        zero: index of the exponent along a motion that nothing forces, the one nearest to zero; None where something
+            forces it.
         lost: how many are -inf.
         shares: per contact the share of the time in contact or stick.
         sum: of all exponents, per step.
@@ -251,7 +252,8 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
         values[i], errors[i] = _mean(growth[..., i], ones, kept)
         per_time[i], per_time_errors[i] = _mean(growth[..., i], times, kept)
     order = np.argsort(-values, kind="stable")
-    zero = int(np.flatnonzero(order == 0)[0]) if system.autonomous else None
+    # where differences grow, rounding turns the one that begins along the motion towards the one that grows most
+    zero = int(np.abs(values[order]).argmin()) if system.autonomous else None
     total = float(times[kept].sum())
     shares = {name: float(made.held[..., c][kept].sum()) / total for c, name in enumerate(system.contacts)}
     return Exponents(

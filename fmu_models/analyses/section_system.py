@@ -119,10 +119,6 @@ class SectionSystem(Shown, ABC):
         """The rows of all jobs, by threads, in memory; see ``execution`` for the rest."""
         return Execution(self, workers=workers, progress=progress).make(jobs)
 
-    def resumed(self, start: Vector, end: Vector) -> Vector:
-        """(n,) where a run begins that goes on from the end of another one, in place of its own start."""
-        return end
-
     def identity(self) -> dict[str, Any]:
         """What tells this system from all others, as JSON: a store keeps it.
 
@@ -132,13 +128,27 @@ class SectionSystem(Shown, ABC):
         plain = {name: one for name, one in vars(self).items() if isinstance(one, str | int | float | None)}
         return {"section": type(self).__name__, "model": self.name, **plain, "parameters": dict(self.values)}
 
+    @property
+    def turns(self) -> Vector:
+        """(n,) after how much of itself each number of a point is the same; infinite of what is no angle or phase."""
+        return np.full(len(self.states), np.inf)
+
     def wrapped(self, points: Vector) -> Vector:
         """(..., n) angles and phases brought within their period."""
-        return points
+        turns = self.turns
+        if np.isinf(turns).all():
+            return points
+        with np.errstate(invalid="ignore"):
+            return np.where(np.isfinite(turns), np.mod(points, np.where(np.isfinite(turns), turns, 1.0)), points)
 
     def difference(self, points: Vector) -> Vector:
         """(..., n) the shortest difference that one of points stands for."""
-        return points
+        turns = self.turns
+        if np.isinf(turns).all():
+            return points
+        whole = np.where(np.isfinite(turns), turns, 1.0)
+        with np.errstate(invalid="ignore"):
+            return np.where(np.isfinite(turns), points - np.round(points / whole) * whole, points)
 
     def sizes(self) -> Vector:
         """(n,) typical size of each number of a point; infinite for one that only drifts and makes no difference."""

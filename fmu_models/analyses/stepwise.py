@@ -7,7 +7,7 @@ known orbit, leaves every bound or does not arrive is followed no farther.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -63,7 +63,7 @@ def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
     for i in range(len(jobs)):
         one = jobs.part(i, i + 1)
         if i % jobs.chain and len(parts) and parts[-1].outcomes[0] <= outcome.ABSORBED:
-            one.starts[:] = parts[-1].ends
+            one = replace(one, starts=parts[-1].ends)
         parts.append(_Together(system, one).run(stop))
     return joined(parts, range(len(parts)))
 

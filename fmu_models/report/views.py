@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
-from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
+from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins, Cloud
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
@@ -134,7 +134,7 @@ def _(basins: Basins, axes: Axes) -> None:
 def attractors_of(basins: Basins) -> list[str]:
     """What each attractor is, and its share of the starts."""
     words = (
-        "-".join(map(str, (one.period, *getattr(one, "began", ())))) if one.period else "chaotic"
+        one.verdict.kind if isinstance(one, Cloud) else "-".join(map(str, (one.period, *one.began)))
         for one in basins.attractors
     )
     return [f"{word} ({100 * share:.3g} %)" for word, share in zip(words, basins.shares, strict=True)]

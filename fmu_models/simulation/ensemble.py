@@ -69,6 +69,7 @@ class Runs:
     weights: Vector
     batch: int = 1
     follow: bool = False
+    resumed: bool = False
     longest: int = 0
     settled: float = 0.0
     bound: float = 1e9
@@ -115,6 +116,7 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
         n_runs=m,
         n_set=references.size,
         follow=runs.follow,
+        resumed=runs.resumed,
         set=references.ctypes.data,
         values=values,
         starts=starts,

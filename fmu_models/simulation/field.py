@@ -11,6 +11,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,22 @@ class Rates:
     rates: Vector
     contacts: tuple[int, ...]
     indicators: Vector
+
+
+class HasRates(Protocol):
+    """What has rates at a point, at a time."""
+
+    def at(self, states: Vector, given: Mapping[str, float] | None = None, time: float = 0.0) -> Rates: ...
+
+
+def is_forced(field: HasRates, point: Vector) -> bool:
+    """Whether the rates at a point (n,) depend on time, looked at when no harmonic force is the same by chance.
+
+    Raises:
+        StickslipError: the engine refuses the point.
+    """
+    first, *others = (field.at(point, time=time).rates for time in (0.0, 0.7310585786, 2.391046))
+    return any((one != first).any() for one in others)
 
 
 class Field:

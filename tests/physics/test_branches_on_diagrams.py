@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fmu_models import Crossing, Iteration, StickslipError, Strobe, branch, branches, load, orbit_diagram, reduced_map
+from fmu_models.analyses.continuation.lost_motions import lost_motions
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
@@ -76,3 +78,33 @@ def test_the_reduced_map_of_the_henon_map():
         reduced_map(Iteration.of(HENON), "z", [0.0, 1.0])
     with pytest.raises(StickslipError, match="finite and ascending"):
         reduced_map(Iteration.of(HENON), "x", [1.0, 0.0])
+
+
+def test_a_sweep_that_leaves_a_stable_branch_is_told():
+    """The support swept down keeps the motion without contact, f0 / sqrt((k - m omega^2)^2 + (c omega)^2), to where
+    that is the gap, 1.0551351; left at 1.105 for the motion in contact, it is told."""
+    given = {"cs": 0.3, "ks": 10.0, "g": 4.0}
+    section = Crossing(load("discontinuous_support"), "v", 0.0, -1, forcing="omega", parameters=given)
+    omega = np.linspace(1.04, 1.2, 33)
+    found = orbit_diagram(section, "omega", omega, direction="both", transient=400, start={"x": 0.0})
+    assert lost_motions(section, found) == ()
+    free = omega > 1.0551351
+    assert found.shown[1, free, 0] == pytest.approx(0.5 / np.hypot(1 - omega**2, 0.05 * omega)[free], abs=1e-10)
+    assert (found.shown[1, ~free, 0] > 4.0).all()
+    points = found.points.copy()
+    points[1, omega < 1.107] = points[0, omega < 1.107]
+    (lost,) = lost_motions(section, replace(found, points=points))
+    assert (lost.direction, lost.before, lost.value) == ("down", pytest.approx(1.11), pytest.approx(1.105))
+
+
+def test_flips_and_chaos_are_no_losses(doubling):
+    system = Iteration.of(LOGISTIC)
+    assert lost_motions(system, doubling, longest=4) == ()
+    points = doubling.points.copy()
+    points[0, 2:5] = 1.0 - 1.0 / doubling.values[2:5, None, None]  # the fixed point, unstable from 3 on
+    assert lost_motions(system, replace(doubling, points=points), longest=4) == ()
+    points[0, -2, :2] = 0.5
+    lost = lost_motions(system, replace(doubling, points=points), longest=2)
+    assert [one.value for one in lost] == [pytest.approx(doubling.values[-2])]
+    with pytest.raises(StickslipError, match="nothing forces"):
+        lost_motions(Crossing(load("discontinuous_support"), "v"), doubling)

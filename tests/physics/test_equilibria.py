@@ -237,3 +237,27 @@ def test_a_point_at_a_surface_has_no_curve():
 def test_what_has_no_branch_of_equilibria_is_told(model, over, between, given, said):
     with pytest.raises(StickslipError, match=said):
         equilibria(load(model), over, between, **given)
+
+
+def test_the_woodpecker_rests_where_its_sleeve_jams():
+    """T = (m_M + m_S) g is held by the lower edge, on which N = ((l_M + l_G) m_S - r_M (m_M + m_S)) g / h_M presses: it
+    jams for mu2 >= T/N; phi_S = phi_M - m_S g l_G / c_phi, and nothing depends on the height."""
+    toy = load("woodpecker")
+    m_M, m_S, g, l_M, l_G, r_M, h_M = 0.0003, 0.0045, 9.81, 0.010, 0.015, 0.0031, 0.0058
+    jams = (m_M + m_S) * h_M / ((l_M + l_G) * m_S - r_M * (m_M + m_S))
+    for start in (-0.2217, -0.21):
+        found = equilibria(toy, "mu2", (0.25, 0.5), start={"phi_S": start})
+        assert [kind for kind, _ in found.ends] == ["surface", "range"]
+        assert found.special[0].value == pytest.approx(jams, abs=2e-9)
+        assert found.values[0] == pytest.approx(jams, abs=1e-6) and found.values[-1] == 0.5
+        assert "lower_friction" in found.ends[0][1]
+    found = equilibria(toy, "c_phi", (0.005, 0.006), start={"phi_S": -0.2217})
+    assert [kind for kind, _ in found.ends] == ["range", "range"] and not found.special
+    phi_M = -0.0006 / 0.0058
+    place = found.states.index("phi_S")
+    assert found.points[:, place] == pytest.approx(phi_M - m_S * g * l_G / found.values, abs=1e-12)
+    # the bird swings, undamped; any height is as good; what leaves the wall comes back at once
+    swing = np.sqrt(found.values / (7.0e-7 + m_S * l_G**2))
+    assert np.sort(found.eigenvalues.imag, axis=1)[:, -1] == pytest.approx(swing, rel=1e-12)
+    assert (np.isneginf(found.eigenvalues.real).sum(axis=1) == 3).all()
+    assert (np.abs(found.eigenvalues).min(axis=1) < 1e-12).all()

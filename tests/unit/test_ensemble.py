@@ -137,6 +137,36 @@ def test_a_chain_goes_on_where_the_run_before_it_ended():
         point = one.points[0, -1]
 
 
+SWEPT = [
+    (Crossing(SUPPORT, "v", 0.0, -1, forcing="omega"), "omega", np.linspace(1.12, 0.9, 12)),
+    (
+        Impacts(BALL, "table", forcing="omega", parameters={"omega": 1.0, "g": 1.0, "e": 0.5}),
+        "A",
+        np.linspace(1.1, 1.5, 12),
+    ),
+]
+
+
+@pytest.mark.parametrize(("section", "over", "values"), SWEPT, ids=["level", "impacts"])
+def test_a_chain_keeps_the_phase_of_what_forces_it_whoever_makes_its_links(section, over, values, monkeypatch):
+    """The phase is part of a point where a state crosses a level or a contact begins. A table whose amplitude has grown
+    meanwhile carries the ball that has just left it."""
+    start = section.start({"x": 0.5, "v": 0.0})
+    jobs = Jobs(np.tile(start, (12, 1)), {over: values}, transient=3, rows=4, chain=12)
+    whole = section.run(jobs, GO)
+    assert not whole.messages
+    monkeypatch.setattr(families, "CHUNK", 1)
+    assert np.array_equal(section.make(jobs).points, whole.points)
+    for i in range(1, 12):
+        # the next link from the phase, and from the states but for the height of a table that moved
+        alone = section.at(**{over: float(values[i])})
+        begin = whole.ends[i - 1].copy()
+        if over == "A":
+            begin[0] = max(begin[0], values[i] * math.sin(T * begin[-1]))
+        after = alone.run(Jobs(begin[None], transient=3, rows=4), GO)
+        assert after.points[0] == pytest.approx(whole.points[i], abs=1e-9)
+
+
 def test_a_motion_that_repeats_itself_is_recorded_once():
     made = support(ks=300.0, cs=0.6, g=1.6, omega=0.92).run(
         Jobs(np.array([[1.14, -0.27]]), transient=5000, rows=48, longest=24), GO

@@ -18,10 +18,13 @@ from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
+from fmu_models.simulation.ensemble import Runs
 from fmu_models.simulation.run import simulate
 
 # periods of a run that settles to its motion
 SETTLE = 400
+# a motion farther out than this goes to infinity, as the engine has it for runs over a section
+FAR = Runs.bound
 
 
 def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
@@ -64,11 +67,11 @@ def _placed(
     if it tells of events."""
     try:
         point = _settled(system, point) if settle else point
-    except StickslipError:
+    except StickslipError as error:
         # what rests against a contact at the end of a period does not begin there
         if told is None:
             raise
-        return _settled_free(told, point, value)
+        return _settled_free(told, point, value, error)
     if told is not None and (told.autonomous or point[len(told.states) :].any()):
         return _freed(told, point, value)
     return problem, point
@@ -101,7 +104,8 @@ def _settled(system: SectionSystem, point: Vector) -> Vector:
     for _ in range(SETTLE):
         made_step = system.step(point[None], derivative=False)
         if made_step.why:
-            raise StickslipError(f"The start does not settle: {next(iter(made_step.why.values()))}")
+            why = next(iter(made_step.why.values()))
+            raise StickslipError(f"The start does not settle: {why}. Start elsewhere, or choose other values.")
         point = made_step.points[0]
     return point
 
@@ -126,8 +130,14 @@ def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProbl
     return replace(problem, phase=phase), np.array([float(moved[name][0]) for name in problem.states])
 
 
-def _settled_free(problem: FlowProblem, start: Vector, value: float) -> tuple[FlowProblem, Vector]:
-    """The same of one long run, at a phase where nothing holds or sticks."""
+def _settled_free(
+    problem: FlowProblem, start: Vector, value: float, failure: StickslipError
+) -> tuple[FlowProblem, Vector]:
+    """The same of one long run, at a phase where nothing holds or sticks.
+
+    Raises:
+        StickslipError: the failure of a run period by period, where no contact is what stopped it.
+    """
     strobe = problem.strobe.at(**{problem.over: value})
     length = strobe.every * float(strobe.periods({}, 1)[0])
     late = SETTLE * length
@@ -136,10 +146,14 @@ def _settled_free(problem: FlowProblem, start: Vector, value: float) -> tuple[Fl
         for one in strobe.trajectory(start, np.array([late + length])).events
         if one.time > late
     ]
+    if not events:
+        raise failure
     _, begin, pause = pauses(events, length)[0]
     middle = (begin + pause / 2) % length
     moved = strobe.trajectory(start, np.array([late + middle]))
     point = np.array([float(moved[name][0]) for name in problem.states])
+    if not (np.abs(point) < FAR).all():
+        raise failure
     return replace(problem, phase=middle / length * strobe.every), point
 
 

@@ -7,7 +7,8 @@ multipliers, so that a branch of equilibria is followed like one of motions. A f
 Neimark-Sacker point. The word is the states of all contacts.
 
 Where a contact sticks the states stay on a surface, across which J is without meaning: lT J = 0 for its normal l. What
-leaves the surface comes back at once, and counts as an eigenvalue of minus infinity.
+leaves the surface comes back at once, and counts as an eigenvalue of minus infinity. So does what leaves the wall of a
+closed contact. A coordinate upon which nothing depends has the eigenvalue zero, and stays where it is.
 """
 
 from __future__ import annotations
@@ -23,14 +24,16 @@ from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
+from fmu_models.codegen.contact_states import STICK, TOUCHING
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import Field, is_forced
 from fmu_models.simulation.run import check_names, check_value
 
 # of the eigenvalue of a direction that leaves what sticks, over the rest: exp(-this) is zero
 AT_ONCE = 1e4
+# of the size of a state: less is the rounding of zero
+ROUNDING = 1e-16
 # singular values below this share of the largest are zero
 ZERO = 1e-10
 
@@ -60,6 +63,18 @@ class EquilibriumProblem(Problem):
         return tuple(self.field.fmu.states)
 
     @property
+    def cyclic(self) -> list[int]:
+        """Places of the states upon which nothing depends."""
+        fmu = self.field.fmu
+        return [self.states.index(name) for name in fmu.cyclic] if fmu.ours else []
+
+    @property
+    def _rigid(self) -> list[bool]:
+        """Of each contact whether it is a wall that does not give way."""
+        states = (self.field.fmu.variables.get(f"{name}_state") for name in self.field.contacts)
+        return [getattr(getattr(one, "declaredType", None), "name", "") == "ImpactState" for one in states]
+
+    @property
     def system(self) -> SectionSystem:
         return self.strobe
 
@@ -73,21 +88,33 @@ class EquilibriumProblem(Problem):
         check_value(self.field.fmu, name, value)
         return value
 
+    def _point(self, z: Vector) -> Vector:
+        """(n,) the states of z; what is rounding of zero is zero: at a speed of 1e-30 nothing sticks."""
+        x = z[: len(self.states)]
+        return np.where(np.abs(x) < ROUNDING * self.sizes, 0.0, x)
+
     def see(self, z: Vector) -> Seen:
-        n, given = len(self.states), self.values(z)
-        there = self.field.at(z[:n], given)
-        slopes = self.field.slopes(z[:n], self.parameters, given)
-        j, residual, jacobian = slopes[:, :n].copy(), self.share * there.rates, self.share * slopes
-        normals = _normals(j, there.contacts.count(STICK))
+        n, given, point = len(self.states), self.values(z), self._point(z)
+        there = self.field.at(point, given)
+        slopes = self.field.slopes(point, self.parameters, given)
+        rates, sticks = there.rates, there.contacts.count(STICK)
+        closed = sum(state == TOUCHING and rigid for state, rigid in zip(there.contacts, self._rigid, strict=True))
+        normals, pins, walls = _held(slopes[:, :n], sticks, closed, self.cyclic)
+        if len(pins):
+            # what holds takes these rates away: what is left of them is rounding of the forces, over an inertia
+            slopes, rates = slopes - normals.T @ (normals @ slopes), rates - normals.T @ (normals @ rates)
+        else:
+            normals = pins = _normals(slopes[:, :n], sticks)
+        j, residual, jacobian = slopes[:, :n].copy(), self.share * rates, self.share * slopes
         if len(normals):
-            jacobian[:, :n] += normals.T @ normals  # no step leaves the surface that the start is on
-            j -= AT_ONCE / self.share * normals.T @ normals
+            jacobian[:, :n] += normals.T @ pins  # no step leaves the surface, or the wall, that the start is on
+            j -= AT_ONCE / self.share * (normals.T @ normals + walls.T @ walls)
         word = tuple((name, s, s) for name, s in zip(self.field.contacts, there.contacts, strict=True))
         return Seen(residual, jacobian, j, self.share, word)
 
     def indicators(self, z: Vector) -> Vector:
         """Those of all events, positive while contacts keep their states."""
-        return self.field.at(z[: len(self.states)], self.values(z)).indicators
+        return self.field.at(self._point(z), self.values(z)).indicators
 
     def along_surfaces(self, z: Vector) -> Vector:
         """(n + 1, n + 1) symmetric: from directions of z to their parts along the surfaces of what sticks."""
@@ -145,6 +172,30 @@ def _normals(j: Vector, sticks: int) -> Vector:
     return u[:, -sticks:].T
 
 
+def _held(j: Vector, sticks: int, closed: int, cyclic: list[int]) -> tuple[Vector, Vector, Vector]:
+    """Where contacts keep the states at walls, or what sticks could do so elsewhere along a coordinate upon which
+    nothing depends: (k, n) unit normals of the rates that they take away, the same of the coordinates, and of these the
+    walls; none where anything else has no rate, or nothing is held."""
+    u, sizes, rows = np.linalg.svd(j)
+    k = int((sizes < ZERO * sizes[0]).sum())
+    nothing = np.empty((0, len(j)))
+    along = np.eye(len(j))[[i for i in cyclic if not j[:, i].any()]]
+    if not 0 < k <= sticks + closed:
+        return nothing, nothing, nothing
+    normals = u[:, -k:].T
+    # a coordinate's rate is a velocity: what bounds the one bounds the other
+    of_coordinates = (np.count_nonzero(j, axis=1) == 1) & (j.max(axis=1) == 1.0)
+    pins = np.where(of_coordinates, normals @ j.T, 0.0)
+    _, shares, beside = np.linalg.svd(pins - (pins @ along.T) @ along)
+    walls = beside[: int((shares > ZERO).sum())]
+    alone = (
+        len(walls) <= closed
+        and len(walls) + len(along) == k
+        and np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
+    )
+    return (normals, pins, walls) if alone else (nothing, nothing, nothing)
+
+
 def numbers_of(fmu: Fmu) -> list[str]:
     """Names of parameters and inputs."""
     return [*fmu.parameters, *fmu.inputs] if fmu.ours else constants_of(fmu)
@@ -162,9 +213,7 @@ def problem_at(
     check_names(fmu, "parameter or input", {over: None}, numbers_of(fmu))
     for value in between:
         check_value(fmu, over, value)
-    # times at which no harmonic force is the same by chance
-    rates = [field.at(point, time=time).rates for time in (0.0, 0.7310585786, 2.391046)]
-    if any((one != rates[0]).any() for one in rates):
+    if is_forced(field, point):
         raise StickslipError(
             f"'{fmu.description.modelName}' is forced: its rates depend on time, and it has no equilibrium. Set the "
             "amplitude of the force to zero, or follow its periodic motion with 'branch'."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,14 +59,18 @@ def branches_through(
 
 def _is_on(one: Branch, value: float, every: int, point: Vector) -> bool:
     """Whether a motion is one of a branch, as near as its points tell."""
-    if one.every != every:
-        return False
+    return one.every == every and bool(segments_near(one, value, [point]))
+
+
+def segments_near(one: Branch, value: float, points: Sequence[Vector]) -> list[int]:
+    """Between which neighbours of a branch, by the number of the first, all points at a value lie near it."""
     n = len(one.states)
     size = np.ptp(one.images, axis=(0, 1)) + np.abs(one.images).max(axis=(0, 1)) * 1e-3 + 1e-300
     low, high = one.values[:-1], one.values[1:]
-    for i in np.flatnonzero((low - value) * (high - value) <= 0.0):
+    near: list[int] = []
+    for i in np.flatnonzero((low - value) * (high - value) <= 0.0).tolist():
         share = (value - low[i]) / (high[i] - low[i]) if high[i] != low[i] else 0.0
         between = (1.0 - share) * one.images[:, i] + share * one.images[:, i + 1]
-        if (np.abs(between - point[:n]) <= NEAR * size).all(axis=1).any():
-            return True
-    return False
+        if points and all((np.abs(between - p[:n]) <= NEAR * size).all(axis=1).any() for p in points):
+            near.append(i)
+    return near

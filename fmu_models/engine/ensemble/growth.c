@@ -14,7 +14,8 @@ static const double NOTHING_LEFT = 1e-13;
 static const double TAKEN = 1e-11;
 /* once is enough for what keeps this share */
 static const double MUCH_LEFT = 0.7;
-static double growth_product(const double *a, const double *b, int length)
+
+double growth_product(const double *a, const double *b, int length)
 {
     double sum = 0.0;
     for (int i = 0; i < length; i++) {
@@ -22,6 +23,8 @@ static double growth_product(const double *a, const double *b, int length)
     }
     return sum;
 }
+
+double growth_norm(const double *v, int n) { return sqrt(growth_product(v, v, n)); }
 
 /* take out of v what lies along the k vectors before it, a distance apart */
 static void growth_beside(double *v, const double *before, int k, int apart, int length)
@@ -41,16 +44,16 @@ void growth_orthonormalize(double *vectors, int n, int apart, int length, int al
     double largest = 1.0; /* they came in as unit vectors */
     for (int k = 0; k < n; k++) {
         double *v = vectors + (long)k * apart;
-        const double whole = sqrt(growth_product(v, v, length));
+        const double whole = growth_norm(v, length);
         largest = fmax(largest, whole);
         double size = whole;
         if (k > 0) {
             growth_beside(v, vectors, k, apart, length);
-            size = sqrt(growth_product(v, v, length));
+            size = growth_norm(v, length);
         }
         if (k > 0 && (always_twice || size < MUCH_LEFT * whole)) {
             growth_beside(v, vectors, k, apart, length);
-            size = sqrt(growth_product(v, v, length));
+            size = growth_norm(v, length);
         }
         const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
         growth[k] *= lost ? 0.0 : size;

@@ -2,6 +2,10 @@
 #ifndef STICKSLIP_GROWTH_H
 #define STICKSLIP_GROWTH_H
 
+/* product of two vectors, and the length of one */
+double growth_product(const double *a, const double *b, int length);
+double growth_norm(const double *v, int n);
+
 /* make n vectors of a length, each so far apart from the one before, orthonormal, in order, and multiply growth by their
    sizes; 0 and a vector of zeros where nothing but rounding is left of one; always_twice: to the same digits whatever is
    left; losing: differences may have been lost altogether */

@@ -9,6 +9,7 @@
 
 #include <stdio.h>
 
+#include "../events/contact_placement.h"
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 #include "../fmi/variables.h"
@@ -18,6 +19,8 @@
 
 /* growth beyond which its logarithm is taken */
 static const double FAR = 1e100;
+/* of the size of a state: a start nearer to its level is on it, and does not cross it at once */
+static const double ON_LEVEL = 1e-9;
 
 enum { ENSEMBLE_WIDTH = MODEL_NX + MODEL_NC + ENSEMBLE_TIMES };
 
@@ -33,15 +36,6 @@ void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
             directions[k][along] = 1.0;
         }
     }
-}
-
-double journey_norm(const double *v, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        sum += v[i] * v[i];
-    }
-    return sqrt(sum);
 }
 
 /* the first tangent along the motion, the others beside it */
@@ -63,7 +57,7 @@ static RunStatus journey_flow(Job *job)
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
     growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 1, 0, growth);
-    job->speed = journey_norm(rates, MODEL_NX);
+    job->speed = growth_norm(rates, MODEL_NX);
     return RUN_OK;
 }
 
@@ -141,13 +135,30 @@ static RunStatus journey_renew(Job *job)
     const Ensemble *e = job->e;
     int lost = 0;
     for (int k = 0; k < e->n_directions; k++) {
-        lost |= !(journey_norm(job->directions[k], EXTENDED) > 0.0);
+        lost |= !(growth_norm(job->directions[k], EXTENDED) > 0.0);
     }
     if (!lost) {
         return RUN_OK;
     }
     journey_unit(job, 0, job->directions);
     return e->flow ? journey_flow(job) : RUN_OK;
+}
+
+/* a run that goes on with other parameters may be inside a rigid wall that these have moved: it is put onto it */
+static void journey_onto_walls(Run *r)
+{
+    signed char inside[NC] = {0};
+    int any = 0;
+    run_parameters_changed(r);
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        inside[c] = (signed char)(model_contact_is_impact[c] && r->scratch.depth[c][0] > 0.0);
+        any |= inside[c];
+    }
+    if (any) {
+        placement_load_inertia(r);
+        placement_on_walls(r, inside);
+    }
 }
 
 static Outcome journey_place(Job *job, int64_t i)
@@ -157,10 +168,14 @@ static Outcome journey_place(Job *job, int64_t i)
     Run *r = &m->core.run;
     double x[MODEL_ROOM(MODEL_NX)];
     double memory[NC];
+    double time = e->starts[i];
     const int follows = e->follow && i > 0 && e->outcomes[i - 1] <= OUTCOME_ABSORBED;
     memcpy(x, r->at.x, sizeof x);
     memcpy(memory, r->at.memory, sizeof memory);
-    const RunStart start = {e->n_set, e->set, e->values + i * e->n_set, e->starts[i], e->tolerance};
+    if (follows && e->kind != SECTION_STROBE && e->periods[i] > 0.0) {
+        time = r->at.time / e->periods[i - 1] * e->periods[i]; /* the phase is part of the point */
+    }
+    const RunStart start = {e->n_set, e->set, e->values + i * e->n_set, time, e->tolerance};
     if (whole_run_enter_initialization(m, __func__, &start)) {
         run_fail(r, "%s", "a value that cannot be set");
         return OUTCOME_BROKEN;
@@ -168,6 +183,18 @@ static Outcome journey_place(Job *job, int64_t i)
     if (follows) {
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
+    }
+    if (follows || (e->resumed && i == 0)) {
+        journey_onto_walls(r);
+    }
+    job->walk = (Walk){.e = e, .run = i};
+    if (e->kind == SECTION_LEVEL) {
+        if (variables_locate(e->state, &job->walk.state) != STATE) {
+            run_fail(r, "value reference %u is not a state", (unsigned)e->state);
+            return OUTCOME_BROKEN;
+        }
+        double *q = &r->at.x[job->walk.state];
+        *q = fabs(*q - e->level) * e->weights[job->walk.state] <= ON_LEVEL ? e->level : *q;
     }
     job->length = EXTENDED;
     for (int k = 0; k < EXTENDED; k++) {
@@ -180,11 +207,6 @@ static Outcome journey_place(Job *job, int64_t i)
     if (repeats && forcing_check(r, e->periods[i]) == RUN_ERROR) return OUTCOME_UNFIT;
     m->core.phase = PHASE_STEP;
     m->core.settled = 1;
-    job->walk = (Walk){.e = e, .run = i};
-    if (e->kind == SECTION_LEVEL && variables_locate(e->state, &job->walk.state) != STATE) {
-        run_fail(r, "value reference %u is not a state", (unsigned)e->state);
-        return OUTCOME_BROKEN;
-    }
     section_step_start(r, &job->walk);
     return e->n_directions > 0 ? journey_tangents(job) : OUTCOME_FINISHED;
 }

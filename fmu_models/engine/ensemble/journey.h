@@ -44,7 +44,5 @@ void journey_end(const Job *job, Outcome outcome);
 
 /* unit vectors: of the states as the choice of contact states has left them */
 void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED]);
-/* length of a vector */
-double journey_norm(const double *v, int n);
 
 #endif

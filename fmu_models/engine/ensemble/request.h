@@ -29,8 +29,9 @@ enum { ENSEMBLE_MESSAGE = 256 };
 enum { ENSEMBLE_TIMES = 2 };
 
 typedef struct {
-    /* the runs: value k of run i is values[i * n_set + k]; with `follow` a run begins where the one before it ended */
-    int64_t n_runs, n_set, follow;
+    /* the runs: value k of run i is values[i * n_set + k]; with `follow` a run begins where the one before it ended, at the
+       same phase; with `resumed` the values of the first are such an end */
+    int64_t n_runs, n_set, follow, resumed;
     const uint32_t *set;
     const double *values;
     double tolerance;

@@ -15,6 +15,10 @@
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 #include "../step/section.h"
+#include "growth.h"
+
+/* less than this is left of a difference beside another one: soon there would be rounding alone */
+static const double NEAR = 1e-6;
 
 static int walk_holds(int c, int state)
 {
@@ -97,6 +101,16 @@ static Outcome walk_check(const Run *r, const Walk *w)
     return OUTCOME_FINISHED;
 }
 
+/* the state that crosses is at its level, whatever the rounding of the time makes of it: on the other side of the level a
+   step that begins there would cross it once more */
+static void walk_on_level(Run *r, const Walk *w)
+{
+    r->section.watched = 0;
+    if (w->crossed && !r->section.jumped) {
+        r->at.x[w->state] = w->e->level;
+    }
+}
+
 /* until when to wait */
 static double walk_end(const Run *r, const Walk *w)
 {
@@ -146,7 +160,7 @@ Outcome section_step(Run *r, Walk *w)
         outcome = walk_check(r, w);
         return outcome == OUTCOME_FINISHED ? OUTCOME_LOST : outcome;
     }
-    r->section.watched = 0;
+    walk_on_level(r, w);
     walk_wrap(r, w);
     return walk_check(r, w);
 }
@@ -197,7 +211,59 @@ static RunStatus walk_project(Run *r, const Walk *w, Tangents *tangents, int n, 
     return RUN_OK;
 }
 
-Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions)
+/* take out what lies along the motion: where nothing forces it, that is not seen at its section */
+static RunStatus walk_beside_motion(Run *r, const Walk *w, double *d)
+{
+    double rates[MODEL_ROOM(MODEL_NX)];
+    if (w->e->kind == SECTION_STROBE || w->e->periods[w->run] > 0.0) {
+        return RUN_OK;
+    }
+    if (exchange_derivatives(r, rates) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    const double square = growth_product(rates, rates, MODEL_NX);
+    const double along = square > 0.0 ? growth_product(rates, d, MODEL_NX) / square : 0.0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        d[i] -= along * rates[i];
+    }
+    return RUN_OK;
+}
+
+/* differences of which a long step would leave rounding beside the one that grows most are set at right angles on the
+   way; after an event only once all of them are at one time again */
+static RunStatus walk_part(Run *r, Walk *w, Tangents *tangents, int n, double *directions, double *grown)
+{
+    double sizes[EXTENDED];
+    double factors[EXTENDED];
+    int near = 0;
+    for (int k = 0; k < n; k++) {
+        double *d = directions + (size_t)k * EXTENDED;
+        tangents_read(tangents, k, d);
+        if (d[MODEL_NX + MODEL_NC] != 0.0) {
+            return RUN_OK;
+        }
+        sizes[k] = growth_norm(d, EXTENDED);
+        factors[k] = 1.0;
+        if (walk_beside_motion(r, w, d) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
+    }
+    growth_orthonormalize(directions, n, EXTENDED, EXTENDED, 1, w->losing, factors);
+    for (int k = 0; k < n; k++) {
+        near |= factors[k] < NEAR * sizes[k];
+    }
+    if (!near) {
+        return RUN_OK;
+    }
+    w->losing = 0;
+    for (int k = 0; k < n; k++) {
+        grown[k] *= factors[k];
+        tangents_place(r, tangents, k, directions + (size_t)k * EXTENDED);
+    }
+    return RUN_OK;
+}
+
+Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions, double *grown)
 {
     const double end = walk_end(r, w);
     Outcome outcome = walk_begin(r, w);
@@ -223,12 +289,15 @@ Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double
         }
         w->crossed = crossing < INFINITY;
         w->met |= w->crossed;
+        if (grown && !w->met && walk_part(r, w, tangents, n, directions, grown) == RUN_ERROR) {
+            return OUTCOME_BROKEN;
+        }
     }
     if (!w->met && w->e->kind != SECTION_STROBE) {
         outcome = walk_check(r, w);
         return outcome == OUTCOME_FINISHED ? OUTCOME_LOST : outcome;
     }
-    r->section.watched = 0;
+    walk_on_level(r, w);
     if (walk_project(r, w, tangents, n, directions) == RUN_ERROR) {
         return OUTCOME_BROKEN;
     }

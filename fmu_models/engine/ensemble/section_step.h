@@ -28,8 +28,9 @@ void section_step_note(void *context, const ContactEvent *event);
 void section_step_start(const Run *r, Walk *w);
 /* to the next meeting; OUTCOME_FINISHED if there is one */
 Outcome section_step(Run *r, Walk *w);
-/* the same with tangents along directions[k * EXTENDED + i], which are replaced by their derivatives */
-Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions);
+/* the same with tangents along directions[k * EXTENDED + i], which are replaced by their derivatives; grown: NULL, or
+   factors by which they have grown already where they had to be set at right angles on the way */
+Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions, double *grown);
 /* time in contact up to now, for a row */
 void section_step_close_row(const signed char *state, double time, Walk *w);
 

@@ -2,6 +2,7 @@
 #include "series_runs.h"
 
 #include "../events/model_exchange.h"
+#include "growth.h"
 
 Outcome series_step(Job *job)
 {
@@ -11,14 +12,15 @@ Outcome series_step(Job *job)
     if (e->n_directions == 0) {
         return section_step(r, &job->walk);
     }
-    const Outcome outcome = section_step_tangents(r, &job->walk, e->room, (int)e->n_directions, job->directions[0]);
+    const Outcome outcome = section_step_tangents(r, &job->walk, e->room, (int)e->n_directions, job->directions[0],
+                                                  e->jacobians ? NULL : job->grown);
     if (outcome != OUTCOME_FINISHED) {
         return outcome;
     }
     if (e->flow && exchange_derivatives(r, rates) == RUN_ERROR) {
         return OUTCOME_BROKEN;
     }
-    journey_differences(job, e->flow ? journey_norm(rates, MODEL_NX) : 0.0);
+    journey_differences(job, e->flow ? growth_norm(rates, MODEL_NX) : 0.0);
     return OUTCOME_FINISHED;
 }
 

@@ -64,6 +64,7 @@ typedef struct {
     double level;
     int direction;   /* 1 upward, -1 downward, 0 both */
     int side;        /* of the level on which the state was last seen; 0 not yet known */
+    int jumped;      /* the last crossing was the jump of an event: the state is not at the level */
     double searched; /* variable of the series up to which the step in use has been searched */
 } Section;
 

@@ -128,6 +128,7 @@ double section_next(Run *r, double to)
         from = root;
         if (q->direction == 0 || q->direction == q->side) {
             q->searched = root;
+            q->jumped = jumped;
             return root;
         }
     }

@@ -1,0 +1,195 @@
+"""What a motion is that repeats itself after no number of steps, by its exponents with their errors and by its means.
+
+    chaos        the largest exponent is positive, by more than SURE errors and than ZERO
+    torus        no exponent is positive, weighted means of both halves of the run agree to DIGITS digits, as those of
+                 smooth motions of several frequencies do, and its points fill more than FILLED dimensions; the same
+                 once more of a run four times as long
+    cycle        of what nothing forces, seen at times of no meaning to it: all exponents but that along the motion are
+                 negative
+    not decided  otherwise: strange sets without chaos, the accumulation of flips, slow transients
+
+An exponent that is not larger than its error is computed again from longer runs. The weights exp(-1/(t (1 - t))) make
+means of a quasi-periodic motion converge faster than any power of its length.
+
+Source: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.shown import Shown
+
+Vector = NDArray[np.float64]
+
+CHAOS, TORUS, CYCLE, NOT_DECIDED = "chaos", "torus", "cycle", "not decided"
+SURE = 5.0  # standard errors by which an exponent differs from zero
+ZERO = 1e-3  # per step: an exponent below it in size is none
+STEPS, STAGES = 1024, 3  # of the first run, and how often it is made four times longer
+BATCHES, FEWEST = 128, 24  # of a run, and those that still tell a scatter
+DIGITS = 6.0
+FILLED = 0.8  # dimensions: of less is what flips accumulate at
+MOST_FILLED = 3.0
+TORUS_STEPS = 4096
+
+
+@dataclass(frozen=True)
+class Verdict(Shown):
+    """What an aperiodic motion is.
+
+    Attributes:
+        kind: one of those of the module.
+        exponent, error: the largest one per step, but that along a motion which nothing forces, and its standard error.
+    """
+
+    kind: str
+    exponent: float
+    error: float
+
+    @property
+    def sign(self) -> str:
+        """Of the exponent: "positive", "negative", "zero" or "not decided"."""
+        return sign_of(self.exponent, self.error)
+
+
+def sign_of(exponent: float, error: float) -> str:
+    """Of an exponent per step; "not decided" where its error does not tell."""
+    if abs(exponent) <= ZERO and SURE * error <= ZERO:
+        return "zero"
+    if not abs(exponent) > max(ZERO, SURE * error):
+        return NOT_DECIDED
+    return "positive" if exponent > 0.0 else "negative"
+
+
+def largest_exponents(
+    execution: Execution,
+    system: SectionSystem,
+    starts: Vector,
+    varied: Mapping[str, Vector] | None = None,
+    stages: int = STAGES,
+) -> tuple[Vector, Vector]:
+    """(m,) largest exponents of the motions from starts (m, n) per step, and their standard errors; nan where a motion
+    does not go on. But for that along a motion which nothing forces, where the section is one of time."""
+    values, errors = np.full(len(starts), np.nan), np.full(len(starts), np.inf)
+    left, ends, steps = np.arange(len(starts)), np.array(starts, dtype=float), STEPS
+    for _ in range(stages):
+        part = {name: v[left] for name, v in (varied or {}).items()}
+        jobs = Jobs(
+            ends[left],
+            part,
+            transient=BATCHES,
+            rows=BATCHES,
+            batch=steps // BATCHES,
+            tangents=system.dimension,
+            flow=system.autonomous,
+        )
+        rows = execution.make(jobs, quiet=True)
+        sound = rows.filled == BATCHES
+        growth = rows.growth / jobs.batch
+        means = growth.mean(axis=1)
+        if system.autonomous:  # one is that along the motion: the nearest to zero
+            means[np.arange(len(means)), np.abs(means).argmin(axis=1)] = np.nan
+        k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
+        largest = growth[np.arange(len(k)), :, k]
+        values[left] = np.where(sound, largest.mean(axis=1), np.nan)
+        errors[left] = [_error(one) if fine else np.inf for one, fine in zip(largest, sound, strict=True)]
+        ends[left] = np.where(sound[:, None], rows.ends, ends[left])
+        open_ = [sign_of(values[i], errors[i]) == NOT_DECIDED and np.isfinite(values[i]) for i in left]
+        left, steps = left[open_], 4 * steps
+        if not left.size:
+            break
+    return values, errors
+
+
+def _error(batches: Vector) -> float:
+    """Standard error of the mean of batches (k,), the largest over longer and longer ones: they remember each other."""
+    if not np.isfinite(batches).all():
+        return 0.0  # every difference is lost
+    largest, length = 0.0, 1
+    while batches.size // length >= FEWEST:
+        count = batches.size // length
+        longer = batches[: count * length].reshape(count, length).mean(axis=1)
+        largest = max(largest, float(longer.std(ddof=1)) / np.sqrt(count))
+        length *= 2
+    return largest
+
+
+def judged(execution: Execution, system: SectionSystem, start: Vector) -> Verdict:
+    """What the motion from a point (n,) is, on which it stays and does not repeat itself."""
+    exponent, error = _largest(execution, system, start, 1)
+    # of what nothing forces a cycle is as smooth as a torus: there the exponent must tell first
+    if sign_of(exponent, error) == NOT_DECIDED and (system.autonomous or not _is_torus(execution, system, start)):
+        exponent, error = _largest(execution, system, start, STAGES)
+    sign = sign_of(exponent, error)
+    if sign == "positive":
+        return Verdict(CHAOS, exponent, error)
+    if system.autonomous and sign != "zero":
+        return Verdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
+    return Verdict(TORUS if _is_torus(execution, system, start) else NOT_DECIDED, exponent, error)
+
+
+def _largest(execution: Execution, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:
+    values, errors = largest_exponents(execution, system, start[None], stages=stages)
+    return float(values[0]), float(errors[0])
+
+
+def _is_torus(execution: Execution, system: SectionSystem, start: Vector) -> bool:
+    lengths = (TORUS_STEPS, 4 * TORUS_STEPS)
+    return all(is_quasi_periodic(system, _points(execution, start, steps)) for steps in lengths)
+
+
+def _points(execution: Execution, start: Vector, steps: int) -> Vector:
+    rows = execution.make(Jobs(start[None], rows=steps), quiet=True)
+    return rows.points[0] if rows.outcomes[0] == families.FINISHED else rows.points[0, :0]
+
+
+def is_quasi_periodic(system: SectionSystem, points: Vector) -> bool:
+    """Whether points (k, n), one after the other, are those of a smooth motion of several frequencies."""
+    signals = _signals(system, points)
+    if len(signals) < 2 or not signals.shape[1]:
+        return False
+    return digits(signals) >= DIGITS and FILLED < dimension(signals) < MOST_FILLED
+
+
+def _signals(system: SectionSystem, points: Vector) -> Vector:
+    """(k, s) what varies, in its standard deviations; of an angle the cosine and the sine."""
+    columns: list[Vector] = []
+    for values, turn in zip(points.T, system.turns, strict=True):
+        angle = 2.0 * np.pi * values / turn
+        columns += [np.cos(angle), np.sin(angle)] if np.isfinite(turn) else [values]
+    signals = np.stack(columns, axis=1)
+    spread = signals.std(axis=0)
+    varies = spread > 1e-9 * (np.abs(signals).max(axis=0, initial=0.0) + 1e-300)
+    return signals[:, varies] / spread[varies]
+
+
+def digits(signals: Vector) -> float:
+    """To how many digits the weighted means of both halves of signals (k, s) agree, at least."""
+    half = len(signals) // 2
+    t = (np.arange(half) + 0.5) / half
+    weights = np.exp(-1.0 / (t * (1.0 - t)))
+    weights /= weights.sum()
+    apart = np.abs(weights @ signals[:half] - weights @ signals[half : 2 * half]).max()
+    return float(-np.log10(max(apart, 1e-17)))
+
+
+def dimension(signals: Vector) -> float:
+    """Of the set that signals (k, s) fill: how the distance of neighbours falls with their number."""
+
+    def neighbour(points: Vector) -> float:
+        distances = KDTree(points).query(points, k=2)[0][:, 1]
+        return float(np.log(distances[distances > 0.0]).mean()) if (distances > 0.0).any() else -np.inf
+
+    # by chance: in their order points of a rotation lie at the distances of its continued fraction
+    mixed = np.random.default_rng(0).permutation(signals)
+    few, many = neighbour(mixed[: len(mixed) // 32]), neighbour(mixed[: len(mixed) // 4])
+    return float(np.log(8.0) / (few - many)) if few > many else np.inf

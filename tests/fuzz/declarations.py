@@ -233,7 +233,7 @@ def _importer(model: Model, drawn: Values, ours: Trajectory, reference: Run) -> 
 
 def _fmpy(kind: str) -> Callable[..., str]:
     def road(model: Model, drawn: Values, ours: Trajectory, reference: Run) -> str:
-        table = None
+        table: Any = None
         if drawn.inputs:
             table = _table(drawn)
         if kind == "ModelExchange" and drawn.inputs:

@@ -85,7 +85,8 @@ class Equations:
 
     def read(self, text: Any) -> Any:
         """An expression of its text."""
-        return sympy.nsimplify(text) if isinstance(text, int) else sympy.sympify(str(text), locals=self._read_names)
+        parsed: Any = sympy.sympify
+        return parsed(str(text), locals=self._read_names)
 
     def _along(self, e: Any) -> Any:
         """Rate of a function of the state, that of velocities left out."""
@@ -101,6 +102,7 @@ class Equations:
         if self.body:
             T, U, D = (self.read(text) for text in (d.kinetic, d.potential, d.dissipation))
             momentum = [sympy.diff(T, v) for v in driven]
+            flows: list[Any] = []
             M = sympy.Matrix(n, n, lambda i, j: sympy.diff(momentum[i], driven[j]))
             h = [
                 self.read(d.applied.get(q, "0"))

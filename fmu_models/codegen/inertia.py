@@ -44,7 +44,9 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
     symbols = {name: symbol for symbol, name in W.items()}
     for c, e in sorted(joined(system)):
         if e <= c:
-            rate = [lever * symbols[f"j->W[{i}][{e}]"] for (i, at), lever in levers.items() if at == c]
+            # of the blocks of M that row c is part of, e may act on some alone
+            shares = [(lever, symbols.get(f"j->W[{i}][{e}]")) for (i, at), lever in levers.items() if at == c]
+            rate = [lever * share for lever, share in shares if share is not None]
             result.assign(f"j->G[{c}][{e}]", sympy.Add(*rate))
             if e < c:
                 result.lines.append(f"j->G[{e}][{c}][k] = j->G[{c}][{e}][k];")

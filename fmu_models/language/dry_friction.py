@@ -103,6 +103,12 @@ def _parameter(declared: Any, suffix: str) -> Parameter:
     )
 
 
+def fixed_factors(force: sympy.Expr) -> sympy.Expr:
+    """The factors that parameters alone decide: one that changes along the motion cannot be judged before it."""
+    factors = sympy.Mul.make_args(sympy.sympify(force))
+    return sympy.Mul(*(factor for factor in factors if factor.atoms(Parameter) == factor.free_symbols))
+
+
 def falling(mu_s: sympy.Expr, mu_k: sympy.Expr, name: str) -> Requirement:
     """Friction falls with the slip speed: with mu_k > mu_s a contact could neither stick nor slip."""
     return Requirement(

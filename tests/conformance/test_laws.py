@@ -24,7 +24,7 @@ from fmu_models.language.law_parameter import declared_in
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.language.quantities import TIME, Coordinate, Parameter
 from fmu_models.scene.read import read_scene
 from identification.fit.fit import fit_friction
 from identification.laws import find_law
@@ -135,6 +135,16 @@ def test_units_match_and_no_others_do(law: Any) -> None:
         wrong = Parameter(symbol.name, symbol.value, f"kg {symbol.unit}", "in another unit")
         with pytest.raises(StickslipError):
             pad.with_law(pad=swapped(law, symbol, wrong))
+
+
+def test_the_force_may_change_along_the_motion(name: str, law: Any) -> None:
+    """What the parameters must satisfy is judged before it, without the factor that changes."""
+    swell = 2 + sympy.sin(Parameter("w", 1.0, "rad/s", "angular frequency") * TIME)
+    moved = LAWS.load(name).around(Conti.around(SimpleNamespace(N=N * swell)))
+    if "a0" in (one.name for one in fields(moved)):
+        moved = replace(moved, a0=moved.a0 * swell)
+    assert TIME in mechanism(moved).symbols
+    assert len(mechanism(moved).all_requirements) == len(mechanism(law).all_requirements)
 
 
 def swapped(law: Any, old: Any, new: Any) -> Any:

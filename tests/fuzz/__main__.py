@@ -1,6 +1,7 @@
 """Hunt for what crashes, hangs or is told badly: python tests/fuzz --minutes 60 --seed 7
 
-Functions of generated models, FMUs that lie to the importer, and every parser on documents that are nearly right. C
+Functions of generated models, FMUs that lie to the importer, declarations that nobody wrote (against tests/oracle), and
+every parser on documents that are nearly right. C
 runs under AddressSanitizer and UndefinedBehaviorSanitizer where gcc or clang of the system have them. Each finding
 comes with the line that repeats its case; the exit code is 1 if there is any.
 """
@@ -10,12 +11,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import replace
 from pathlib import Path
 
 # pytest does the same for the tests beside
-sys.path[:0] = [str(Path(__file__).parents[1] / name) for name in ("fuzz", "conformance", "foreign", "unit")]
+sys.path[:0] = [str(Path(__file__).parents[1] / name) for name in (".", "fuzz", "conformance", "foreign", "unit")]
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sanitizers  # noqa: E402
@@ -31,6 +32,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=2.0, help="for all targets together (default: 2)")
     parser.add_argument("--seed", type=int, default=0, help="what cases are drawn from (default: 0)")
     parser.add_argument("--target", choices=sorted(TARGETS), action="append", help="repeat for several (default: all)")
+    parser.add_argument("--cases", type=int, help="so many of each target, if time allows (default: as time allows)")
     parser.add_argument("--case", type=int, help="this one case of a target")
     asked = parser.parse_args()
     chosen = [TARGETS[name] for name in asked.target or TARGETS]
@@ -42,7 +44,7 @@ def main() -> int:
     found = 0
     try:
         for group in groups:
-            found += _hunted(group, asked.seed, 60.0 * asked.minutes / len(groups), asked.case)
+            found += _hunted(group, asked.seed, 60.0 * asked.minutes / len(groups), asked.case, asked.cases)
     except KeyboardInterrupt:
         print("interrupted", flush=True)
         return 130
@@ -50,26 +52,32 @@ def main() -> int:
     return 1 if found else 0
 
 
-def _hunted(targets: list[Target], seed: int, seconds: float, case: int | None) -> int:
+def _hunted(targets: list[Target], seed: int, seconds: float, case: int | None, cases: int | None) -> int:
     """The number of findings, which are printed with what led to them."""
     begin = said = time.monotonic()
     found = 0
     done: Counter[str] = Counter()
-    if case is not None:
-        targets = [replace(targets[0], weight=1)]
-    one = {} if case is None else {"first": case, "rounds": 1, "processes": 1}
-    for outcome in hunt(targets, seed, seconds, **one):
+    counts: defaultdict[str, Counter[str]] = defaultdict(Counter)
+    if case is not None or cases is not None:
+        targets = [replace(target, weight=1) for target in targets]
+    rounds = {} if cases is None else {"rounds": cases}
+    repeated = {"first": case, "rounds": 1, "processes": 1} if case is not None else rounds
+    for outcome in hunt(targets, seed, seconds, **repeated):
         if isinstance(outcome, Finding):
             found += 1
             print(f"\n{outcome}", flush=True)
             continue
         done[outcome.name] += 1
+        counts[outcome.name] += outcome.counts
         if time.monotonic() - said > EVERY:
             said = time.monotonic()
             print(f"{done.total()} cases, {found} findings so far", flush=True)
     examined = " under sanitizers" if targets[0].native and not sanitizers.missing() else ""
     cases = ", ".join(f"{target.name} {done[target.name]}" for target in targets)
     print(f"cases{examined}: {cases}; {found} findings in {time.monotonic() - begin:.0f} s", flush=True)
+    for name, counted in counts.items():
+        for what, number in counted.most_common():
+            print(f"  {name}: {number:6d} {what}", flush=True)
     return found
 
 

@@ -14,9 +14,10 @@ import re
 import time
 import traceback
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import sanitizers
@@ -42,7 +43,7 @@ class Target:
 
     Attributes:
         name: of the target.
-        case: makes and tries one case; may write into the present folder, which is empty.
+        case: makes and tries one case; may write into the present folder, which is empty. What it returns is counted.
         prepare: before the first case, in a process of its own: builds what cases load. Like ``case`` a function of
             a module, for it goes to other processes.
         native: C of ours runs in it: under sanitizers where there are some.
@@ -50,10 +51,26 @@ class Target:
     """
 
     name: str
-    case: Callable[[random.Random], None]
+    case: Callable[[random.Random], Counter[str] | None]
     prepare: Callable[[], object] = nothing
     native: bool = False
     weight: int = 4
+
+
+class WrongError(Exception):
+    """An answer that a case finds wrong: what tells it from others, and all that shows it."""
+
+    def __init__(self, place: str, details: str) -> None:
+        super().__init__(place, details)
+        self.place, self.details = place, details
+
+
+@dataclass(frozen=True)
+class Done:
+    """A case that is over, with what it counted."""
+
+    name: str
+    counts: Counter[str] = field(default_factory=Counter)
 
 
 @dataclass(frozen=True)
@@ -76,13 +93,15 @@ def generator(target: str, seed: int, number: int) -> random.Random:
     return random.Random(f"{target}/{seed}/{number}")
 
 
-def tried(target: Target, seed: int, number: int) -> tuple[str, str] | None:
-    """One case in this process: place and traceback of what is wrong with it, or None."""
+def tried(target: Target, seed: int, number: int) -> tuple[str, str] | Counter[str] | None:
+    """One case in this process: place and traceback of what is wrong with it, or what it counted."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", StickslipWarning)  # what was mended is told
         try:
-            target.case(generator(target.name, seed, number))
+            return target.case(generator(target.name, seed, number))
+        except WrongError as wrong:
+            return f"{target.name}: {wrong.place}", wrong.details
         except StickslipError as error:
             if not str(error).strip():
                 return f"{target.name}: an error without words", _last(error)
@@ -99,9 +118,9 @@ def hunt(
     first: int = 0,
     rounds: int = MOST,
     processes: int | None = None,
-) -> Iterator[Finding | Target]:
-    """In targets that are all native or all not: findings as they come, each place once, and the target of every case
-    that is done."""
+) -> Iterator[Finding | Done]:
+    """In targets that are all native or all not: findings as they come, each place once, and every case that is
+    done."""
     seen: set[str] = set()
     with _environment(targets[0]) as reports:
         isolated(_prepare, tuple(targets))
@@ -114,10 +133,10 @@ def hunt(
             which, number = jobs[at]
             target = targets[which]
             found = _judged(target, outcome, reports)
-            if found and found[0] not in seen:
+            if isinstance(found, tuple) and found[0] not in seen:
                 seen.add(found[0])
                 yield Finding(target.name, seed, number, *found)
-            yield target
+            yield Done(target.name, found if isinstance(found, Counter) else Counter())
             if time.monotonic() > end:
                 break
         outcomes.close()
@@ -136,7 +155,7 @@ def _jobs(targets: Sequence[Target], first: int, rounds: int) -> Iterator[tuple[
                 yield which, first + turn * target.weight + number
 
 
-def _in_child(targets: tuple[Target, ...], seed: int, which: int, number: int) -> tuple[str, str] | None:
+def _in_child(targets: tuple[Target, ...], seed: int, which: int, number: int) -> tuple[str, str] | Counter[str] | None:
     from fmu_models.base.temporary import temporary_folder
 
     with temporary_folder("fuzz") as folder:
@@ -148,7 +167,9 @@ def _in_child(targets: tuple[Target, ...], seed: int, which: int, number: int) -
             os.chdir(here)
 
 
-def _judged(target: Target, outcome: object, reports: sanitizers.Reports | None) -> tuple[str, str] | None:
+def _judged(
+    target: Target, outcome: object, reports: sanitizers.Reports | None
+) -> tuple[str, str] | Counter[str] | None:
     if isinstance(outcome, IsolatedFailure):
         said = reports.taken() if reports else ""
         lines = [line.strip() for line in said.splitlines() if "runtime error" in line or "SUMMARY" in line]

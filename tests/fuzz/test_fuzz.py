@@ -61,7 +61,9 @@ def test_cases_depend_on_the_seed_and_the_number_alone() -> None:
 
 
 def test_a_few_cases_of_every_parser() -> None:
-    parsers = [replace(target, weight=1) for target in TARGETS.values() if not target.native]
+    # a declaration is compiled, which takes longer than all documents together
+    documents = (target for target in TARGETS.values() if not target.native and target.name != "declarations")
+    parsers = [replace(target, weight=1) for target in documents]
     outcomes = list(hunt(parsers, 3, SECONDS, rounds=5, processes=1))
     assert [str(one) for one in outcomes if isinstance(one, Finding)] == []
     assert len(outcomes) == 5 * len(parsers)

@@ -133,6 +133,26 @@ def test_an_impact_of_the_tip_throws_all_links(tmp_path):
     assert np.abs(states(run, n)[:, -1] - expected).max() < 1e-9
 
 
+def test_a_contact_between_a_chain_and_a_body_beside_it_throws_both(tmp_path):
+    """A cart runs into the first of four coupled masses, of which the last two have a contact of their own."""
+    q = [Coordinate(f"q{i}", "m", "place", velocity=f"w{i}", v_start=float(i == 0)) for i in range(5)]
+    m = Parameter("m", 1.0, "kg", "mass", positive=True)
+    v = [x.v for x in q]
+    kinetic = m * (sum(a**2 for a in v) + sum(a * b for a, b in itertools.pairwise(v[1:]))) / 2
+    room = Parameter("room", 1.0, "m", "between cart and chain")
+    ahead = Impact(name="ahead", gap=room + q[1] - q[0], restitution=Newton(0.5))
+    inside = Impact(name="inside", gap=room + q[4] - q[3], restitution=Newton(0.5))
+    parts = {"coordinates": q, "kinetic_energy": kinetic, "contacts": [inside, ahead]}
+    run = simulate(built(Mechanism(name="chain", title="t", source="s", **parts), tmp_path), 1.25)
+    mass = np.eye(5) + np.diag([0.0, 0.5, 0.5, 0.5], 1) + np.diag([0.0, 0.5, 0.5, 0.5], -1)
+    lever = np.array([-1.0, 1.0, 0.0, 0.0, 0.0])
+    thrown = np.linalg.solve(mass, lever)
+    expected = np.eye(5)[0] + 1.5 * thrown / (lever @ thrown)
+    assert [event.contact for event in run.events] == ["ahead"]
+    assert run.events[0].time == pytest.approx(1.0, abs=1e-14)
+    assert states(run, 5)[5:, -1] == pytest.approx(expected, abs=1e-14)
+
+
 def rod(n: int, coupling: float = 1.0) -> Mechanism:
     """A bar of n + 1 linear finite elements, clamped at both ends: mass and stiffness have three bands."""
     q = [Coordinate(f"q{i}", "m", f"displacement of node {i}", velocity=f"v{i}") for i in range(n)]

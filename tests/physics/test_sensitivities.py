@@ -9,6 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+import sympy
+from colliding import opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
@@ -17,6 +19,10 @@ from steady_cycle import disc_rig
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contacts import Friction
+from fmu_models.language.laws.coulomb import Coulomb as CoulombLaw
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
@@ -176,6 +182,35 @@ def test_a_start_in_stick_is_held_by_the_disc():
     force = (2.62 * found.of("theta") + 0.055 * found.of("omega")) / 0.125
     force[:, by.index("R")] -= (2.62 * found["theta"] + 0.055 * found["omega"]) / 0.125**2
     assert found.of("F0") == pytest.approx(force, abs=1e-10)
+
+
+def test_stick_by_a_lever_that_turns_has_its_closed_form():
+    """(1 + r sin q) q' = b holds: q - r cos q = q0 - r cos q0 + b t, whatever pulls at it."""
+    r, b, q0 = 0.5, 1.0, 0.25
+    q = Coordinate("q", "1", "place", velocity="v")
+    share, speed = Parameter("r", r, "1", "lever"), Parameter("b", b, "1", "speed of the belt")
+    slip = (1 + share * sympy.sin(q)) * q.v - speed
+    belt = Friction(name="belt", slip=slip, law=CoulombLaw(Parameter("N", 50.0, "1", "load"), sympy.S.One))
+    swing = Mechanism(
+        name="lever",
+        title="t",
+        source="s",
+        coordinates=[q],
+        kinetic_energy=q.v**2 / 2,
+        potential_energy=3 * q**2 / 2,
+        contacts=[belt],
+    )
+    times = np.linspace(0.1, 2.0, 20)
+    with SensitiveRun(opened(swing), by=["q", "b"]) as kept:
+        found = kept.run(times, start={"q": q0, "v": b / (1 + r * np.sin(q0))})
+    assert found.events == ()
+    place = found["q"]
+    assert place - r * np.cos(place) == pytest.approx(q0 - r * np.cos(q0) + b * times, abs=1e-13)
+    lever, turn = 1 + r * np.sin(place), r * np.cos(place)
+    by_start, by_speed = (1 + r * np.sin(q0)) / lever, times / lever
+    assert found.of("q") == pytest.approx(np.stack([by_start, by_speed], axis=1), abs=1e-12)
+    rates = np.stack([-b * turn * by_start, lever - b * turn * by_speed], axis=1) / lever[:, None] ** 2
+    assert found.of("v") == pytest.approx(rates, abs=1e-12)
 
 
 def test_bounces_have_their_closed_form():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
@@ -101,3 +102,16 @@ def test_names_of_tests_are_unique():
     """Pytest collects one of two files of the same name only, whatever folders they are in."""
     names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
     assert not [name for name, count in names.items() if count > 1]
+
+
+def test_the_oracle_of_random_declarations_shares_nothing_with_what_it_judges() -> None:
+    allowed = {"numpy", "scipy", "sympy", "oracle", *sys.stdlib_module_names}
+    files = sorted((ROOT / "tests" / "oracle").rglob("*.py"))
+    assert files
+    for path in files:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert {name.split(".")[0] for name in names} <= allowed, f"{path.name}: {names}"
+            called = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id
+            assert called not in ("__import__", "exec"), path.name

@@ -47,7 +47,7 @@ static double variation_rest(const Run *r, const Jets *j, int c, int k)
     double sum = j->slip_rate[c][k];
     for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
         const int e = model_joined[n];
-        for (int i = 0; is_transmitted(r, e) && i <= (MODEL_CONSTANT_INERTIA ? 0 : k - first_unknown(r, e)); i++) {
+        for (int i = first_unknown(r, e); is_transmitted(r, e) && i <= (MODEL_CONSTANT_INERTIA ? 0 : k); i++) {
             sum += j->G[c][e][i] * j->force[e][k - i];
         }
     }

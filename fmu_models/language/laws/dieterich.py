@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Self, final
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.dry_friction import DryFriction, fixed_factors
 from fmu_models.language.law_parameter import coefficient, declared
 from fmu_models.language.quantities import InternalState
 
@@ -75,7 +75,7 @@ class RateState(DryFriction):
         rests = f"{self.mu_r} is too small: friction in creep at {self.v_c} m/s must not be negative"
         return (
             Requirement(sympy.sympify(self.D_c), scale, strict=True),
-            Requirement(self.magnitude(sympy.S.Zero), rests),
+            Requirement(fixed_factors(self.magnitude(sympy.S.Zero)), rests),
         )
 
 

@@ -20,10 +20,10 @@ from typing import Any, ClassVar, Self
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction, parts_around
+from fmu_models.language.dry_friction import DryFriction, fixed_factors, parts_around
 from fmu_models.language.law_parameter import declared
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState, Parameter, State
+from fmu_models.language.quantities import InternalState, State
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,10 @@ class LuGre:
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Those of the steady law, and a steady force that the bristles can lean against."""
-        # a factor that changes along the motion cannot be judged before it
-        held = [one for one in sympy.Mul.make_args(self.capacity) if one.atoms(Parameter) == one.free_symbols]
-        sentence = f"{' or '.join(map(str, held))} is zero: LuGre's law divides by the steady friction force"
-        return (*self.steady.requirements, Requirement(sympy.Mul(*held), sentence, strict=True))
+        fixed = fixed_factors(self.capacity)
+        factors = " or ".join(map(str, sympy.Mul.make_args(fixed)))
+        sentence = f"{factors} is zero: LuGre's law divides by the steady friction force"
+        return (*self.steady.requirements, Requirement(fixed, sentence, strict=True))
 
 
 def _bristle(name: str) -> InternalState:

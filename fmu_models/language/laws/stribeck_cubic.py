@@ -18,7 +18,7 @@ from typing import final
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.dry_friction import DryFriction, fixed_factors
 from fmu_models.language.law_parameter import declared
 
 
@@ -42,7 +42,7 @@ class StribeckCubic(DryFriction):
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """A force at rest that is not negative."""
-        return (Requirement(self.capacity, f"{self.a0} is negative: the cubic law needs a0 >= 0"),)
+        return (Requirement(fixed_factors(self.capacity), f"{self.a0} is negative: the cubic law needs a0 >= 0"),)
 
 
 LAW = StribeckCubic

@@ -3,9 +3,9 @@
     python tests/mutants.py --count 400 --minutes 60            # over all rooms
     python tests/mutants.py --room rig_io/sensors --count 20    # one of them; what was judged before is not run again
 
-Each mutant is judged in a copy of the tree by the tests that cover its line, fastest first, up to the first that fails.
-One that ends in a time-out is killed; one that does not compile is drawn again. A mutant that no test can notice is noted
-with the reason in tests/mutation/equivalent.toml. The exit code is 1 if any other survives.
+Each mutant is judged in a copy of the tree by the tests that cover its line, fastest first, up to the first that
+fails. One that ends in a time-out is killed; one that does not compile is drawn again. A mutant that no test can notice
+is noted with the reason in tests/mutation/equivalent.toml. The exit code is 1 if any other survives.
 """
 
 from __future__ import annotations
@@ -305,9 +305,8 @@ def report(verdicts: list[Verdict], as_json: bool) -> None:
     print(f"  {'all':32} {killed:4} of {killed + len(survivors):4} killed")
     for verdict in sorted(survivors, key=lambda v: (v.room, v.name)):
         file, stands, _, altered = verdict.name
-        print(
-            f"\n{file}:{verdict.line}\n- {stands}\n+ {altered}\n  not noticed by {', '.join(verdict.tried) or 'any test'}"
-        )
+        tried = ", ".join(verdict.tried) or "any test"
+        print(f"\n{file}:{verdict.line}\n- {stands}\n+ {altered}\n  not noticed by {tried}")
 
 
 if __name__ == "__main__":

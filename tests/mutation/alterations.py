@@ -11,6 +11,7 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 _COMPARISONS = {
     ast.Lt: ("<", ">="),
@@ -91,7 +92,7 @@ def mutants(file: str, text: str) -> list[Mutant]:
 def is_compiled(mutant: Mutant, text: str) -> bool:
     """Whether a mutant of a Python file compiles; whether one of C does is seen where it is built."""
     try:
-        ast.parse(mutant.applied(text))
+        compile(mutant.applied(text), mutant.file, "exec")
     except SyntaxError:
         return False
     return True
@@ -158,7 +159,7 @@ def _leaf(node: ast.AST) -> Iterator[tuple[str, str]]:
         yield "continue", "break"
 
 
-def _expressions(tree: ast.AST) -> Iterator[ast.AST]:
+def _expressions(tree: ast.AST) -> Iterator[Any]:
     """Nodes without annotations, texts that are put together, messages of errors and the values of named constants."""
     waiting: list[ast.AST] = [tree]
     while waiting:
@@ -186,7 +187,7 @@ def _c_alterations(text: str) -> Iterator[_Alteration]:
             yield number, match.start(), match[0], ""
         for match in _C_NAME.finditer(line):
             yield number, match.start(), match[0], _C_NAMES[match[0]]
-        if not re.match(r"\s*(?:static |extern )*const \w+ \w+(?:\[\w*\])* = \S+;$", line):
+        if not re.match(r"\s*(?:static |extern )*const \w+ \w+(?:\[\w*\])* = \S+;\s*$", line):
             for match in _C_INTEGER.finditer(line):
                 yield number, match.start(), match[0], str(int(match[0]) + 1)
 

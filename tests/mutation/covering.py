@@ -1,9 +1,9 @@
 """Which tests cover a line, fastest first: measured file by file when they are asked for, and kept.
 
-Files of tests are tried in the order of what they name: a function that few files of tests name counts for much. A map of
-one file of tests holds its times, what fails without any mutant, and for each module the lines that each test runs; it
-serves as long as that file and that module stay as they are. C is not measured: there the files that name it, those that
-load what is built from it (``PROBES``) and those that noticed its other mutants are run whole.
+Files of tests are tried in the order of what they name: a function that few files of tests name counts for much. A map
+of one file of tests holds its times and, for each module, the lines that each test runs; it serves as long as that file
+and that module stay as they are. C is not measured: files of tests that are called like it, that load what is built
+from it (``PROBES``) or that noticed its other mutants are run whole.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ class Suite:
             for test in self.files:
                 words = (self.tree / test).read_text("utf-8")
                 scores[test] += (module in words) + 0.1 * (room.replace("/", ".") in words)
-                scores[test] += 0.3 * len(parts & set(Path(test).stem.split("_")))
+                scores[test] += 0.3 * len((parts | {Path(room).name}) & set(Path(test).stem.split("_")))
                 scores[test] += 3.0 * Path(test).stem.startswith(called)
                 scores[test] *= 0.3 if "end_to_end" in test else 1.0  # whole commands take longest
         for test, count in noticed.items():
@@ -252,12 +252,9 @@ def is_native(file: str) -> bool:
 
 
 def _defined(text: str) -> set[str]:
-    """Functions and classes that a module defines."""
-    names = set()
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("__"):
-            names.add(node.name)
-    return names
+    """Functions and classes that a module shows to others."""
+    kinds = ast.FunctionDef | ast.ClassDef
+    return {node.name for node in ast.parse(text).body if isinstance(node, kinds) and not node.name.startswith("_")}
 
 
 def _at_import(path: Path) -> set[int]:

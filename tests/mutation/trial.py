@@ -190,11 +190,10 @@ def _child(
         covered.mkdir(parents=True, exist_ok=True)
         settings = covered / "settings"
         packages = "\n".join(f"    {tree / name}" for name in ("fmu_models", "rig_io", "identification"))
-        settings.write_text(
-            f"[run]\nsource =\n{packages}\nparallel = true\ndata_file = {covered / 'data'}\ncontext = ${{MUTANTS_CONTEXT}}\n"
-            "disable_warnings = no-data-collected,module-not-imported,module-not-measured\n",
-            "utf-8",
-        )
+        silent = "no-data-collected,module-not-imported,module-not-measured"
+        lines = ["[run]", f"source =\n{packages}", "parallel = true", f"data_file = {covered / 'data'}"]
+        lines += ["context = ${MUTANTS_CONTEXT}", f"disable_warnings = {silent}"]
+        settings.write_text("\n".join(lines), "utf-8")
         os.environ |= {"MUTANTS_CONTEXT": "", "COVERAGE_PROCESS_START": str(settings)}
         measured = coverage.Coverage(config_file=str(settings), context=None, messages=False)
         measured.start()

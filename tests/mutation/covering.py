@@ -137,7 +137,7 @@ class Suite:
                 if parts & set(Path(test).stem.split("_")):
                     scores[test] = scores.get(test, 0.1) + 0.3
         else:
-            names = _defined(text)
+            names = _defined(text) | {Path(file).stem}
             module, called = ".".join(Path(file).with_suffix("").parts), f"test_{Path(file).stem}"
             scores = {test: sum(1.0 / self._frequency[n] for n in names & self._words[test]) for test in self.files}
             for test in self.files:
@@ -253,8 +253,8 @@ def is_native(file: str) -> bool:
 
 def _defined(text: str) -> set[str]:
     """Functions and classes that a module shows to others."""
-    kinds = ast.FunctionDef | ast.ClassDef
-    return {node.name for node in ast.parse(text).body if isinstance(node, kinds) and not node.name.startswith("_")}
+    top = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    return {node.name for node in top if not node.name.startswith("_")}
 
 
 def _at_import(path: Path) -> set[int]:

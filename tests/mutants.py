@@ -95,7 +95,6 @@ def main() -> int:
     if asked.file:
         rooms = {room: files for room, names in rooms.items() if (files := [n for n in names if n == asked.file])}
     rooms = {room: files for room, files in rooms.items() if room in (asked.room or rooms)}
-    trial.preload()
     judge = Judge(tree, folder, asked.patience, asked.again)
     waiting = {room: drawn(tree, room, files, asked.seed) for room, files in rooms.items()}
     if asked.file and asked.line:

@@ -17,6 +17,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,8 @@ class Outcome:
     failures: tuple[str, ...] = ()
 
 
-def preload() -> None:
+@cache
+def _preload() -> None:
     """Load what others wrote, once for all trials."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"
@@ -128,6 +130,7 @@ def run(
         first: end at the first failure.
         covered: folder for data of coverage, with the test as context.
     """
+    _preload()
     folder = tree.parent / "trial"
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "tmp").mkdir(parents=True)

@@ -11,6 +11,7 @@ is noted with the reason in tests/mutation/equivalent.toml. The exit code is 1 i
 from __future__ import annotations
 
 import argparse
+import fcntl
 import json
 import os
 import random
@@ -88,6 +89,17 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="rooms and survivors as JSON")
     asked = parser.parse_args()
     folder = asked.folder or Path(tempfile.gettempdir()) / f"stickslip_mutants_{os.getuid()}"
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:  # until the end
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            parser.error(f"'{folder}' is in use by another run. Wait for it, or choose another --folder.")
+        return _run(parser, asked, folder)
+
+
+def _run(parser: argparse.ArgumentParser, asked: argparse.Namespace, folder: Path) -> int:
+    """The exit code of a run in a folder of its own."""
     tree = copied(folder)
     rooms = rooms_of(tree)
     if unknown := set(asked.room or ()) - rooms.keys():

@@ -46,3 +46,9 @@ def test_the_same_motion_under_an_input_that_jumps(version: str) -> None:
     driven = simulate_any(fmu, STOP, tolerance=1e-10, inputs={"w0": w0}, output_times=own.time)
     assert np.abs(driven["theta"] - own["theta"]).max() < 1e-7
     assert "input" in {event.kind for event in driven.events}
+
+
+@pytest.mark.parametrize("version", FMI_VERSIONS)
+def test_a_co_simulation_takes_the_step_that_the_fmu_recommends(version: str) -> None:
+    run = simulate_any(opened("disc_rig", version), 0.2, method="co-simulation")
+    assert run.time == pytest.approx(np.arange(21) * 0.01, abs=1e-12)

@@ -124,6 +124,7 @@ def test_units_without_state_take_fixed_steps_and_it_is_said(model: Models):
     units = {"a": Unit(model("integers")), "b": Unit(model("integers"), inputs={"u": 2.0})}
     run = couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), step=0.01, stop_time=1.0))
     assert "because a, b cannot be put back" in run.method
+    assert run.time == pytest.approx(np.linspace(0.0, 1.0, 101), abs=1e-12)
     # b = 0.25 + 2 t; a is its integral from 0.25 on
     assert run["a.x"][-1] == pytest.approx(0.25 + 0.25 + 1.0, abs=1e-3)
     with pytest.raises(StickslipError, match="unit 'a' cannot be put back"):

@@ -10,6 +10,7 @@ import pytest
 
 from fmu_models import Crossing, Iteration, StickslipError, Strobe, branch, branches, load, orbit_diagram, reduced_map
 from fmu_models.analyses.continuation.lost_motions import lost_motions
+from fmu_models.analyses.continuation.same_motion import between
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
@@ -108,3 +109,16 @@ def test_flips_and_chaos_are_no_losses(doubling):
     assert [one.value for one in lost] == [pytest.approx(doubling.values[-2])]
     with pytest.raises(StickslipError, match="nothing forces"):
         lost_motions(Crossing(load("discontinuous_support"), "v"), doubling)
+
+
+def test_what_lies_between_two_motions_of_a_branch():
+    """x = 1 - 1/r from node to node: neither what the branch has farther on, nor what is beside it."""
+    nodes = branch(Iteration.of(LOGISTIC, {"r": 2.0}), "r", (1.5, 2.8), start={"x": 0.5}).nodes
+    first, inside, last, beyond = nodes[1:5]
+    assert between(first, last, inside.u) and between(first, last, first.u) and between(first, last, last.u)
+    assert not between(first, last, beyond.u) and not between(first, last, nodes[0].u)
+    beside = inside.u + np.array([1e-3, 0.0])
+    assert not between(first, last, beside)
+    # as far to the side as the two are from each other
+    chord = last.u - first.u
+    assert not between(first, last, inside.u + 1.1 * np.array([-chord[1], chord[0]]))

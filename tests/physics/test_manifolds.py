@@ -21,6 +21,7 @@ from fmu_models import (
     load,
     manifolds,
 )
+from fmu_models.analyses.saddle import saddle_of
 from fmu_models.codegen.package import built_of
 from fmu_models.lowering.lower import lower
 from fmu_models.maps.henon import MAP as HENON
@@ -128,3 +129,31 @@ def test_the_stable_manifold_of_a_motion_without_a_formula_of_its_inverse():
 def test_what_has_no_manifolds_is_told(ask, said):
     with pytest.raises(StickslipError, match=said):
         ask()
+
+
+@cache
+def three_rates():
+    """x' = x + y, y' = -2 y, z' = -3 z + x: eigenvalues 1, -2, -3 with vectors by hand."""
+    rate = Parameter("rate", 1.0, "1/s", "unit of rates", positive=True)
+    x, y, z = (State(name, "1", name, nominal=2.0) for name in "xyz")
+    flows = {x: rate * (x + y), y: -2 * rate * y, z: rate * (x - 3 * z)}
+    model = Automaton(name="three_rates", title="three rates", source="here", states=[x, y, z], flows=flows)
+    return Fmu.open(built_of(lower(model)))
+
+
+def test_the_directions_of_a_saddle():
+    saddle = saddle_of(three_rates(), {})
+    assert saddle.values == pytest.approx([1.0, -2.0, -3.0], abs=1e-12)
+    assert (saddle.unstable, saddle.stable) == ([0], [1, 2])
+    vectors = np.array([[4.0, 0.0, 1.0], [1.0, -3.0, 1.0], [0.0, 0.0, 1.0]])
+    for i, vector in enumerate(vectors):
+        along = vector * np.sign(vector[np.abs(vector).argmax()])
+        assert saddle.direction(i) == pytest.approx(along / np.linalg.norm(along), abs=1e-12)
+        # parts of a difference of states along the three vectors, in sizes of the states
+        parts = [saddle.left(k) @ (saddle.direction(i) * saddle.sizes) for k in range(3)]
+        assert parts == pytest.approx(np.eye(3)[i], abs=1e-12)
+
+
+def test_a_node_is_no_saddle():
+    with pytest.raises(StickslipError, match="no saddle with real eigenvalues"):
+        saddle_of(bent_well(), {"x": 2.1, "v": 0.1}, {"mu": -0.5})

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from linear_problem import linear
 
-from identification.inference.adjustment import Pull, Reading, adjusted, contradiction, widened
+from identification.inference.adjustment import Pull, Reading, adjusted, contradiction, pull, widened
 
 NAMES = ("J", "k", "c")
 AT = np.array([1.0, 48.0, 1.0])
@@ -76,3 +77,41 @@ def test_a_constant_of_which_nobody_says_how_well_it_is_known_stays_and_tells_th
     assert found.step[1] == 0 and abs(found.step[0]) < 1e-4
     assert np.sqrt(np.diag(found.covariance)) == pytest.approx([0.006, 0, 0.02], rel=1e-3)
     assert contradiction(NAMES, AT, nobody, ratio(0.05)) is None
+
+
+def test_white_residuals_pull_by_what_the_fit_leaves_of_their_columns() -> None:
+    count = 400
+    chance = np.random.default_rng(3)
+    design, columns = chance.standard_normal((count, 2)), chance.standard_normal((count, 3))
+    noise = chance.standard_normal(count)
+    problem, x = linear(design, noise), np.array([0.3, -0.2])
+    here = problem.evaluate(x)
+    said, moved, follows = pull(problem, x, here, columns, np.zeros((count, 0)), np.zeros((0, 0)))
+    # least squares of each column and of the residuals by the design
+    best, taken = (np.linalg.lstsq(design, part, rcond=None)[0] for part in (here.residual, columns))
+    rest, left = here.residual - design @ best, columns - design @ taken
+    assert moved == pytest.approx(-best, rel=1e-9) and follows == pytest.approx(-taken, rel=1e-9)
+    # what counts for colour is that of chance: the deviation of a variance over 400 rows is 7 %
+    colour = left.T @ left / said.information
+    assert colour == pytest.approx(np.full((3, 3), colour[0, 0]), rel=1e-9) and 1.0 <= colour[0, 0] < 1.25
+    assert said.score * colour[0, 0] == pytest.approx(left.T @ rest, rel=1e-9)
+    assert np.diag(said.spread) == pytest.approx(np.diag(said.information), rel=0.3)
+
+
+def test_residuals_that_repeat_count_once() -> None:
+    """Each row five times over, which clusters say: the information is that of one of them."""
+    chance = np.random.default_rng(4)
+    design, columns, noise = (chance.standard_normal(shape) for shape in ((80, 1), (80, 1), 80))
+    single, repeated = (
+        pull(
+            (problem := linear(np.repeat(design, n, axis=0), np.repeat(noise, n), cluster=np.repeat(np.arange(80), n))),
+            np.zeros(1),
+            problem.evaluate(np.zeros(1)),
+            np.repeat(columns, n, axis=0),
+            np.zeros((80 * n, 0)),
+            np.zeros((0, 0)),
+        )[0]
+        for n in (1, 5)
+    )
+    assert repeated.spread == pytest.approx(single.spread, rel=0.3)
+    assert repeated.information == pytest.approx(single.information, rel=0.3)

@@ -167,3 +167,16 @@ def test_noise_does_not_multiply_a_fixed_point():
     assert point.x == pytest.approx(0.7390851332, abs=1e-8)
     assert point.slope == pytest.approx(-math.sin(0.7390851332), abs=1e-4)
     assert found.evaluations < 200
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("room", [1e-2, 1e-3, 1e-5])
+def test_the_slope_is_taken_from_the_values_that_there_are(room, side):
+    """sin x - sin 0.4 + 0.4 has none nearer than ``room`` to its fixed point, on one side."""
+
+    def function(x: float) -> float:
+        return math.nan if side * (x - 0.4) > room else math.sin(x) - math.sin(0.4) + 0.4
+
+    (point,) = find_crossings(function, -1.0, 1.0).fixed_points
+    assert point.x == pytest.approx(0.4, abs=1e-11)
+    assert point.slope == pytest.approx(math.cos(0.4), abs=1e-6)

@@ -139,3 +139,22 @@ def test_times_of_day_pass_midnight_between_files() -> None:
 def test_what_is_not_said_is_asked() -> None:
     with pytest.raises(StickslipError, match=r"how they belong together is not said"):
         joined([table("a", time=np.arange(9.0)), table("b", laser=np.arange(9.0))], None, {})
+
+
+def test_clocks_in_milliseconds_are_joined_in_seconds_with_the_edges_that_they_time() -> None:
+    time = np.arange(100.0)
+    parts = [
+        replace(
+            table(
+                name, time=begin + time, encoder_edge_time=begin + time + 0.5, drive0_edge_time=1e-3 * (begin + time)
+            ),
+            units={"time": "ms", "encoder_edge_time": "ms", "drive0_edge_time": "s"},
+        )
+        for name, begin in (("a", 0.0), ("b", 100.0))
+    ]
+    run = joined(parts, "time", {}).table
+    seconds = 1e-3 * np.arange(200.0)
+    assert run.columns["time"] == pytest.approx(seconds, rel=1e-12)
+    assert run.columns["encoder_edge_time"] == pytest.approx(seconds + 5e-4, rel=1e-12)
+    assert run.columns["drive0_edge_time"] == pytest.approx(seconds, rel=1e-12)
+    assert [run.units[name] for name in ("time", "encoder_edge_time", "drive0_edge_time")] == ["s", "s", "s"]

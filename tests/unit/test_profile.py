@@ -112,3 +112,21 @@ def test_sides_and_unknown_names() -> None:
     problem = linear(design, measured)
     with pytest.raises(StickslipError, match="no unknown 'z'"):
         profile(problem, solve(problem), np.eye(2), ["z"], quantile=2.0)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_an_end_beyond_which_the_sum_soars_is_found_all_the_same(side: int) -> None:
+    """|r| = sinh(3 x)/3 is 3 at the end and 1350 at the first step: a secant that keeps that point stalls."""
+    problem = Curve(
+        value=lambda x: np.repeat(np.sinh(3 * x) / np.sqrt(18), 2),
+        slope=lambda x: np.repeat(np.cosh(3 * x) / np.sqrt(2), 2)[:, None],
+        measured=np.zeros(2),
+        unknowns=(Unknown("x", "1", -20.0, 20.0),),
+        begin=np.array([0.1]),
+        cluster=np.arange(2),
+        log=np.zeros(2, dtype=int),
+    )
+    (one,) = profile(problem, solve(problem), np.array([[1.0]]), ["x"], quantile=3.0).intervals
+    end = one.low if side < 0 else one.high
+    # within a hundredth of the limit of |r|
+    assert end is not None and np.sinh(3 * end) / 3 == pytest.approx(3.0 * side, rel=0.011)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import f
 
 from identification.inference.problem import Evaluation
-from identification.inference.whiteness import BINS, whiteness
+from identification.inference.whiteness import BINS, COURSE, whiteness
 
 CLUSTERS, ROWS = 20, 40
 
@@ -78,3 +79,20 @@ def test_few_clusters_are_not_judged() -> None:
 def test_residuals_without_any_noise_do_not_divide_by_it() -> None:
     found = whiteness(evaluation(np.zeros(2 * CLUSTERS * ROWS)), ("a", "b"))
     assert found.warnings == () and found.coloured == ()
+
+
+def test_the_chance_of_a_course_is_that_of_wilks_ratio() -> None:
+    # noise alone, with a course that is near the border: the chance is neither 0 nor 1
+    course = np.tile(0.1 * np.cos(np.linspace(0, np.pi, ROWS)), 2 * CLUSTERS)
+    residual = noise(4) + course
+    found = whiteness(evaluation(residual), ("slow", "fast"))
+    # means of Legendre's polynomials over each cluster, by NumPy's own fit of one polynomial after the other
+    place = np.linspace(-1, 1, ROWS)
+    basis = np.stack([np.polynomial.Legendre.basis(degree)(place) for degree in range(COURSE)])
+    for log, rows in zip(found.logs, np.split(residual.reshape(-1, ROWS), 2), strict=True):
+        means = rows @ basis.T
+        about = means - means.mean(axis=0)
+        ratio = np.linalg.det(about.T @ about) / np.linalg.det(means.T @ means)
+        # (1 - L)/L (n - p)/p is Fisher's with p and n - p degrees of freedom
+        chance = f.sf((1 - ratio) / ratio * (CLUSTERS - COURSE) / COURSE, COURSE, CLUSTERS - COURSE)
+        assert log.course == pytest.approx(chance, rel=1e-9) and 1e-6 < chance < 0.999

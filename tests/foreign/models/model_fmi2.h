@@ -5,6 +5,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
 {
+    if (visible) return NULL; /* it has no window */
     Model *m = calloc(1, sizeof *m);
     m->callbacks = callbacks;
     put_back(m);

@@ -5,6 +5,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
+    if (visible) return NULL; /* it has no window */
     Model *m = calloc(1, sizeof *m);
     m->log = log;
     m->environment = environment;

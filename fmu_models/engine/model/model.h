@@ -146,6 +146,12 @@ static inline int contact_has_law(const signed char *state, int c)
     return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;
 }
 
+/* whether its release decides: a stop that lets go when its force falls to zero, and is inside */
+static inline int contact_may_release(const signed char *state, int c)
+{
+    return model_contact_releases[c] && (state[c] == CONTACT_TOUCHING || state[c] == CONTACT_RELEASED);
+}
+
 /* the mass matrix: column of the first entry of each row that is kept, where that would be for column 0, and whether an
    entry depends on more than parameters */
 extern const int model_mass_first[MODEL_ROOM(MODEL_NV)];

@@ -81,13 +81,11 @@ void taylor_field(Run *r, Jets *j, int k)
     flow_field(&r->at, j, k, 0);
 }
 
-/*
- * a switching function may be any function of states and time, and decides events of its own accord; so may a slip
- * speed whose lever changes, even where the force is zero
- */
+/* a slip speed and a switching function may be any function of states, inputs and time, and decide events of their own
+   accord, even where the force is zero */
 static int watches_function(const Run *r, const Jets *j, int c)
 {
-    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : !MODEL_CONSTANT_INERTIA && j->sign[c] != 0.0;
+    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : j->sign[c] != 0.0;
 }
 
 /*
@@ -125,6 +123,11 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
         if (watches_function(r, j, c)
             && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
+            return 0;
+        }
+        const double release = fmax(fabs(j->release[c][0]), fabs(j->release[c][1]) * length);
+        if (contact_may_release(r->at.state, c)
+            && fabs(j->release[c][k - 1]) * power > 0.01 * r->tolerances.step * release * length) {
             return 0;
         }
     }
@@ -264,7 +267,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
     double length = state_length(j, order, log_tolerance);
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
-        if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, j, c)) {
+        if (watches_function(r, j, c)) {
             length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
                                     order, log_tolerance);
         }
@@ -288,6 +291,9 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
             } else {
                 length = shorter_length(length, j->depth[c], known, order, log_tolerance);
             }
+        }
+        if (contact_may_release(r->at.state, c)) {
+            length = shorter_length(length, j->release[c], 0, order, log_tolerance);
         }
     }
     *exact = rough_exp2(near);

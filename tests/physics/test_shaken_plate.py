@@ -14,6 +14,7 @@ import sympy
 from scipy.optimize import brentq
 
 from fmu_models import TIME, Coordinate, Coulomb, Friction, Mechanism, Parameter, load, simulate
+from fmu_models.simulation.sensitivity import SensitiveRun
 
 DECELERATION = 0.3
 MASS = Parameter("m", 1.0, "kg", "mass", positive=True)
@@ -27,6 +28,7 @@ X = Coordinate("x", "m", "position", velocity="v", v_start=2.0)
 PLATES = {
     "sine": (B * sympy.sin(W * TIME), lambda t, b, w: b * math.sin(w * t)),
     "cube": (B * sympy.sin(W * TIME) ** 3, lambda t, b, w: b * math.sin(w * t) ** 3),
+    "power": (B * sympy.sin(W * TIME) ** 10, lambda t, b, w: b * math.sin(w * t) ** 10),
     "decay": (B * sympy.exp(-W * TIME), lambda t, b, w: b * math.exp(-w * t)),
     "growth": (B * sympy.log(1 + W * TIME), lambda t, b, w: b * math.log(1 + w * t)),
 }
@@ -85,3 +87,18 @@ def test_block_meets_the_plate(name: str, v: float, b: float, w: float) -> None:
 def test_known_velocities_of_the_sine() -> None:
     run = simulate(load(plate("sine")), 20.0, output_times=[10.0, 20.0])
     np.testing.assert_allclose(run["v"], [0.32299699, 0.04191231], atol=1e-8)
+
+
+def test_forces_that_begin_flat_are_followed() -> None:
+    """High powers whose first derivatives vanish at the start: k x^9 from x = 0, and sin(w t)^10 from rest."""
+    length = Parameter("L", 1.0, "m", "length", positive=True)
+    k = Parameter("k", 1.0, "N/m", "stiffness", positive=True)
+    force = Parameter("F", 1.0, "N", "amplitude")
+    body: dict = {"source": "closed form", "coordinates": [X], "kinetic_energy": MASS * X.v**2 / 2}
+    spring = load(Mechanism(name="flat", title="f", potential_energy=k * length**2 * (X / length) ** 10 / 10, **body))
+    run = simulate(spring, 10.0, start={"v": 1.0}, output_times=np.linspace(0, 10, 21))
+    np.testing.assert_allclose(run["v"] ** 2 / 2 + run["x"] ** 10 / 10, 0.5, atol=1e-11)
+    assert np.abs(run["x"]).max() < 1.2
+    pulses = load(Mechanism(name="flat_pulses", title="f", applied={X: force * sympy.sin(W * TIME) ** 10}, **body))
+    run = simulate(pulses, 2 * math.pi, start={"v": 0.0}, output_times=[2 * math.pi])
+    np.testing.assert_allclose(run["v"], 2 * math.pi * 63 / 256, rtol=1e-11)

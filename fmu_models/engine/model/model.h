@@ -43,6 +43,7 @@
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
  * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
+ * MODEL_REACH  1 if some function may be flat where it is expanded and not beyond (step/reach.h)
  * MODEL_IMPACTS  rigid contacts
  * MODEL_IS_MAP  1 if the states rest and jump by a rule at equal times (model_iterate): then there is no contact
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)

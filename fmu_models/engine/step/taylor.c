@@ -16,10 +16,10 @@
  */
 #include "taylor.h"
 
-#include <stdint.h>
-
+#include "../model/rough.h"
 #include "event_location.h"
 #include "flow.h"
+#include "reach.h"
 
 /* order per digit of tolerance: measured optimum of cost per time on the stick-slip of the disc rig */
 static const double ORDER_PER_LOG = 0.72;
@@ -38,34 +38,6 @@ static const double LEAST_STEP = 0x1p-40;
 static const double LOG_FAR = -14.0;
 
 static const double LOG_2 = 0.69314718055994530942;
-
-/*
- * Logarithm and power to base 2 for a step's length, of additions and multiplications alone: the same on every platform.
- * The bits of a number, read as a whole number, are its logarithm with straight lines between the powers of two; with a
- * parabola upon them it is 0.01 off, which is nothing of a length.
- */
-static double rough_log2(double x)
-{
-    int64_t bits;
-    x = fabs(x);
-    memcpy(&bits, &x, sizeof bits);
-    const double line = (double)bits * 0x1p-52;
-    const double f = line - (double)(int)line; /* of a positive number: beyond its floor */
-    return line - 1023.0 + 0.344 * f * (1.0 - f);
-}
-
-static double rough_exp2(double x)
-{
-    if (!(x > -1022.0 && x < 1023.0)) {
-        return x < 0.0 ? 0.0 : INFINITY;
-    }
-    const int64_t whole = (int64_t)(x + 1023.0); /* of a positive number: its floor */
-    const double f = x + 1023.0 - (double)whole;
-    const int64_t bits = whole << 52;
-    double power;
-    memcpy(&power, &bits, sizeof power);
-    return power * (1.0 + f * (0.69589012 + f * (0.22486495 + f * 0.07924493)));
-}
 
 int taylor_order(const Run *r)
 {
@@ -336,6 +308,23 @@ static RunStatus no_length(Run *r)
                     r->at.time);
 }
 
+/* the series to the full order, from that where terms that vanish have ended them */
+static void complete(Run *r, int order, int full)
+{
+    for (int k = order; k < full; k++) {
+        taylor_field(r, &r->jets, k);
+        flow_extend(&r->jets, k + 1, 0);
+    }
+    flow_finish(&r->at, &r->jets, full);
+}
+
+/* the step ends without an event */
+static void clear_events(Run *r)
+{
+    r->segment_event = 0;
+    memset(r->falling, 0, sizeof r->falling);
+}
+
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
@@ -348,17 +337,35 @@ RunStatus taylor_step(Run *r, double limit)
         order = series_to(r, &r->jets, full, &limit);
     }
     const double end = rooted ? sqrt(limit) : limit;
-    double exact = INFINITY;
-    double h = order < full ? end : taylor_length(r, &r->jets, order, &exact);
-    /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
-    while (!(h > 0.0) && order > LEAST_ORDER) {
-        h = taylor_length(r, &r->jets, --order, &exact);
+    double h = 0.0;
+    double reach = 0.0;
+    for (int ended = order < full;; ended = 0) {
+        double exact = INFINITY;
+        h = ended ? end : taylor_length(r, &r->jets, order, &exact);
+        /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
+        while (!(h > 0.0) && order > LEAST_ORDER) {
+            h = taylor_length(r, &r->jets, --order, &exact);
+        }
+        h = fmin(h, end);
+        if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
+            return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
+        }
+        h = location_cut(r, order, h, exact);
+        reach = reach_of_step(r, order, h);
+        if (!ended || reach == h) {
+            break;
+        }
+        /* there is more to come than the terms that did not vanish tell */
+        complete(r, order, full);
+        order = full;
     }
-    h = fmin(h, end);
-    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
-        return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
+    if (reach < h) {
+        h = reach;
+        clear_events(r);
+        if (!((rooted ? h * h : h) > shortest_step(r))) {
+            return no_length(r);
+        }
     }
-    h = location_cut(r, order, h, exact);
     r->segment_order = order;
     r->segment_start = r->at.time;
     r->segment_length = rooted ? h * h : h;
@@ -373,11 +380,7 @@ void taylor_complete(Run *r)
     if (r->segment_order == full) {
         return;
     }
-    for (int k = r->segment_order; k < full; k++) {
-        taylor_field(r, &r->jets, k);
-        flow_extend(&r->jets, k + 1, 0);
-    }
-    flow_finish(&r->at, &r->jets, full);
+    complete(r, r->segment_order, full);
 }
 
 RunStatus taylor_shorten(Run *r, double length)
@@ -389,7 +392,6 @@ RunStatus taylor_shorten(Run *r, double length)
         return no_length(r);
     }
     r->segment_length = length;
-    r->segment_event = 0;
-    memset(r->falling, 0, sizeof r->falling);
+    clear_events(r);
     return RUN_OK;
 }

@@ -157,13 +157,15 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
     if system.inertia:
         solve(acceleration, "a[0]", "a")
 
+    # what laws read first: whether it is seen
+    slip, depth = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}), recurrences(depths)
     laws = [recurrences(force, *met) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
     always = [laws[i] for i, c in contacts if c.kind == "friction" and not c.sticks and c.depth is None]
 
     found: dict[str, Recurrences | list[Recurrences]] = {
-        "slip": recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}),
-        "depth": recurrences(depths),
+        "slip": slip,
+        "depth": depth,
         "inertia": inertia,
         "acceleration": acceleration,
         "law": laws,

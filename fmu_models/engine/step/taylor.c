@@ -98,7 +98,7 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
             return 0;
         }
         const double release = fmax(fabs(j->release[c][0]), fabs(j->release[c][1]) * length);
-        if (contact_may_release(r->at.state, c)
+        if (MODEL_REACH && contact_may_release(r->at.state, c)
             && fabs(j->release[c][k - 1]) * power > 0.01 * r->tolerances.step * release * length) {
             return 0;
         }
@@ -264,7 +264,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
                 length = shorter_length(length, j->depth[c], known, order, log_tolerance);
             }
         }
-        if (contact_may_release(r->at.state, c)) {
+        if (MODEL_REACH && contact_may_release(r->at.state, c)) { /* otherwise it is a sum of what is kept */
             length = shorter_length(length, j->release[c], 0, order, log_tolerance);
         }
     }

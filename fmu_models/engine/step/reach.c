@@ -11,6 +11,8 @@
  * within d, the motion differs from P by no more than h d times its own growth over a step.
  *
  *     H = h (REACH tolerance w)^(-1/p), w of the ladder below: then the condition is B w <= S
+ *     of derivatives:  neighbours P + V, V the series of a derivative scaled to the size of the motion, for which S is
+ *                      the size of V: a function of P and V is bounded with what it makes of V (Cauchy, once more)
  *     where it is not met, at a length between that which Cauchy allows with these H and a third of h: again
  *
  * Source: Cauchy's estimate; Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapter 9 (automatic
@@ -44,8 +46,9 @@ static const double NOTHING = 1e-280;
 
 typedef struct {
     Run *r;
-    const Jets *j; /* of the step */
-    Jets *b;       /* radii */
+    const Jets *j;            /* of the step */
+    const StateSeries *along; /* a difference between neighbours, or NULL */
+    Jets *b;                  /* radii */
     int order;
     double h;           /* the length tried, in the variable of the series */
     double gain[DISCS]; /* H/h */
@@ -119,12 +122,15 @@ static void require_series(Reach *a, const double *bound, const double *x, int o
     }
 }
 
-/* a rate whose states are x, from what adds up to it at the start */
-static void require_rate(Reach *a, const double *bound, const double *x, double parts)
+/* the rate of state i, from what adds up to it at the start */
+static void require_rate(Reach *a, const double *bound, int i, double parts)
 {
+    const double *x = a->along ? a->along[i] : a->j->x[i];
     const int power = time_power(a->r->segment_rooted);
     const double tail = least_tail(bound) / (a->order + power);
-    if (tail <= parts) {
+    if (a->along) {
+        parts = 0.0; /* of the motion */
+    } else if (tail <= parts) {
         return;
     }
     const double time = power == 2 ? 0.5 * a->h * a->h : a->h;
@@ -251,10 +257,10 @@ static void require_rates(Reach *a)
                 bound[m] = disc_bounded(bound[m] + (&a->b->W[i][c][0])[m] * force);
             }
         }
-        require_rate(a, bound, j->x[MODEL_NQ + i], parts);
+        require_rate(a, bound, MODEL_NQ + i, parts);
     }
     for (int i = 0; i < MODEL_NZ; i++) {
-        require_rate(a, a->b->zrate[i], j->x[MODEL_NQ + MODEL_NV + i], fabs(j->zrate[i][0]));
+        require_rate(a, a->b->zrate[i], MODEL_NQ + MODEL_NV + i, fabs(j->zrate[i][0]));
     }
 }
 
@@ -339,6 +345,14 @@ static double shortage_of(Reach *a, double h)
         if (model_disc_states[i]) {
             radii_of(j->x[i], a->order, H, a->b->x[i]);
         }
+        if (model_disc_states[i] && a->along) {
+            double radius[DISCS];
+            radii_of(a->along[i], a->order, H, radius);
+            disc_add(a->b->x[i], 1.0, radius);
+            for (int m = 0; m < DISCS; m++) {
+                a->b->x[i][m] += fabs(a->along[i][0]);
+            }
+        }
     }
     model_slip_disc(r->at.p, r->at.d, j, a->b);
     model_depth_disc(r->at.p, r->at.d, j, a->b);
@@ -350,17 +364,19 @@ static double shortage_of(Reach *a, double h)
     held_discs(a);
     model_internal_disc(r->at.p, r->at.d, j, a->b);
     require_rates(a);
-    require_contacts(a);
+    if (!a->along) {
+        require_contacts(a);
+    }
     return a->shortage;
 }
 
-double reach_of_step(Run *r, int order, double h)
+double reach_of_step(Run *r, const StateSeries *along, int order, double h)
 {
     if (!has_unseen(r) || !(h > 0.0)) {
         return h;
     }
     const double log_error = rough_log2(REACH * r->tolerances.step);
-    Reach a = {.r = r, .j = &r->jets, .b = &r->scratch, .order = order};
+    Reach a = {.r = r, .j = &r->jets, .along = along, .b = &r->scratch, .order = order};
     for (int m = 0; m < DISCS; m++) {
         a.gain[m] = rough_exp2(-(log_error + LADDER[m]) / order);
     }
@@ -380,9 +396,9 @@ double reach_of_step(Run *r, int order, double h)
 
 #else
 
-double reach_of_step(Run *r, int order, double h)
+double reach_of_step(Run *r, const StateSeries *along, int order, double h)
 {
-    (void)r, (void)order;
+    (void)r, (void)along, (void)order;
     return h;
 }
 

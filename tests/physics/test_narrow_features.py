@@ -151,4 +151,4 @@ def test_derivatives_see_a_pulse_that_the_motion_does_not() -> None:
         result = run.run([10.0], parameters={"width": width, "k": 100.0})
     # from where the pulse begins to where it is over
     x, v = reference(lambda t, y: [y[1], 100 * y[0] * math.exp(-(((t - 0.1) / width) ** 2))], [1, 0], 0.2, width / 4)
-    np.testing.assert_allclose(np.ravel(result.derivatives)[-2:], [x + 4.9 * v, v], rtol=1e-10)
+    np.testing.assert_allclose(np.ravel(result.derivative)[-2:], [x + 4.9 * v, v], rtol=1e-10)

@@ -434,6 +434,7 @@ def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
         "DIRECTED": int(system.directed),
         "IS_MAP": int(bool(system.rule)),
         "REACH": int(reach),
+        "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']

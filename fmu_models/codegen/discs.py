@@ -24,8 +24,8 @@ _IMAGES = {
     "atan": "disc_atan({r}, {0}[0], {r0});",
     "reciprocal": "disc_quotient({r}, 0, {0} + {1} * {2}[0], {1}, {r2}, {y}[0]);",
     "quotient": "disc_quotient({r}, {r0}, {1} + {2} * {3}[0], {2}, {r3}, {y}[0]);",
-    "turns": "disc_zero({r}); disc_add({r}, 6.283185307179586 * fabs({0}), {r2});",
-    "angle": "disc_zero({r}); disc_add({r}, fabs({0}), {r2});",
+    "turns": "disc_multiple({r}, 6.283185307179586 * fabs({0}), {r2});",
+    "angle": "disc_multiple({r}, fabs({0}), {r2});",
     "tanh": "disc_tanh({r}, {0}[0], {r0}, {y}[0]);",
     **dict.fromkeys(("sin", "cos", "sinh", "cosh", "sin_phase", "cos_phase"), "disc_wave({r}, {r0}, {y}[0], {1}[0]);"),
 }
@@ -71,8 +71,12 @@ class Discs:
         unseen = {series: factor for series, factor in terms.items() if not self._sees(series)}
         multiplied = self.moving and bool(_MULTIPLIED.match(target))
         parts = terms if multiplied or _READ_BY_FUNCTIONS.match(target) else unseen
-        adds = [f" disc_add({disc(target)}, fabs({factor}), {disc(series)});" for series, factor in parts.items()]
-        self.lines.append((disc(target), f"disc_zero({disc(target)});{''.join(adds)}", ""))
+        calls = ["disc_multiple", *["disc_add"] * (len(parts) - 1)]
+        lines = [
+            f"{call}({disc(target)}, fabs({factor}), {disc(series)});"
+            for call, (series, factor) in zip(calls, parts.items(), strict=False)
+        ]
+        self.lines.append((disc(target), " ".join(lines) or f"disc_zero({disc(target)});", ""))
         if not unseen and not multiplied:
             self.seen.add(target)
         elif not target.startswith("j->w["):

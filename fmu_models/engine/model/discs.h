@@ -51,6 +51,14 @@ static CALLED void disc_zero(double *r)
     }
 }
 
+/* r = c s */
+static CALLED void disc_multiple(double *r, double c, const double *s)
+{
+    for (int m = 0; m < DISCS; m++) {
+        r[m] = disc_bounded(c * s[m]);
+    }
+}
+
 /* r += c s */
 static CALLED void disc_add(double *r, double c, const double *s)
 {

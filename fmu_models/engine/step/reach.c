@@ -30,9 +30,10 @@
 /* in parts of the step's tolerance: bounds by discs are some powers of ten above what they bound */
 static const double REACH = 1e4;
 
-/* log2 of w; small discs for poles that are near, large ones for what grows everywhere */
-static const double LADDER[DISCS] = {12.0, 6.0, 0.0, -6.0};
+/* w, and log2 of its first and of the parts from one to the next: small discs for poles that are near, large ones for what
+   grows everywhere */
 static const double WEIGHT[DISCS] = {0x1p12, 0x1p6, 1.0, 0x1p-6};
+static const double LADDER = 12.0, RUNG = -6.0;
 
 /* a length is found in no more than so many trials, each at least this part of the one before */
 enum { TRIALS = 200 };
@@ -205,8 +206,7 @@ static void held_discs(Reach *a)
         return;
     }
     for (int i = 0; i < s->count; i++) {
-        disc_zero(rest[i]);
-        disc_add(rest[i], 1.0, a->b->slip_rate[s->contact[i]]);
+        disc_multiple(rest[i], 1.0, a->b->slip_rate[s->contact[i]]);
         transmitted_discs(a, s->contact[i], rest[i]);
     }
     for (int m = 0; m < DISCS; m++) {
@@ -230,13 +230,11 @@ static void held_discs(Reach *a)
         if (normal < 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
             continue;
         }
-        disc_zero(a->b->capacity[c]);
-        disc_add(a->b->capacity[c], fabs(model_friction(r->at.p, r->at.d, c)), a->b->force[normal]);
+        disc_multiple(a->b->capacity[c], fabs(model_friction(r->at.p, r->at.d, c)), a->b->force[normal]);
         memcpy(a->b->capacity_minus[MODEL_DIRECTED ? c : 0], a->b->capacity[c],
                sizeof(double) * DISCS * MODEL_DIRECTED);
         if (r->at.state[c] != CONTACT_STICK) {
-            disc_zero(a->b->force[c]);
-            disc_add(a->b->force[c], fabs(contact_drag(&r->at, r->at.state, normal)), a->b->force[normal]);
+            disc_multiple(a->b->force[c], fabs(contact_drag(&r->at, r->at.state, normal)), a->b->force[normal]);
         }
     }
 }
@@ -279,8 +277,7 @@ static void require_held(Reach *a, int c)
         require_series(a, a->b->force[c], force, a->order - 1, 0);
         return;
     }
-    disc_zero(bound);
-    disc_add(bound, 1.0, a->b->force[c]);
+    disc_multiple(bound, 1.0, a->b->force[c]);
     disc_add(bound, 1.0, a->b->capacity[c]);
     if (MODEL_DIRECTED) {
         disc_add(bound, 1.0, a->b->capacity_minus[c]);
@@ -337,9 +334,8 @@ static double shortage_of(Reach *a, double h)
         a->b->t[m] = r->segment_rooted ? H[m] * H[m] : H[m];
     }
     for (int i = 0; i < MODEL_NU; i++) {
-        disc_zero(a->b->u[i]);
         disc_zero(a->b->du[i]);
-        disc_add(a->b->u[i], fabs(r->at.du[i]), a->b->t);
+        disc_multiple(a->b->u[i], fabs(r->at.du[i]), a->b->t);
     }
     for (int i = 0; i < MODEL_NX; i++) {
         if (model_disc_states[i]) {
@@ -377,8 +373,10 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h)
     }
     const double log_error = rough_log2(REACH * r->tolerances.step);
     Reach a = {.r = r, .j = &r->jets, .along = along, .b = &r->scratch, .order = order};
-    for (int m = 0; m < DISCS; m++) {
-        a.gain[m] = rough_exp2(-(log_error + LADDER[m]) / order);
+    const double rung = rough_exp2(-RUNG / order);
+    a.gain[0] = rough_exp2(-(log_error + LADDER) / order);
+    for (int m = 1; m < DISCS; m++) {
+        a.gain[m] = a.gain[m - 1] * rung;
     }
     for (int trial = 0; trial < TRIALS; trial++) {
         const double shortage = shortage_of(&a, h);

@@ -138,7 +138,7 @@ def test_stick_after_a_stribeck_curve(slow: float) -> None:
     def rest(t: float, y: np.ndarray) -> float:
         return y[1]
 
-    rest.terminal = True
+    rest.terminal = True  # pyright: ignore[reportFunctionMemberAccess]  # how scipy is told
     way = solve_ivp(rates, (0, 2), [0, -1.0], method="DOP853", rtol=1e-13, atol=1e-15, max_step=slow / 3, events=rest)
     first = run.events[0]
     assert first.time == pytest.approx(way.t_events[0][0], abs=2e-12)

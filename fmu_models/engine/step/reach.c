@@ -42,8 +42,8 @@ static const double SHORTER = 0.3;
 /* a bound within this part of the length tried is as good as the next trial's */
 static const double NEAR = 0.9;
 
-/* what moves by less than this, of whatever unit, does not move */
-static const double NOTHING = 1e-280;
+/* what moves by less than this, of whatever unit, does not move; the largest disc in parts of it is a number */
+static const double NOTHING = 1e-140;
 
 typedef struct {
     Run *r;
@@ -107,12 +107,7 @@ static double least_tail(const double *bound)
     return least;
 }
 
-static void require(Reach *a, double tail, double size)
-{
-    if (tail > a->shortage * size && tail > NOTHING) {
-        a->shortage = tail / fmax(size, NOTHING);
-    }
-}
+static void require(Reach *a, double tail, double size) { a->shortage = fmax(a->shortage, tail / fmax(size, NOTHING)); }
 
 /* a function with a size of its own; higher: orders that it is known beyond the rates */
 static void require_series(Reach *a, const double *bound, const double *x, int order, int higher)

@@ -7,8 +7,10 @@ from itertools import groupby
 
 _ARGUMENTS = "const Real *p, const Real *d, Jets *j, int k"
 _VARIED = "const double *p, const double *d, const Jets *j, Variation *l, int k"
+_DISCS = "const double *p, const double *d, const Jets *j, Jets *b"
 _UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
 _UNUSED_VARIED = "    (void)p, (void)d, (void)j, (void)l, (void)k;"
+_UNUSED_DISCS = "    (void)p, (void)d, (void)j, (void)b;"
 # characters of the statements of one function
 _MANY = 3000
 
@@ -21,6 +23,11 @@ def function(name: str, lines: Iterable[str]) -> str:
 def varied_function(name: str, lines: list[str]) -> str:
     """The same of a variation."""
     return split(name, lines, f"static CALLED void {name}({_VARIED})", _VARIED, "p, d, j, l, k", _UNUSED_VARIED)
+
+
+def disc_function(name: str, lines: list[str]) -> str:
+    """The same of discs."""
+    return split(name, lines, f"static CALLED void {name}({_DISCS})", _DISCS, "p, d, j, b", _UNUSED_DISCS)
 
 
 def split(name: str, lines: list[str], head: str, parameters: str, arguments: str, unused: str) -> str:
@@ -68,6 +75,14 @@ def varied_by_contact(name: str, bodies: list[list[str]]) -> str:
     calls = [f"{name}_{i}_variation(p, d, j, l, k)" for i in range(len(bodies))]
     head = f"static CALLED void model_{name}_variation({_VARIED}, int c)"
     return "\n".join([*texts, f"{head}\n{{\n{_UNUSED_VARIED}\n{_choice(calls)}}}\n"])
+
+
+def discs_by_contact(name: str, bodies: list[list[str]]) -> str:
+    """The same of discs."""
+    texts = [disc_function(f"{name}_{i}_disc", lines) for i, lines in enumerate(bodies)]
+    calls = [f"{name}_{i}_disc(p, d, j, b)" for i in range(len(bodies))]
+    head = f"static CALLED void model_{name}_disc({_DISCS}, int c)"
+    return "\n".join([*texts, f"{head}\n{{\n{_UNUSED_DISCS}\n{_choice(calls)}}}\n"])
 
 
 def _choice(calls: list[str]) -> str:

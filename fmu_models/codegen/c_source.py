@@ -1,4 +1,5 @@
-"""The C of one model: what implements engine/model/model.h, and ``model_variation.c`` for engine/tangents/variation.h.
+"""The C of one model: what implements engine/model/model.h, ``model_variation.c`` for engine/tangents/variation.h and
+``model_discs.c`` for engine/step/reach.h.
 
 The text depends on the declaration alone: it is the same, byte for byte, in every process.
 """
@@ -14,8 +15,17 @@ import sympy
 
 from fmu_models.codegen import contact_states
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
-from fmu_models.codegen.c_function import by_contact, function, split, varied_by_contact, varied_function
+from fmu_models.codegen.c_function import (
+    by_contact,
+    disc_function,
+    discs_by_contact,
+    function,
+    split,
+    varied_by_contact,
+    varied_function,
+)
 from fmu_models.codegen.constants import Constants
+from fmu_models.codegen.discs import states_read
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
 from fmu_models.codegen.jets import Recurrences, Slots
 from fmu_models.codegen.map_rule import rule_functions
@@ -30,7 +40,8 @@ _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
 
 
 def sources(system: HybridSystem) -> dict[str, str]:
-    """Text of ``model.c``, ``model_kind.c`` (what exists per kind of number), ``model_variation.c``, ``model_sizes.h``.
+    """Text of ``model.c``, ``model_kind.c`` (what exists per kind of number), ``model_variation.c``, ``model_discs.c``,
+    ``model_sizes.h``.
 
     Raises:
         StickslipError: an expression of the model cannot be turned into Taylor recurrences.
@@ -46,7 +57,7 @@ def instantiation_token(system: HybridSystem) -> str:
 @lru_cache(maxsize=8)
 def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
-    functions, variations = _functions(system, names)
+    functions, variations, discs = _functions(system, names)
     facts = _facts(system)
     guards = [
         _violation(system, names),
@@ -69,12 +80,13 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     model += '\n#include "model/jets.h"\n#include "model/mass_matrix.h"\n#include "model_kind.c"\n'
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     variation = "\n".join([head + "/* included by tangents/variation.c */\n", *variations])
-    sizes = _sizes(system, names)
+    disc = "\n".join([head + "/* included by step/reach.c */\n", *discs])
+    sizes = _sizes(system, names, reach=bool(discs))
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))
     token = f"{{{uuid.uuid5(_NAMESPACE, model + kind + sizes + variables)}}}"
     sizes = sizes.replace("@TOKEN@", token)
-    texts = {"model.c": model, "model_kind.c": kind, "model_variation.c": variation, "model_sizes.h": sizes}
-    return texts, token
+    texts = {"model.c": model, "model_kind.c": kind, "model_variation.c": variation, "model_discs.c": disc}
+    return texts | {"model_sizes.h": sizes}, token
 
 
 class _Names:
@@ -105,7 +117,7 @@ class _Names:
         }
         self.forces: dict[sympy.Basic, str] = {c.force_symbol: f"j->force[{i}]" for i, c in enumerate(system.contacts)}
         self.constants = Constants(self.parameters, held)
-        self.slots = Slots()
+        self.slots = Slots(moving=not system.constant_inertia)
 
     def recurrences(self, *series: Mapping[sympy.Basic, str]) -> Recurrences:
         """A function body that may read these series besides time, inputs and states."""
@@ -115,8 +127,8 @@ class _Names:
         return Recurrences(known, self.constants, self.slots, rooted=set(self.depths))
 
 
-def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str]]:
-    """The functions of model.h that work on series, and their variations."""
+def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str], list[str]]:
+    """The functions of model.h that work on series, their variations and their discs."""
     contacts = list(enumerate(system.contacts))
     met = names.slips, names.depths
     moving = names.slips, names.accelerations
@@ -145,13 +157,15 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
     if system.inertia:
         solve(acceleration, "a[0]", "a")
 
+    # what laws read first: whether it is seen
+    slip, depth = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}), recurrences(depths)
     laws = [recurrences(force, *met) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
     always = [laws[i] for i, c in contacts if c.kind == "friction" and not c.sticks and c.depth is None]
 
     found: dict[str, Recurrences | list[Recurrences]] = {
-        "slip": recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}),
-        "depth": recurrences(depths),
+        "slip": slip,
+        "depth": depth,
         "inertia": inertia,
         "acceleration": acceleration,
         "law": laws,
@@ -166,7 +180,7 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         else function(f"model_{name}", made.lines)
         for name, made in found.items()
     ]
-    return [*texts, function("model_outputs", outputs.lines)], _variations(found)
+    return [*texts, function("model_outputs", outputs.lines)], _variations(found), _discs(system, names, found)
 
 
 def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, sympy.Expr]:
@@ -177,13 +191,51 @@ def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, 
 
 def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
     """The functions of model_variation.c."""
-    bodies = [one.variations for made in functions.values() for one in (made if isinstance(made, list) else [made])]
-    read = read_by(bodies)
+    read = read_by(one.variations.lines for one in _bodies(functions.values()))
     return [
         varied_by_contact(name, [one.variations.statements(read) for one in made])
         if isinstance(made, list)
         else varied_function(f"model_{name}_variation", made.variations.statements(read))
         for name, made in functions.items()
+    ]
+
+
+def _bodies(functions: Iterable[Recurrences | list[Recurrences]]) -> list[Recurrences]:
+    return [body for bodies in functions for body in (bodies if isinstance(bodies, list) else [bodies])]
+
+
+def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
+    """The functions of model_discs.c and what is not seen of each; nothing where all is."""
+    functions = {name: made for name, made in functions.items() if name != "inertia" or not system.constant_inertia}
+    bodies = _bodies(functions.values())
+    if not any(body.discs.unseen for body in bodies):
+        return []
+    read = read_by(body.discs.lines for body in bodies)
+    reads = states_read(text for body in bodies for text in body.discs.statements(read))
+
+    def table(name: str, size: str, values: Iterable[bool]) -> str:
+        numbers = ", ".join(str(int(value)) for value in values) or "0"
+        return f"static const unsigned char model_{name}[MODEL_ROOM({size})] = {{{numbers}}};"
+
+    def by_name(name: str) -> list[Recurrences]:
+        return _bodies([functions[name]])
+
+    contacts = range(len(system.contacts))
+    unseen = {
+        **{what: [f"j->{what}[{i}]" not in names.slots.seen for i in contacts] for what in ("slip", "depth")},
+        **{name: [body.discs.unseen for body in by_name(name)] for name in ("law", "release", "stick")},
+    }
+    rates = any(body.discs.unseen for name in ("acceleration", "internal") for body in by_name(name))
+    return [
+        table("disc_states", "MODEL_NX", (i in reads for i in range(len(system.states)))),
+        *(table(f"{name}_unseen", "MODEL_NC", values) for name, values in unseen.items()),
+        f"enum {{ MODEL_RATES_UNSEEN = {int(rates)} }};\n",
+        *(
+            discs_by_contact(name, [body.discs.statements(read) for body in made])
+            if isinstance(made, list)
+            else disc_function(f"model_{name}_disc", made.discs.statements(read))
+            for name, made in functions.items()
+        ),
     ]
 
 
@@ -363,7 +415,7 @@ def _facts(system: HybridSystem) -> list[str]:
     ]
 
 
-def _sizes(system: HybridSystem, names: _Names) -> str:
+def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
     sizes = {
         "NQ": len(system.coordinates),
         "NV": len(system.driven),
@@ -381,6 +433,8 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
         "DIRECTED": int(system.directed),
         "IS_MAP": int(bool(system.rule)),
+        "REACH": int(reach),
+        "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
 import sympy
@@ -27,6 +28,7 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
         result.lines += _CLEAR_INERTIA
         for line in _CLEAR_INERTIA:
             result.variations.state(line.replace("j->", "l->").replace("0.0;", "PAIR_ZERO;"))
+            result.discs.state(re.sub(r"j->(.*)\[k\] = 0.0;", r"disc_zero(b->\1);", line))
     if not system.inertia:
         for matrix, letter in ((system.W, "W"), (system.G, "G")):
             entries = matrix.todok() if sparse else {divmod(i, matrix.cols): e for i, e in enumerate(matrix.flat())}
@@ -51,6 +53,7 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
             if e < c:
                 result.lines.append(f"j->G[{e}][{c}][k] = j->G[{c}][{e}][k];")
                 result.variations.state(f"l->G[{e}][{c}][k] = l->G[{c}][{e}][k];")
+                result.discs.sum(f"j->G[{e}][{c}]", {f"j->G[{c}][{e}]": "1.0"})
     return result
 
 
@@ -59,6 +62,7 @@ def solve(result: Recurrences, first: str, series: str) -> None:
     stride = f"(int)(sizeof j->{series}[0] / sizeof(Real))"
     result.lines.append(f"mass_solve(j->M, j->factor, j->{first}, {stride}, k);")
     stride = f"(int)(sizeof j->{series}[0] / sizeof(double))"
+    result.discs.state(f"disc_mass_solve(j->M, b->M, j->factor, j->{first}, b->{first}, {stride});")
     result.variations.state(f"pair_mass_solve(j->M, l->M, j->factor, j->{first}, l->{first}, {stride}, k);")
 
 

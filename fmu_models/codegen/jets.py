@@ -3,7 +3,8 @@
 Every expression is brought to the form  c_0 + sum_i c_i s_i  with series s_i and constants c_i (numbers, parameters,
 signs of slip). Sums and multiples so need no line of their own; a product, quotient or function of series becomes one
 new series ``j->w[n]``, computed from lower orders as engine/model/jets.h says. Beside each line stands that of its
-variation, of the same order of the series ``l->w[n]`` of derivatives along directions (engine/tangents/variation.h).
+variation, of the same order of the series ``l->w[n]`` of derivatives along directions (engine/tangents/variation.h),
+and that of the disc that it maps discs to (``discs.py``).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_expression import Expr, divisor_of, is_negative, unsupported
 from fmu_models.codegen.constants import Constants
+from fmu_models.codegen.discs import Discs
 from fmu_models.codegen.variations import Variations, varied
 from fmu_models.language.quantities import TIME
 
@@ -71,10 +73,15 @@ class Affine:
 
 @dataclass
 class Slots:
-    """Names of new series, ``j->w[0]``, ``j->w[1]``, ..., over all functions of one model."""
+    """Names of new series, ``j->w[0]``, ``j->w[1]``, ..., over all functions of one model.
 
+    ``seen``: series whose coefficients tell all; ``moving``: inertia depends on more than parameters (``discs.py``).
+    """
+
+    moving: bool = False
     used: int = 0
     reciprocals: int = 0
+    seen: set[str] = field(default_factory=set)
 
     def new(self) -> str:
         """The next name."""
@@ -105,6 +112,7 @@ class Recurrences:
     ) -> None:
         self.lines: list[str] = []
         self.variations = Variations()
+        self.discs = Discs(slots.seen, slots.moving)
         self._constants = constants
         self._slots = slots
         self._rooted = rooted
@@ -282,6 +290,7 @@ class Recurrences:
         self, y: str, name: str, operands: tuple[str, ...], constants: tuple[Expr, ...] = (), shorter: str = ""
     ) -> None:
         value, variation = _RECURRENCES[name]
+        self.discs.image(y, name, operands)
         self.lines.append(f"{y}[k] = {value.format(*operands, y=y)};")
         changes = {f"v{i}": varied(operand) for i, operand in enumerate(operands)}
         changes |= {f"c{i}": self._change(constant) for i, constant in enumerate(constants)}
@@ -298,6 +307,7 @@ class Recurrences:
     def _set(self, target: str, form: Affine) -> None:
         """The line that sets coefficient k of a series to that of a form, and that of its variation."""
         self.lines.append(f"{target}[k] = {self._coefficient(form)};")
+        self.discs.sum(target, {series: self._text(factor) for series, factor in form.terms.items()})
         always = [self._signed_term(factor, f"{varied(series)}[k]") for series, factor in form.terms.items()]
         moved: list[tuple[str, str]] = []
         for series, factor in (*form.terms.items(), ("", form.constant)):

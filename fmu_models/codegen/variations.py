@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 # series without a place of their own, which only other variations read
-_SLOT = re.compile(r"l->w\[\d+\]")
+_SLOT = re.compile(r"[lb]->w\[\d+\]")
 
 
 def varied(name: str) -> str:
@@ -49,10 +49,10 @@ class Variations:
         return found
 
 
-def read_by(bodies: Iterable[Variations]) -> set[str]:
-    """The series without a place of their own on which others depend, however indirectly."""
+def read_by(bodies: Iterable[Iterable[tuple[str, str, str]]]) -> set[str]:
+    """The series without a place of their own on which others depend, however indirectly; of the lines of bodies."""
     found: set[str] = set()
-    lines = [line for body in bodies for line in body.lines]
+    lines = [line for body in bodies for line in body]
     # a series is read after it is set, but for itself
     for target, text, moved in reversed(lines):
         if target in found or not _SLOT.fullmatch(target):

@@ -115,6 +115,13 @@ static int stick_starts_unloaded(Run *r, Trial *trial, int c)
     return 1;
 }
 
+/* by how much a function changes between two numbers of the time, where the model reads it: narrow pulses in capacities
+   and forces cross zero between them */
+static double rounding_of_time(const Run *r, const double *series)
+{
+    return 4.0 * DBL_EPSILON * fabs(r->at.time) * fabs(series[1]);
+}
+
 /* a contact that sticks */
 static int stick_holds(Run *r, Trial *trial, int c)
 {
@@ -146,8 +153,9 @@ static int stick_holds(Run *r, Trial *trial, int c)
     for (int k = 0; k < TIE_ORDER; k++) {
         series[k] = bound[k] - side * j->force[c][k];
     }
-    int zeros = zeros_at_fall(series, r->tolerances.slip * capacity);
-    const int sign = first_sign(series, TIE_ORDER - 1, trial->length, r->tolerances.slip * capacity, &zeros);
+    const double floor = r->tolerances.slip * capacity + rounding_of_time(r, series);
+    int zeros = zeros_at_fall(series, floor);
+    const int sign = first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros);
     trial->zeros[c] = (signed char)(sign == 0 && !trial->at_limit[c] ? ALL_ZERO : zeros);
     /* a margin that stays at zero: one that was seen to fall has let go, one that started there holds */
     return sign > 0 || (sign == 0 && !trial->at_limit[c]);
@@ -167,8 +175,9 @@ static int closed_holds(Run *r, Trial *trial, int c)
         return j->force[c][0] > 0.0;
     }
     expand(r, trial);
-    int zeros = zeros_at_fall(j->force[c], r->tolerances.slip * scale);
-    const int sign = first_sign(j->force[c], TIE_ORDER - 1, trial->length, r->tolerances.slip * scale, &zeros);
+    const double floor = r->tolerances.slip * scale + rounding_of_time(r, j->force[c]);
+    int zeros = zeros_at_fall(j->force[c], floor);
+    const int sign = first_sign(j->force[c], TIE_ORDER - 1, trial->length, floor, &zeros);
     trial->zeros[c] = (signed char)(sign == 0 ? ALL_ZERO : zeros);
     /* a force that stays at zero: one that was seen to fall has let go, one that started there holds */
     return sign > 0 || (sign == 0 && !trial->at_limit[c]);
@@ -204,14 +213,17 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     const double rate = sign * fit_slip_rate(r, j, c, &magnitude);
     const int decides = fabs(rate) > r->tolerances.margin * magnitude;
     trial->zeros[c] = 1;
-    if (decides && !(trial->at_limit[c] && model_contact_is_impact[c])) {
+    if (decides && !trial->at_limit[c]) {
         return rate > 0.0;
     }
     expand(r, trial);
-    /* the force of a rigid contact has just fallen to zero, and a single term can do that: what it leaves is
+    /* what held it has just fallen to its bound. Of a rigid contact a single term can do that: what it leaves is
        rounding */
-    if (decides
-        && fabs(rate) * trial->length > r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)) {
+    const double rest = model_contact_is_impact[c]
+                            ? r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)
+                                  / trial->length
+                            : rounding_of_time(r, j->slip[c] + 1);
+    if (decides && fabs(rate) > rest) {
         return rate > 0.0;
     }
     double series[TIE_ORDER + 1];

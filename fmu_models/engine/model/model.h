@@ -43,6 +43,8 @@
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
  * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
+ * MODEL_REACH  1 if some function may be flat where it is expanded and not beyond (step/reach.h)
+ * MODEL_RELEASES  1 if any stop lets go when its force falls to zero
  * MODEL_IMPACTS  rigid contacts
  * MODEL_IS_MAP  1 if the states rest and jump by a rule at equal times (model_iterate): then there is no contact
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
@@ -144,6 +146,13 @@ static inline int contact_has_law(const signed char *state, int c)
         return 0;
     }
     return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;
+}
+
+/* whether its release decides: a stop that lets go when its force falls to zero, and is inside */
+static inline int contact_may_release(const signed char *state, int c)
+{
+    return MODEL_RELEASES && model_contact_releases[c]
+           && (state[c] == CONTACT_TOUCHING || state[c] == CONTACT_RELEASED);
 }
 
 /* the mass matrix: column of the first entry of each row that is kept, where that would be for column 0, and whether an

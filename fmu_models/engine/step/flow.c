@@ -50,6 +50,16 @@ static void KIND(rooted_depths)(const Point *at, Jets *j, int k)
     }
 }
 
+/* order k of the release indicators of touching and released stops */
+static void KIND(flow_releases)(const Point *at, Jets *j, int k)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (contact_may_release(at->state, c)) {
+            model_release(at->p, at->d, j, k, c);
+        }
+    }
+}
+
 void flow_field(Point *at, Jets *j, int k, int rooted)
 {
     if (k < 2 || !j->apart) {
@@ -63,6 +73,7 @@ void flow_field(Point *at, Jets *j, int k, int rooted)
     }
     model_acceleration(at->p, at->d, j, k);
     contact_forces(at, j, k);
+    KIND(flow_releases)(at, j, k);
     if (MODEL_NZ > 0) {
         model_internal(at->p, at->d, j, k);
     }
@@ -84,17 +95,6 @@ void flow_extend(Jets *j, int n, int rooted)
     }
 }
 
-/* the release indicators of touching and released stops up to the order given */
-void flow_releases(const Point *at, Jets *j, int order)
-{
-    for (int c = 0; c < MODEL_NC; c++) {
-        const int inside = at->state[c] == CONTACT_TOUCHING || at->state[c] == CONTACT_RELEASED;
-        for (int k = 0; model_contact_releases[c] && inside && k <= order; k++) {
-            model_release(at->p, at->d, j, k, c);
-        }
-    }
-}
-
 /* the states, and all that the search for events reads, in the root of time; to the order given */
 void flow_rooted_series(Point *at, Jets *j, int order)
 {
@@ -110,7 +110,7 @@ void flow_rooted_series(Point *at, Jets *j, int order)
         }
     }
     model_slip(at->p, at->d, j, order);
-    flow_releases(at, j, order);
+    KIND(flow_releases)(at, j, order);
 }
 
 /* the same in time */
@@ -133,5 +133,5 @@ void flow_finish(const Point *at, Jets *j, int order)
     if (MODEL_BOUNDED) {
         model_depth(at->p, at->d, j, order);
     }
-    flow_releases(at, j, order);
+    KIND(flow_releases)(at, j, order);
 }

@@ -6,7 +6,6 @@
 #define flow_extend KIND(flow_extend)
 #define flow_series KIND(flow_series)
 #define flow_rooted_series KIND(flow_rooted_series)
-#define flow_releases KIND(flow_releases)
 #define flow_finish KIND(flow_finish)
 
 /* load a point into the first orders of the series */
@@ -20,5 +19,3 @@ void flow_finish(const Point *at, Jets *j, int order);
 /* all of it to an order, in time and in the root of time */
 void flow_series(Point *at, Jets *j, int order);
 void flow_rooted_series(Point *at, Jets *j, int order);
-/* the release indicators of touching and released stops up to an order */
-void flow_releases(const Point *at, Jets *j, int order);

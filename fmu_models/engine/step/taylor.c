@@ -16,10 +16,10 @@
  */
 #include "taylor.h"
 
-#include <stdint.h>
-
+#include "../model/rough.h"
 #include "event_location.h"
 #include "flow.h"
+#include "reach.h"
 
 /* order per digit of tolerance: measured optimum of cost per time on the stick-slip of the disc rig */
 static const double ORDER_PER_LOG = 0.72;
@@ -39,34 +39,6 @@ static const double LOG_FAR = -14.0;
 
 static const double LOG_2 = 0.69314718055994530942;
 
-/*
- * Logarithm and power to base 2 for a step's length, of additions and multiplications alone: the same on every platform.
- * The bits of a number, read as a whole number, are its logarithm with straight lines between the powers of two; with a
- * parabola upon them it is 0.01 off, which is nothing of a length.
- */
-static double rough_log2(double x)
-{
-    int64_t bits;
-    x = fabs(x);
-    memcpy(&bits, &x, sizeof bits);
-    const double line = (double)bits * 0x1p-52;
-    const double f = line - (double)(int)line; /* of a positive number: beyond its floor */
-    return line - 1023.0 + 0.344 * f * (1.0 - f);
-}
-
-static double rough_exp2(double x)
-{
-    if (!(x > -1022.0 && x < 1023.0)) {
-        return x < 0.0 ? 0.0 : INFINITY;
-    }
-    const int64_t whole = (int64_t)(x + 1023.0); /* of a positive number: its floor */
-    const double f = x + 1023.0 - (double)whole;
-    const int64_t bits = whole << 52;
-    double power;
-    memcpy(&power, &bits, sizeof power);
-    return power * (1.0 + f * (0.69589012 + f * (0.22486495 + f * 0.07924493)));
-}
-
 int taylor_order(const Run *r)
 {
     const double order = ceil(-ORDER_PER_LOG * LOG_2 * rough_log2(r->tolerances.step));
@@ -81,13 +53,11 @@ void taylor_field(Run *r, Jets *j, int k)
     flow_field(&r->at, j, k, 0);
 }
 
-/*
- * a switching function may be any function of states and time, and decides events of its own accord; so may a slip
- * speed whose lever changes, even where the force is zero
- */
+/* a slip speed and a switching function may be any function of states, inputs and time, and decide events of their own
+   accord, even where the force is zero */
 static int watches_function(const Run *r, const Jets *j, int c)
 {
-    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : !MODEL_CONSTANT_INERTIA && j->sign[c] != 0.0;
+    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : j->sign[c] != 0.0;
 }
 
 /*
@@ -125,6 +95,11 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
         if (watches_function(r, j, c)
             && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
+            return 0;
+        }
+        const double release = fmax(fabs(j->release[c][0]), fabs(j->release[c][1]) * length);
+        if (MODEL_REACH && contact_may_release(r->at.state, c)
+            && fabs(j->release[c][k - 1]) * power > 0.01 * r->tolerances.step * release * length) {
             return 0;
         }
     }
@@ -264,7 +239,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
     double length = state_length(j, order, log_tolerance);
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
-        if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, j, c)) {
+        if (watches_function(r, j, c)) {
             length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
                                     order, log_tolerance);
         }
@@ -288,6 +263,9 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
             } else {
                 length = shorter_length(length, j->depth[c], known, order, log_tolerance);
             }
+        }
+        if (MODEL_REACH && contact_may_release(r->at.state, c)) { /* otherwise it is a sum of what is kept */
+            length = shorter_length(length, j->release[c], 0, order, log_tolerance);
         }
     }
     *exact = rough_exp2(near);
@@ -330,6 +308,23 @@ static RunStatus no_length(Run *r)
                     r->at.time);
 }
 
+/* the series to the full order, from that where terms that vanish have ended them */
+static void complete(Run *r, int order, int full)
+{
+    for (int k = order; k < full; k++) {
+        taylor_field(r, &r->jets, k);
+        flow_extend(&r->jets, k + 1, 0);
+    }
+    flow_finish(&r->at, &r->jets, full);
+}
+
+/* the step ends without an event */
+static void clear_events(Run *r)
+{
+    r->segment_event = 0;
+    memset(r->falling, 0, sizeof r->falling);
+}
+
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
@@ -342,17 +337,35 @@ RunStatus taylor_step(Run *r, double limit)
         order = series_to(r, &r->jets, full, &limit);
     }
     const double end = rooted ? sqrt(limit) : limit;
-    double exact = INFINITY;
-    double h = order < full ? end : taylor_length(r, &r->jets, order, &exact);
-    /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
-    while (!(h > 0.0) && order > LEAST_ORDER) {
-        h = taylor_length(r, &r->jets, --order, &exact);
+    double h = 0.0;
+    double reach = 0.0;
+    for (int ended = order < full;; ended = 0) {
+        double exact = INFINITY;
+        h = ended ? end : taylor_length(r, &r->jets, order, &exact);
+        /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
+        while (!(h > 0.0) && order > LEAST_ORDER) {
+            h = taylor_length(r, &r->jets, --order, &exact);
+        }
+        h = fmin(h, end);
+        if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
+            return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
+        }
+        h = location_cut(r, order, h, exact);
+        reach = reach_of_step(r, NULL, order, h);
+        if (!ended || reach == h) {
+            break;
+        }
+        /* there is more to come than the terms that did not vanish tell */
+        complete(r, order, full);
+        order = full;
     }
-    h = fmin(h, end);
-    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
-        return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
+    if (reach < h) {
+        h = reach;
+        clear_events(r);
+        if (!((rooted ? h * h : h) > shortest_step(r))) {
+            return no_length(r);
+        }
     }
-    h = location_cut(r, order, h, exact);
     r->segment_order = order;
     r->segment_start = r->at.time;
     r->segment_length = rooted ? h * h : h;
@@ -367,11 +380,7 @@ void taylor_complete(Run *r)
     if (r->segment_order == full) {
         return;
     }
-    for (int k = r->segment_order; k < full; k++) {
-        taylor_field(r, &r->jets, k);
-        flow_extend(&r->jets, k + 1, 0);
-    }
-    flow_finish(&r->at, &r->jets, full);
+    complete(r, r->segment_order, full);
 }
 
 RunStatus taylor_shorten(Run *r, double length)
@@ -383,7 +392,6 @@ RunStatus taylor_shorten(Run *r, double length)
         return no_length(r);
     }
     r->segment_length = length;
-    r->segment_event = 0;
-    memset(r->falling, 0, sizeof r->falling);
+    clear_events(r);
     return RUN_OK;
 }

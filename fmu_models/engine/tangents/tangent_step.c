@@ -3,6 +3,7 @@
  */
 #include "tangent_step.h"
 
+#include "../step/reach.h"
 #include "../step/roots.h"
 #include "../step/taylor.h"
 
@@ -89,23 +90,56 @@ static double relative_size(const Run *r, const Tangent *t)
     return largest / EPS;
 }
 
-/* the length of the derivative of state i along tangent k */
-static double series_length(const Run *r, Tangents *tangents, int k, int i)
+/* the derivative of state i along tangent k, no smaller at its start than matters */
+static void read_series(const Run *r, Tangents *tangents, int k, int i, double *derivative)
 {
     const Variation *l = variation_of(tangents, k);
-    double derivative[POLYNOMIAL_TERMS];
     for (int m = 0; m <= l->order; m++) {
         derivative[m] = l->x[i][m][k % PAIR];
     }
     derivative[0] = fmax(fabs(derivative[0]), NEGLIGIBLE * relative_size(r, &tangents->list[k]) * state_size(r, i));
+}
+
+/* the length of that */
+static double series_length(const Run *r, Tangents *tangents, int k, int i)
+{
+    const Variation *l = variation_of(tangents, k);
+    double derivative[POLYNOMIAL_TERMS];
+    read_series(r, tangents, k, i, derivative);
     return taylor_series_length(derivative, l->order, LOOSER * r->tolerances.step);
 }
 
+/* the length over which neighbours along tangent k see no more than its series shows, if it is less than h; else h */
+static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
+{
+    const int order = variation_of(tangents, k)->order;
+    StateSeries along[MODEL_ROOM(MODEL_NX)];
+    double least = INFINITY;
+    for (int i = 0; i < MODEL_NX; i++) {
+        read_series(r, tangents, k, i, along[i]);
+        const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
+        least = size > 0.0 ? fmin(least, (state_size(r, i)) / size) : least;
+    }
+    if (!isfinite(least) || order < 3) {
+        return h;
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        for (int m = 0; m <= order; m++) {
+            along[i][m] *= least;
+        }
+    }
+    const double reach = reach_of_step(r, along, order, h);
+    return reach > 0.0 ? reach : h;
+}
+
 /* the length over which the derivatives of the states keep the tolerance, if it is less than h; else h */
-static double shortest_length(const Run *r, Tangents *tangents, double h)
+static double shortest_length(Run *r, Tangents *tangents, double h)
 {
     double shortest = h;
     double power = 1.0;
+    for (int k = 0; MODEL_REACH && k < tangents->count; k++) {
+        shortest = neighbour_reach(r, tangents, k, shortest);
+    }
     for (int k = 0; k < tangents->count; k++) {
         const Variation *l = variation_of(tangents, k);
         power = k % PAIR == 0 ? pow(h, l->order - 1) : power;

@@ -1,0 +1,398 @@
+/*
+ * The reach of a step. A Taylor series says nothing of what is flat where it is expanded: the tail of a Gauss curve, of
+ * tanh, a high power. Here the rates and the functions that decide events are bounded over discs |t| <= H of complex time:
+ *
+ *     states:      polynomials P, so that |P - P(0)| <= sum |P_k| H^k
+ *     functions g: radius B(H) of the image of g(P(t)), operation by operation (model/discs.h, generated)
+ *     Cauchy:      g(P(t)) has no term of order p or higher above B (h/H)^p at a length h
+ *     therefore    B (h/H)^p <= REACH tolerance S,  S: the size of what g adds to,  for some H, for every g
+ *
+ * P is known, and so is its image: no bound of the motion itself is needed. Where all rates of P are those of P to
+ * within d, the motion differs from P by no more than h d times its own growth over a step.
+ *
+ *     H = h (REACH tolerance w)^(-1/p), w of the ladder below: then the condition is B w <= S
+ *     of derivatives:  neighbours P + V, V the series of a derivative scaled to the size of the motion, for which S is
+ *                      the size of V: a function of P and V is bounded with what it makes of V (Cauchy, once more)
+ *     where it is not met, at a length between that which Cauchy allows with these H and a third of h: again
+ *
+ * Source: Cauchy's estimate; Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapter 9 (automatic
+ * bounds of the terms of Taylor series).
+ */
+#include "reach.h"
+
+#include "contact_forces.h"
+
+#if MODEL_REACH
+
+#include "../model/discs.h"
+#include "../model_discs.c"
+
+/* in parts of the step's tolerance: bounds by discs are some powers of ten above what they bound */
+static const double REACH = 1e4;
+
+/* w, and log2 of its first and of the parts from one to the next: small discs for poles that are near, large ones for what
+   grows everywhere */
+static const double WEIGHT[DISCS] = {0x1p12, 0x1p6, 1.0, 0x1p-6};
+static const double LADDER = 12.0, RUNG = -6.0;
+
+/* a length is found in no more than so many trials, each at least this part of the one before */
+enum { TRIALS = 200 };
+static const double SHORTER = 0.3;
+
+/* a bound within this part of the length tried is as good as the next trial's */
+static const double NEAR = 0.9;
+
+/* what moves by less than this, of whatever unit, does not move; the largest disc in parts of it is a number */
+static const double NOTHING = 1e-140;
+
+typedef struct {
+    Run *r;
+    const Jets *j;            /* of the step */
+    const StateSeries *along; /* a difference between neighbours, or NULL */
+    Jets *b;                  /* radii */
+    int order;
+    double h;           /* the length tried, in the variable of the series */
+    double gain[DISCS]; /* H/h */
+    double shortage;    /* the largest B w/S so far */
+} Reach;
+
+/* sum of |x_k| h^k up to an order */
+static double size_over(const double *x, int order, double h)
+{
+    double size = 0.0;
+    for (int k = order; k > 0; k--) {
+        size = (size + fabs(x[k])) * h;
+    }
+    return size + fabs(x[0]);
+}
+
+/* a sum whose first terms mostly tell */
+enum { FIRST = 6 };
+
+static double first_size(const double *x, int order, double h)
+{
+    return size_over(x, order < FIRST ? order : FIRST, h);
+}
+
+/* sum of |x_k| H^k without k = 0, for all H; four terms at a time, which do not wait for each other */
+static void radii_of(const double *x, int order, const double *H, double *radius)
+{
+    double sum[DISCS] = {0.0};
+    int k = order;
+    for (; k % 4 != 0; k--) {
+        for (int m = 0; m < DISCS; m++) {
+            sum[m] = (sum[m] + fabs(x[k])) * H[m];
+        }
+    }
+    for (; k > 0; k -= 4) {
+        const double one = fabs(x[k - 3]), two = fabs(x[k - 2]), three = fabs(x[k - 1]), four = fabs(x[k]);
+        for (int m = 0; m < DISCS; m++) {
+            const double square = H[m] * H[m];
+            sum[m] = (sum[m] + four) * (square * square) + (one + two * H[m] + three * square) * H[m];
+        }
+    }
+    for (int m = 0; m < DISCS; m++) {
+        radius[m] = disc_bounded(sum[m]);
+    }
+}
+
+/* the smallest B w of a bound */
+static double least_tail(const double *bound)
+{
+    double least = bound[0] * WEIGHT[0];
+    for (int m = 1; m < DISCS; m++) {
+        const double tail = bound[m] * WEIGHT[m];
+        least = tail < least ? tail : least;
+    }
+    return least;
+}
+
+static void require(Reach *a, double tail, double size) { a->shortage = fmax(a->shortage, tail / fmax(size, NOTHING)); }
+
+/* a function with a size of its own; higher: orders that it is known beyond the rates */
+static void require_series(Reach *a, const double *bound, const double *x, int order, int higher)
+{
+    const double tail = least_tail(bound) / (higher ? a->gain[0] : 1.0);
+    if (tail > first_size(x, order, a->h)) {
+        require(a, tail, size_over(x, order, a->h));
+    }
+}
+
+/* the rate of state i, from what adds up to it at the start */
+static void require_rate(Reach *a, const double *bound, int i, double parts)
+{
+    const double *x = a->along ? a->along[i] : a->j->x[i];
+    const int power = time_power(a->r->segment_rooted);
+    const double tail = least_tail(bound) / (a->order + power);
+    if (a->along) {
+        parts = 0.0; /* of the motion */
+    } else if (tail <= parts) {
+        return;
+    }
+    const double time = power == 2 ? 0.5 * a->h * a->h : a->h;
+    if (tail > first_size(x, a->order, a->h) / time) {
+        require(a, tail, fmax(size_over(x, a->order, a->h) / time, parts));
+    }
+}
+
+/* of the force of each contact: radii that its law gives; of held ones what they stand up to */
+static void law_discs(Reach *a)
+{
+    const Run *r = a->r;
+    for (int c = 0; c < MODEL_NC; c++) {
+        disc_zero(a->b->force[c]);
+        if (contact_is_held(r->at.state, c)) {
+            model_stick_disc(r->at.p, r->at.d, a->j, a->b, c);
+        } else if (contact_has_law(r->at.state, c)) {
+            model_law_disc(r->at.p, r->at.d, a->j, a->b, c);
+        }
+    }
+}
+
+/* what row c of the held contacts must stand up to; G itself moves where inertia does */
+static void transmitted_discs(const Reach *a, int c, double *rest)
+{
+    const Jets *j = a->j;
+    for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
+        const int e = model_joined[n];
+        if (contact_has_law(a->r->at.state, e)) {
+            disc_add(rest, fabs(j->G[c][e][0]), a->b->force[e]);
+        }
+        for (int m = 0; !MODEL_CONSTANT_INERTIA && m < DISCS; m++) {
+            const double entry = (&a->b->G[c][e][0])[m];
+            rest[m] = disc_bounded(rest[m] + entry * disc_bounded(fabs(j->force[e][0]) + a->b->force[e][m]));
+        }
+    }
+}
+
+/* |inverse| |dG| x of the held contacts, disc m; a friction that slips on a rigid contact goes with its force */
+static void held_changes(const Reach *a, const double *x, int m, double *change)
+{
+    const Sticking *s = &a->r->at.sticking;
+    double moved[NC];
+    for (int i = 0; i < s->count; i++) {
+        moved[i] = 0.0;
+        for (int e = s->first[i]; !MODEL_CONSTANT_INERTIA && e < s->last[i]; e++) {
+            const int partner = model_contact_partner[s->contact[e]];
+            const double dragged = s->drag[e] != 0.0 ? (&a->b->G[s->contact[i]][partner][0])[m] * fabs(s->drag[e])
+                                                     : 0.0;
+            moved[i] += disc_bounded(((&a->b->G[s->contact[i]][s->contact[e]][0])[m] + dragged) * x[e]);
+        }
+    }
+    for (int i = 0; i < s->count; i++) {
+        change[i] = 0.0;
+        for (int e = s->first[i]; e < s->last[i]; e++) {
+            change[i] = disc_bounded(change[i] + fabs(s->inverse[i][e]) * disc_bounded(moved[e]));
+        }
+    }
+}
+
+/* the forces of held contacts, and of the friction of rigid ones */
+static void held_discs(Reach *a)
+{
+    const Run *r = a->r;
+    const Sticking *s = &r->at.sticking;
+    double rest[NC][DISCS];
+    int count = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        count += contact_is_held(r->at.state, c);
+    }
+    if (count == 0) {
+        return;
+    }
+    for (int i = 0; i < s->count; i++) {
+        disc_multiple(rest[i], 1.0, a->b->slip_rate[s->contact[i]]);
+        transmitted_discs(a, s->contact[i], rest[i]);
+    }
+    for (int m = 0; m < DISCS; m++) {
+        double base[NC];
+        double change[NC];
+        double radius[NC];
+        for (int i = 0; i < s->count; i++) {
+            base[i] = 0.0;
+            for (int e = s->first[i]; e < s->last[i]; e++) {
+                base[i] = disc_bounded(base[i] + fabs(s->inverse[i][e]) * rest[e][m]);
+            }
+        }
+        held_changes(a, base, m, change);
+        disc_solution(base, change, s->count, radius, 1);
+        for (int i = 0; i < s->count; i++) {
+            a->b->force[s->contact[i]][m] = radius[i];
+        }
+    }
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        const int normal = model_contact_partner[c];
+        if (normal < 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+            continue;
+        }
+        disc_multiple(a->b->capacity[c], fabs(model_friction(r->at.p, r->at.d, c)), a->b->force[normal]);
+        memcpy(a->b->capacity_minus[MODEL_DIRECTED ? c : 0], a->b->capacity[c],
+               sizeof(double) * DISCS * MODEL_DIRECTED);
+        if (r->at.state[c] != CONTACT_STICK) {
+            disc_multiple(a->b->force[c], fabs(contact_drag(&r->at, r->at.state, normal)), a->b->force[normal]);
+        }
+    }
+}
+
+static void require_rates(Reach *a)
+{
+    const Jets *j = a->j;
+    for (int i = 0; i < MODEL_NV; i++) {
+        double parts = fabs(j->a[i][0]);
+        double *bound = a->b->a[i];
+        for (int n = model_acting_first[i]; n < model_acting_first[i + 1]; n++) {
+            const int c = model_acting[n];
+            const double lever = fabs(j->W[i][c][0]);
+            parts += lever * fabs(j->force[c][0]);
+            disc_add(bound, lever, a->b->force[c]);
+            for (int m = 0; !MODEL_CONSTANT_INERTIA && m < DISCS; m++) {
+                const double force = disc_bounded(fabs(j->force[c][0]) + a->b->force[c][m]);
+                bound[m] = disc_bounded(bound[m] + (&a->b->W[i][c][0])[m] * force);
+            }
+        }
+        require_rate(a, bound, MODEL_NQ + i, parts);
+    }
+    for (int i = 0; i < MODEL_NZ; i++) {
+        require_rate(a, a->b->zrate[i], MODEL_NQ + MODEL_NV + i, fabs(j->zrate[i][0]));
+    }
+}
+
+/* whether the slip of a contact decides its events; the same in step/taylor.c */
+static int slip_decides(const Run *r, int c)
+{
+    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : r->jets.sign[c] != 0.0;
+}
+
+static void require_held(Reach *a, int c)
+{
+    const Jets *j = a->j;
+    double bound[DISCS];
+    const double *force = j->force[c];
+    if (contact_is_closed(a->r, c)) {
+        require_series(a, a->b->force[c], force, a->order - 1, 0);
+        return;
+    }
+    disc_multiple(bound, 1.0, a->b->force[c]);
+    disc_add(bound, 1.0, a->b->capacity[c]);
+    if (MODEL_DIRECTED) {
+        disc_add(bound, 1.0, a->b->capacity_minus[c]);
+    }
+    const double size = size_over(j->capacity[c], a->order - 1, a->h);
+    require(a, least_tail(bound), size + size_over(force, a->order - 1, a->h));
+}
+
+static void require_contacts(Reach *a)
+{
+    const Run *r = a->r;
+    const Jets *j = a->j;
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_slip_unseen[c] && slip_decides(r, c)) {
+            require_series(a, a->b->slip[c], j->slip[c], a->order, 1);
+        }
+        if (model_depth_unseen[c] && model_contact_bounded[c] && !contact_is_closed(r, c)) {
+            require_series(a, a->b->depth[c], j->depth[c], a->order, 1);
+        }
+        if (contact_is_held(r->at.state, c)) {
+            require_held(a, c);
+        }
+        if (model_release_unseen[c] && contact_may_release(r->at.state, c)) {
+            model_release_disc(r->at.p, r->at.d, j, a->b, c);
+            require_series(a, a->b->release[c], j->release[c], a->order, 1);
+        }
+    }
+}
+
+/* whether there is anything unseen in this state of the contacts */
+static int has_unseen(const Run *r)
+{
+    int any = MODEL_RATES_UNSEEN;
+    for (int c = 0; c < MODEL_NC; c++) {
+        any |= model_slip_unseen[c] && slip_decides(r, c);
+        any |= model_depth_unseen[c] && model_contact_bounded[c] && !contact_is_closed(r, c);
+        any |= model_law_unseen[c] && contact_has_law(r->at.state, c);
+        any |= model_stick_unseen[c] && contact_is_held(r->at.state, c);
+        any |= model_release_unseen[c] && contact_may_release(r->at.state, c);
+    }
+    return any;
+}
+
+/* how far a length is beyond what the discs allow: 1 if not, else the power p of that */
+static double shortage_of(Reach *a, double h)
+{
+    Run *r = a->r;
+    const Jets *j = a->j;
+    double H[DISCS];
+    a->h = h;
+    a->shortage = 1.0;
+    for (int m = 0; m < DISCS; m++) {
+        H[m] = h * a->gain[m];
+        a->b->t[m] = r->segment_rooted ? H[m] * H[m] : H[m];
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        disc_zero(a->b->du[i]);
+        disc_multiple(a->b->u[i], fabs(r->at.du[i]), a->b->t);
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        if (model_disc_states[i]) {
+            radii_of(j->x[i], a->order, H, a->b->x[i]);
+        }
+        if (model_disc_states[i] && a->along) {
+            double radius[DISCS];
+            radii_of(a->along[i], a->order, H, radius);
+            disc_add(a->b->x[i], 1.0, radius);
+            for (int m = 0; m < DISCS; m++) {
+                a->b->x[i][m] += fabs(a->along[i][0]);
+            }
+        }
+    }
+    model_slip_disc(r->at.p, r->at.d, j, a->b);
+    model_depth_disc(r->at.p, r->at.d, j, a->b);
+#if !MODEL_CONSTANT_INERTIA
+    model_inertia_disc(r->at.p, r->at.d, j, a->b);
+#endif
+    model_acceleration_disc(r->at.p, r->at.d, j, a->b);
+    law_discs(a);
+    held_discs(a);
+    model_internal_disc(r->at.p, r->at.d, j, a->b);
+    require_rates(a);
+    if (!a->along) {
+        require_contacts(a);
+    }
+    return a->shortage;
+}
+
+double reach_of_step(Run *r, const StateSeries *along, int order, double h)
+{
+    if (!has_unseen(r) || !(h > 0.0)) {
+        return h;
+    }
+    const double log_error = rough_log2(REACH * r->tolerances.step);
+    Reach a = {.r = r, .j = &r->jets, .along = along, .b = &r->scratch, .order = order};
+    const double rung = rough_exp2(-RUNG / order);
+    a.gain[0] = rough_exp2(-(log_error + LADDER) / order);
+    for (int m = 1; m < DISCS; m++) {
+        a.gain[m] = a.gain[m - 1] * rung;
+    }
+    for (int trial = 0; trial < TRIALS; trial++) {
+        const double shortage = shortage_of(&a, h);
+        if (shortage <= 1.0) {
+            return h;
+        }
+        const double part = rough_exp2(-rough_log2(shortage) / order);
+        if (part > NEAR) {
+            return part * h;
+        }
+        h *= fmax(part, SHORTER);
+    }
+    return 0.0;
+}
+
+#else
+
+double reach_of_step(Run *r, const StateSeries *along, int order, double h)
+{
+    (void)r, (void)along, (void)order;
+    return h;
+}
+
+#endif

@@ -1,0 +1,14 @@
+/* How far a step may reach, where functions may be flat at its start and not beyond. */
+#ifndef STICKSLIP_REACH_H
+#define STICKSLIP_REACH_H
+
+#include "../model/run_state.h"
+
+typedef double StateSeries[MODEL_TERMS + 1];
+
+/* the length, no longer than h, over which nothing that the series of the step do not show moves rates, or what decides
+   events, beyond the tolerance; with `along`, a difference between neighbours, which has no function that is flat but in
+   rates, beyond the tolerance of that. order: to which the states are known; uses r->scratch */
+double reach_of_step(Run *r, const StateSeries *along, int order, double h);
+
+#endif

@@ -1,0 +1,154 @@
+"""Features that are flat where a step begins and not beyond: pulses in time, Stribeck curves, tanh of little width.
+
+Crossings of a Gauss pulse are known in closed form; motions are compared with DOP853 at steps below the width.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import solve_ivp
+from scipy.special import erf
+
+from fmu_models import TIME, Coordinate, Coulomb, Friction, Impact, Mechanism, Parameter, Stop, Tanh, load, simulate
+from fmu_models.language.impacts import Newton
+from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
+from fmu_models.language.laws.stribeck import Stribeck
+from fmu_models.simulation.sensitivity import SensitiveRun
+
+
+def parameter(name: str, value: float, unit: str = "1", **bounds: Any) -> Parameter:
+    return Parameter(name, value, unit, name, **bounds)
+
+
+M = parameter("m", 1.0, "kg", positive=True)
+K = parameter("k", 1.0, "N/m")
+CENTRE, WIDTH = parameter("t0", 5.0, "s"), parameter("width", 0.1, "s", positive=True)
+F, H = parameter("F", 1.0, "N"), parameter("h", 1.0, "m")
+X = Coordinate("x", "m", "position", velocity="v")
+BELL = sympy.exp(-(((TIME - CENTRE) / WIDTH) ** 2))
+SPRING: dict[str, Any] = {"potential_energy": K * X**2 / 2}
+
+
+@cache
+def fmu(name: str) -> Any:
+    """A block of 1 kg with what the name says."""
+    mu, N = parameter("mu", 0.5, minimum=0.0), parameter("N", 10.0, "N", minimum=0.0)
+    e, g = parameter("e", 0.5, minimum=0.0, maximum=1.0), parameter("g", 10.0, "m/s2")
+    slow = parameter("slow", 0.01, "m/s", positive=True)
+    stiff, viscous = parameter("stiff", 1e4, "N/m", minimum=0.0), parameter("viscous", 1.0, "N s/m", minimum=0.0)
+    parts: dict[str, dict[str, Any]] = {
+        "gap": {"contacts": [Impact(name="wall", gap=H * (1 - 2 * BELL) - X, restitution=Newton(e))]},
+        "compliant": {
+            "contacts": [
+                Stop(name="wall", gap=H * (1 - 2 * BELL) - X, law=KelvinVoigt(stiff, viscous), release="force")
+            ]
+        },
+        "capacity": {
+            "applied": {X: F},
+            "contacts": [Friction(name="floor", slip=X.v, law=Coulomb(N * (1 - 0.9 * BELL), mu))],
+        },
+        "closed": {
+            "potential_energy": M * g * X,
+            "applied": {X: F * BELL},
+            "contacts": [Impact(name="floor", gap=X, restitution=Newton(e))],
+        },
+        "pulse": SPRING | {"applied": {X: F * BELL}},
+        "pushed": {"applied": {X: F * BELL}},
+        "steep": SPRING | {"contacts": [Friction(name="floor", slip=X.v, law=Tanh(Coulomb(N, mu), slow))]},
+        "stribeck": SPRING
+        | {
+            "contacts": [
+                Friction(
+                    name="floor",
+                    slip=X.v,
+                    law=Stribeck(N, mu, parameter("mu_k", 0.3), slow, parameter("mu_v", 0.0, "s/m")),
+                )
+            ]
+        },
+        "parametric": {"applied": {X: K * X * BELL}},
+    }
+    about = {"name": f"narrow_{name}", "title": name, "source": "closed form", "coordinates": [X]}
+    return load(Mechanism(**about, kinetic_energy=M * X.v**2 / 2, **parts[name]))
+
+
+WIDTHS = (1.0, 0.3, 0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "ratio", "values"), [("gap", 2.0, {}), ("capacity", 2.25, {"F": 3.0}), ("closed", 3.0, {"F": 30.0})]
+)
+def test_every_thin_contact_is_seen(name: str, ratio: float, values: dict[str, float]) -> None:
+    """The instant at which a pulse of each width opens or closes the contact; steps grow with the log of the width."""
+    steps = []
+    for width in WIDTHS:
+        run = simulate(fmu(name), 10.0, parameters={"width": width, **values}, output_times=[10.0])
+        assert run.events[0].time == pytest.approx(5.0 - width * math.sqrt(math.log(ratio)), abs=1e-14)
+        steps.append(run.steps)
+    assert steps[-1] - steps[2] < 5 * 60
+
+
+def test_thin_contact_with_a_compliant_wall_is_seen() -> None:
+    run = simulate(fmu("compliant"), 10.0, parameters={"width": 1e-3}, output_times=[10.0])
+    assert run.events[0].time == pytest.approx(5.0 - 1e-3 * math.sqrt(math.log(2.0)), abs=1e-14)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_thin_pulse_gives_its_impulse(width: float) -> None:
+    run = simulate(fmu("pushed"), 10.0, parameters={"width": width}, output_times=[10.0])
+    impulse = math.sqrt(math.pi) / 2 * width * (erf(5.0 / width) + erf(5.0 / width))
+    assert run["v"][-1] == pytest.approx(impulse, rel=1e-12)
+
+
+def reference(rates: Callable[[float, np.ndarray], list[float]], start: list[float], end: float, step: float) -> Any:
+    return solve_ivp(rates, (0, end), start, method="DOP853", rtol=1e-12, atol=1e-14, max_step=step).y[:, -1]
+
+
+@pytest.mark.parametrize("width", [1.0, 0.1, 0.01])
+def test_pulse_upon_a_spring(width: float) -> None:
+    run = simulate(fmu("pulse"), 10.0, parameters={"width": width}, start={"v": 0.1}, output_times=[10.0])
+    expected = reference(lambda t, y: [y[1], -y[0] + math.exp(-(((t - 5) / width) ** 2))], [0, 0.1], 10.0, width / 4)
+    np.testing.assert_allclose([run["x"][-1], run["v"][-1]], expected, atol=2e-12)
+
+
+@pytest.mark.parametrize("slow", [0.1, 0.01, 1e-3])
+def test_steep_tanh(slow: float) -> None:
+    values = {"slow": slow, "N": 3.5, "mu": 0.2}
+    run = simulate(fmu("steep"), 3.0, parameters=values, start={"v": -1.0}, output_times=[3.0])
+    expected = reference(lambda t, y: [y[1], -y[0] - 0.7 * math.tanh(y[1] / slow)], [0, -1.0], 3.0, slow / 4)
+    np.testing.assert_allclose([run["x"][-1], run["v"][-1]], expected, atol=2e-12)
+
+
+@pytest.mark.parametrize("slow", [1.0, 0.1, 0.01, 1e-3, 1e-4])
+def test_stick_after_a_stribeck_curve(slow: float) -> None:
+    """A block that comes to rest through the rise of friction at low speed: where and when it sticks."""
+    run = simulate(
+        fmu("stribeck"), 2.0, parameters={"slow": slow, "N": 1.0}, start={"v": -1.0}, output_times=np.linspace(0, 2, 5)
+    )
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        return [y[1], -y[0] + 0.3 + 0.2 * math.exp(-((y[1] / slow) ** 2))]
+
+    def rest(t: float, y: np.ndarray) -> float:
+        return y[1]
+
+    rest.terminal = True  # pyright: ignore[reportFunctionMemberAccess]  # how scipy is told
+    way = solve_ivp(rates, (0, 2), [0, -1.0], method="DOP853", rtol=1e-13, atol=1e-15, max_step=slow / 3, events=rest)
+    first = run.events[0]
+    assert first.time == pytest.approx(way.t_events[0][0], abs=2e-12)
+
+
+def test_derivatives_see_a_pulse_that_the_motion_does_not() -> None:
+    """x'' = k x exp(-((t - t0)/w)^2) at rest in x = 0: the motion stays, its derivative by x does not."""
+    width = 0.01
+    with SensitiveRun(fmu("parametric"), by=["x"], recorded=["x", "v"]) as run:
+        result = run.run([10.0], parameters={"width": width, "k": 100.0})
+    # from where the pulse begins to where it is over
+    x, v = reference(lambda t, y: [y[1], 100 * y[0] * math.exp(-(((t - 0.1) / width) ** 2))], [1, 0], 0.2, width / 4)
+    np.testing.assert_allclose(np.ravel(result.derivative)[-2:], [x + 4.9 * v, v], rtol=1e-10)

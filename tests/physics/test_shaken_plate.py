@@ -14,7 +14,6 @@ import sympy
 from scipy.optimize import brentq
 
 from fmu_models import TIME, Coordinate, Coulomb, Friction, Mechanism, Parameter, load, simulate
-from fmu_models.simulation.sensitivity import SensitiveRun
 
 DECELERATION = 0.3
 MASS = Parameter("m", 1.0, "kg", "mass", positive=True)
@@ -68,10 +67,7 @@ def reference(speed: Callable[[float], float], v: float, end: float, step: float
             return start - side * DECELERATION * (end - begin) if side else speed(end)
         t = float(brentq(slip, t - step, t, xtol=1e-14))
         v = speed(t)
-        if side == 0.0 or faster(t) < 0.0:
-            side = -math.copysign(1.0, speed(t + h) - speed(t - h))
-        else:
-            side = 0.0
+        side = -math.copysign(1.0, speed(t + h) - speed(t - h)) if side == 0.0 or faster(t) < 0.0 else 0.0
     return v
 
 

@@ -18,7 +18,7 @@
 #include "growth.h"
 
 /* less than this is left of a difference beside another one: soon there would be rounding alone */
-static const double NEAR = 1e-6;
+static const double LOST_LENGTH = 1e-6;
 
 static int walk_holds(int c, int state)
 {
@@ -250,7 +250,7 @@ static RunStatus walk_part(Run *r, Walk *w, Tangents *tangents, int n, double *d
     }
     growth_orthonormalize(directions, n, EXTENDED, EXTENDED, 1, w->losing, factors);
     for (int k = 0; k < n; k++) {
-        near |= factors[k] < NEAR * sizes[k];
+        near |= factors[k] < LOST_LENGTH * sizes[k];
     }
     if (!near) {
         return RUN_OK;

@@ -11,8 +11,9 @@
  * within d, the motion differs from P by no more than h d times its own growth over a step.
  *
  *     H = h (REACH tolerance w)^(-1/p), w of the ladder below: then the condition is B w <= S
- *     of derivatives:  neighbours P + V, V the series of a derivative scaled to the size of the motion, for which S is
- *                      the size of V: a function of P and V is bounded with what it makes of V (Cauchy, once more)
+ *     of derivatives:  neighbours P + V, V the series of a derivative scaled to a part of the size of the motion, for
+ *                      which S is the size of V: a function of P and V is bounded with what it makes of V (Cauchy, once
+ *                      more)
  *     where it is not met, at a length between that which Cauchy allows with these H and a third of h: again
  *
  * Source: Cauchy's estimate; Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapter 9 (automatic
@@ -361,7 +362,7 @@ static double shortage_of(Reach *a, double h)
     return a->shortage;
 }
 
-double reach_of_step(Run *r, const StateSeries *along, int order, double h)
+double reach_of_step(Run *r, const StateSeries *along, int order, double h, double least)
 {
     if (!has_unseen(r) || !(h > 0.0)) {
         return h;
@@ -373,7 +374,7 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h)
     for (int m = 1; m < DISCS; m++) {
         a.gain[m] = a.gain[m - 1] * rung;
     }
-    for (int trial = 0; trial < TRIALS; trial++) {
+    for (int trial = 0; trial < TRIALS && h > least; trial++) {
         const double shortage = shortage_of(&a, h);
         if (shortage <= 1.0) {
             return h;
@@ -389,9 +390,9 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h)
 
 #else
 
-double reach_of_step(Run *r, const StateSeries *along, int order, double h)
+double reach_of_step(Run *r, const StateSeries *along, int order, double h, double least)
 {
-    (void)r, (void)along, (void)order;
+    (void)r, (void)along, (void)order, (void)least;
     return h;
 }
 

@@ -8,7 +8,8 @@ typedef double StateSeries[MODEL_TERMS + 1];
 
 /* the length, no longer than h, over which nothing that the series of the step do not show moves rates, or what decides
    events, beyond the tolerance; with `along`, a difference between neighbours, which has no function that is flat but in
-   rates, beyond the tolerance of that. order: to which the states are known; uses r->scratch */
-double reach_of_step(Run *r, const StateSeries *along, int order, double h);
+   rates, beyond the tolerance of that; 0 if it is no longer than `least`. order: to which the states are known; uses
+   r->scratch */
+double reach_of_step(Run *r, const StateSeries *along, int order, double h, double least);
 
 #endif

@@ -351,7 +351,7 @@ RunStatus taylor_step(Run *r, double limit)
             return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
         }
         h = location_cut(r, order, h, exact);
-        reach = reach_of_step(r, NULL, order, h);
+        reach = reach_of_step(r, NULL, order, h, 0.0);
         if (!ended || reach == h) {
             break;
         }

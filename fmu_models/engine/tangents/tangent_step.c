@@ -109,26 +109,41 @@ static double series_length(const Run *r, Tangents *tangents, int k, int i)
     return taylor_series_length(derivative, l->order, LOOSER * r->tolerances.step);
 }
 
+/*
+ * How far neighbours are, in parts of the size of the motion. Those far away share the disc with poles and with steps of
+ * laws that the motion is not near; near ones tell less of the derivative, and shorten the step by their part to the power
+ * of one over the order: 1.3 for each of these.
+ */
+static const double FIRST_APART = 0x1p-4, NEARER = 0x1p-10;
+enum { NEIGHBOURS = 4 };
+
+/* a length of less than this part of the step asks for nearer neighbours */
+static const double WORTH = 0.5;
+
 /* the length over which neighbours along tangent k see no more than its series shows, if it is less than h; else h */
 static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
 {
     const int order = variation_of(tangents, k)->order;
     StateSeries along[MODEL_ROOM(MODEL_NX)];
-    double least = INFINITY;
+    double scale = INFINITY;
     for (int i = 0; i < MODEL_NX; i++) {
         read_series(r, tangents, k, i, along[i]);
         const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
-        least = size > 0.0 ? fmin(least, (state_size(r, i)) / size) : least;
+        scale = size > 0.0 ? fmin(scale, FIRST_APART * state_size(r, i) / size) : scale;
     }
-    if (!isfinite(least) || order < 3) {
+    if (!isfinite(scale) || order < 3) {
         return h;
     }
-    for (int i = 0; i < MODEL_NX; i++) {
-        for (int m = 0; m <= order; m++) {
-            along[i][m] *= least;
+    double reach = 0.0;
+    for (int trial = 0; trial < NEIGHBOURS && reach < WORTH * h; trial++, scale = NEARER) {
+        for (int i = 0; i < MODEL_NX; i++) {
+            for (int m = 0; m <= order; m++) {
+                along[i][m] *= scale;
+            }
         }
+        const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
+        reach = fmax(reach, reach_of_step(r, along, order, h, least));
     }
-    const double reach = reach_of_step(r, along, order, h);
     return reach > 0.0 ? reach : h;
 }
 

@@ -325,6 +325,20 @@ static void clear_events(Run *r)
     memset(r->falling, 0, sizeof r->falling);
 }
 
+/*
+ * The reach of a step that an end or an event may have cut to h. What has just left zero, as a slip at a release, is too
+ * small there for what the discs bound, and not far on: what a longer step shows, a shorter one does.
+ */
+static double cut_reach(Run *r, int order, double h, double natural)
+{
+    static const double LONGER = 16.0;
+    double reach = reach_of_step(r, NULL, order, h, 0.0);
+    for (double length = LONGER * h; reach < h && length <= natural; length *= LONGER) {
+        reach = reach_of_step(r, NULL, order, length, 0.99 * length) > 0.0 ? h : reach;
+    }
+    return reach;
+}
+
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
@@ -346,12 +360,13 @@ RunStatus taylor_step(Run *r, double limit)
         while (!(h > 0.0) && order > LEAST_ORDER) {
             h = taylor_length(r, &r->jets, --order, &exact);
         }
+        const double natural = h;
         h = fmin(h, end);
         if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
             return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
         }
         h = location_cut(r, order, h, exact);
-        reach = reach_of_step(r, NULL, order, h, 0.0);
+        reach = cut_reach(r, order, h, natural);
         if (!ended || reach == h) {
             break;
         }

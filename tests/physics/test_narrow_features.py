@@ -16,7 +16,22 @@ import sympy
 from scipy.integrate import solve_ivp
 from scipy.special import erf
 
-from fmu_models import TIME, Coordinate, Coulomb, Friction, Impact, Mechanism, Parameter, Stop, Tanh, load, simulate
+from fmu_models import (
+    TIME,
+    Automaton,
+    Coordinate,
+    Coulomb,
+    Friction,
+    Impact,
+    Mechanism,
+    Parameter,
+    State,
+    Stop,
+    Tanh,
+    load,
+    simulate,
+    simulate_with_error,
+)
 from fmu_models.language.impacts import Newton
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.laws.stribeck import Stribeck
@@ -152,3 +167,36 @@ def test_derivatives_see_a_pulse_that_the_motion_does_not() -> None:
     # from where the pulse begins to where it is over
     x, v = reference(lambda t, y: [y[1], 100 * y[0] * math.exp(-(((t - 0.1) / width) ** 2))], [1, 0], 0.2, width / 4)
     np.testing.assert_allclose(np.ravel(result.derivative)[-2:], [x + 4.9 * v, v], rtol=1e-10)
+
+
+def test_derivatives_where_a_neighbour_is_beside_a_pole() -> None:
+    """x' = tanh(4 x): sinh(4 x(t)) = sinh(4 x(0)) exp(4 t). The disc of tanh as large as x has no bound."""
+    x = State("x", "1", "x", start=-0.5)
+    rate = parameter("rate", 1.0, "1/s")
+    model = Automaton(
+        name="steep", title="Steep", source="closed form", states=[x], flows={x: rate * sympy.tanh(4 * x)}, switches=[]
+    )
+    with SensitiveRun(load(model), by=["x"], recorded=["x"]) as run:
+        result = run.run([0.5])
+    end = np.arcsinh(np.sinh(-2.0) * np.exp(2.0)) / 4.0
+    assert np.ravel(result.values)[-1] == pytest.approx(end, rel=1e-12)
+    derivative = np.cosh(-2.0) * np.exp(2.0) / np.cosh(4.0 * end)
+    assert np.ravel(result.derivative)[-1] == pytest.approx(derivative, rel=1e-11)
+
+
+def test_a_step_that_ends_where_a_contact_just_let_go() -> None:
+    """Companions of a run end steps at a release, where the slip leaves zero with its square."""
+    mu, N, amp = parameter("mu", 0.34), parameter("N", 3.0, "N"), parameter("amp", 0.22, "m/s")
+    plate = amp * sympy.exp(-(((TIME - 1.6) / 0.5) ** 2))
+    model = Mechanism(
+        name="pulsed_plate",
+        title="Block on a pulsed plate",
+        source="closed form",
+        coordinates=[X],
+        kinetic_energy=M * X.v**2 / 2,
+        potential_energy=4 * K * X**2 / 2,
+        contacts=[Friction(name="plate", slip=X.v - plate, law=Coulomb(N, mu))],
+    )
+    for start in (0.1, 0.2, 0.25, 0.3):
+        estimate = simulate_with_error(load(model), 3.0, start={"x": start, "v": 0.3})[1]
+        assert not estimate.refused and estimate.wrong is None and estimate.relative < 1e-11

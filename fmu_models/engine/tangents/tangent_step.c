@@ -142,7 +142,7 @@ static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
             }
         }
         const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
-        reach = fmax(reach, reach_of_step(r, along, order, h, least));
+        reach = fmax(reach, reach_of_step(r, (const StateSeries *)along, order, h, least));
     }
     return reach > 0.0 ? reach : h;
 }

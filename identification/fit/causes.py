@@ -42,7 +42,7 @@ from identification.estimators.regression import RegressionProblem
 from identification.fit.parts import Cause
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import AUTO, NONE
-from identification.inference.problem import Solution, determines, information, solve
+from identification.inference.problem import Solution, determines, information, prior_precision, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.laws import FittableLaw
 from identification.measurement.pooled import Pool
@@ -76,7 +76,8 @@ class _Fit:
         if not determines(information(self.problem, here)):
             return 0.0
         coloured = coloured_covariance(self.problem, self.found, "jackknife")
-        worth = len(here.residual) / inflation(plain_covariance(here.gradient, here.residual), coloured)
+        plain = plain_covariance(here.gradient, here.residual, prior=prior_precision(self.problem))
+        worth = len(here.residual) / inflation(plain, coloured)
         return max(worth, float(len(np.unique(here.cluster))))
 
 

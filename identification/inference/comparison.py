@@ -31,7 +31,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import COVARIANCE
-from identification.inference.problem import Problem, Solution, determines, information, solve
+from identification.inference.problem import Problem, Solution, determines, information, prior_precision, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness
 
@@ -291,7 +291,8 @@ def _scale(candidates: Sequence[_Candidate]) -> _Scale:
     best = min(candidates, key=lambda one: (one.covariance is None, one.sum))
     here, effective = best.found.evaluation, float(best.rows)
     if best.covariance is not None:
-        effective /= inflation(plain_covariance(here.gradient, here.residual), best.covariance)
+        plain = plain_covariance(here.gradient, here.residual, prior=prior_precision(best.problem))
+        effective /= inflation(plain, best.covariance)
     variance = None
     if all(one.problem.noise_known for one in candidates):
         variance = max(best.sum / max(best.rows - here.eliminated - best.count, 1), 1.0)

@@ -22,10 +22,14 @@ LAG_RULE = "Newey-West, lags of 1/20 of the samples, widened (Kiefer-Vogelsang)"
 QUANTILE = (1.96, 2.9694, 0.4160, -0.5324)
 
 
-def plain_covariance(gradient: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Covariance (m, m) for white residuals. gradient: (n, m); residual: (n,)."""
-    freedom = len(residual) - gradient.shape[1]
-    return np.linalg.inv(gradient.T @ gradient) * float(residual @ residual) / freedom
+def plain_covariance(gradient: np.ndarray, residual: np.ndarray, *, prior: np.ndarray | None = None) -> np.ndarray:
+    """Covariance (m, m) for white residuals. gradient: (n, m); residual: (n,); prior: (m, m) precisions."""
+    variance = float(residual @ residual) / (len(residual) - gradient.shape[1])
+    fisher = gradient.T @ gradient
+    if prior is None or not prior.any():
+        return np.linalg.inv(fisher) * variance
+    inverse = np.linalg.inv(fisher + prior)
+    return inverse @ (variance * fisher + prior) @ inverse
 
 
 def newey_west(

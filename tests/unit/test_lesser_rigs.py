@@ -212,7 +212,8 @@ def test_a_log_that_begins_before_the_motion_has_settled_is_compared_from_its_ow
 
 @pytest.mark.parametrize("estimator", ["shooting", "whole-cycle", "weak-form", "savitzky-golay"])
 def test_the_force_of_a_load_cell_takes_the_place_of_a_constant(weighed: list[RigLog], estimator: str) -> None:
-    fit = fit_friction(weighed, estimator=estimator)
+    # by the sensors' noise alone, as the bound on p is
+    fit = fit_friction(weighed, estimator=estimator, law_spread="none", disturbances="none")
     assert all(abs(one.value - TRUTH[one.name]) < 3 * one.total_deviation for one in fit.parameters)
     assert fit["p"].total_deviation < 0.04 * fit["p"].value  # 0.4 of it with a constant force
     force = fit.constant("N")

@@ -48,7 +48,7 @@ def bench(disturbances: Disturbances, duration: float = 10.0, decay: bool = True
 def test_a_disturbance_is_found_by_name_and_corrected(name: str) -> None:
     disturbances, size = CASES[name]
     ready = bench(disturbances)
-    fit = fit_friction(ready, estimator="weak-form", disturbances="auto")
+    fit = fit_friction(ready, estimator="weak-form", law_spread="none")
     (cause,) = fit.causes
     assert cause.name == name and cause.size == pytest.approx(size, rel=0.08)
     middle = terms_of(ready, [name])[0].reference if name == ANGLE else 0.1
@@ -206,7 +206,7 @@ def test_shooting_follows_wear_within_a_slip() -> None:
 
 def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -> None:
     ready = bench(Disturbances(per_log=0.06, once=0.03), duration=5.0)
-    fit = fit_friction(ready, estimator="weak-form", disturbances=[WEAR, FORCE])
+    fit = fit_friction(ready, estimator="weak-form", disturbances=[WEAR, FORCE], law_spread="none")
     (samples,) = samples_by_disc(fit, ready).values()
     truth = CONTI.value(samples.slip, TRUTH)
     inner = samples.slip > 0.05  # the local values of the last samples of a slip are far off
@@ -219,7 +219,7 @@ def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -
     for one in fit.bins:
         assert one.coefficient == pytest.approx(one.fitted, rel=0.02)
         assert one.fitted == pytest.approx(CONTI.value(np.array([one.slip]), TRUTH)[0], rel=0.03)
-    plain = fit_friction(ready, estimator="weak-form")
+    plain = fit_friction(ready, estimator="weak-form", disturbances="none", law_spread="none")
     assert not stuck(fit, plain) and "local minimum" in stuck(plain, fit)[0]
     title = friction_figure(fit, {"disc0": samples}).axes[0].get_title()
     assert "without what disturbances changed: " in title and "wear" in title

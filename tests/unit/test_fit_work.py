@@ -92,8 +92,9 @@ def interrupted(share: float) -> Callable[[float], None]:
     "share, missing", [(0.4, "disturbances were not sought"), (0.56, r"show \(wear\) were not estimated")]
 )
 def test_an_interrupt_on_the_way_to_disturbances_keeps_the_plain_fit(ready: Pool, share: float, missing: str) -> None:
-    kept = fit_friction(ready, estimator="weak-form", disturbances=NAMED, progress=interrupted(share))
-    plain = fit_friction(ready, estimator="weak-form")
+    given = {"estimator": "weak-form", "law_spread": "none"}
+    kept = fit_friction(ready, disturbances=NAMED, progress=interrupted(share), **given)
+    plain = fit_friction(ready, disturbances="none", **given)
     assert kept.interrupted and not plain.interrupted
     assert kept.parameters == plain.parameters and not kept.causes
     assert re.search(f"^Interrupted: .*{missing}", kept.warnings[0])

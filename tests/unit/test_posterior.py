@@ -196,7 +196,7 @@ def test_the_posterior_of_a_fit_is_as_wide_as_its_interval():
     """Noise, constants and what the sensors leave open, by unknowns in one and to first order in the other; and ln p
     falls by a half at a deviation."""
     ready = pool([emulate(one, 5, n) for n, one in enumerate(standard_set(speeds=(0.83, 1.4), duration=4.0))])
-    fit = fit_friction(ready)
+    fit = fit_friction(ready, disturbances="none", law_spread="none")
     target = target_of(ready, fit)
     names = [unknown.name for unknown in target.problem.unknowns]
     assert {"J", "R", "r", "N", "k/J", "c/J", "gain", "delay"} <= set(names)

@@ -171,7 +171,7 @@ def test_radii_that_the_logs_contradict_are_refused_and_a_wrong_force_cannot_be_
 
 def test_a_constant_without_uncertainty_stays_and_tells_the_others_nothing(logs: list[RigLog]) -> None:
     bare = [replace(log, rig=replace(log.rig, k=Quantity(2.63, "N*m/rad"))) for log in logs[:3]]
-    found = fit_friction(bare, estimator="weak-form")
+    found = fit_friction(bare, estimator="weak-form", disturbances="none", law_spread="none")
     k, J = found.constant("k"), found.constant("J")
     assert (k.stated, k.value, k.standard_uncertainty) == (False, 2.63, 0.0) and found.at_least("mu_s")
     # as stated: an exact k would leave it 5e-5 of uncertainty

@@ -307,7 +307,6 @@ PARSERS = {
 RUNNERS = {
     "fmu_models/base/registry.py": "the door",
     "fmu_models/base/exports.py": "our own modules",
-    "fmu_models/base/shown.py": "our own modules",
     "fmu_models/base/child_process.py": "our own module",
     "fmu_models/base/console.py": "the C library of this process",
     "fmu_models/codegen/law_functions.py": "text that SymPy has printed of a law that the door has let in",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,7 +93,7 @@ def interrupted(share: float) -> Callable[[float], None]:
     "share, missing", [(0.4, "disturbances were not sought"), (0.56, r"show \(wear\) were not estimated")]
 )
 def test_an_interrupt_on_the_way_to_disturbances_keeps_the_plain_fit(ready: Pool, share: float, missing: str) -> None:
-    given = {"estimator": "weak-form", "law_spread": "none"}
+    given: dict[str, Any] = {"estimator": "weak-form", "law_spread": "none"}
     kept = fit_friction(ready, disturbances=NAMED, progress=interrupted(share), **given)
     plain = fit_friction(ready, disturbances="none", **given)
     assert kept.interrupted and not plain.interrupted

@@ -26,7 +26,7 @@ def test_a_parameter_that_is_missing_or_unknown_is_named() -> None:
 
 def test_their_order_is_of_no_account() -> None:
     system = Iteration.of(MAP)
-    turned = Iteration(MAP, dict(reversed(system.values.items())))
+    turned = Iteration(MAP, dict(reversed(list(system.values.items()))))
     x = np.array([[0.3, 0.2]])
     assert len(system.values) > 1
     assert np.array_equal(turned.step(x).points, system.step(x).points)

@@ -124,10 +124,13 @@ static const double WORTH = 0.5;
 static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
 {
     const int order = variation_of(tangents, k)->order;
+    const double largest = relative_size(r, &tangents->list[k]);
     StateSeries along[MODEL_ROOM(MODEL_NX)];
     double scale = INFINITY;
     for (int i = 0; i < MODEL_NX; i++) {
         read_series(r, tangents, k, i, along[i]);
+        /* of a part that hardly moves discs see more than there is: to the size of the largest */
+        along[i][0] = fmax(along[i][0], largest * state_size(r, i));
         const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
         scale = size > 0.0 ? fmin(scale, FIRST_APART * state_size(r, i) / size) : scale;
     }

@@ -41,6 +41,7 @@ def force(name: str, width: float, t: float, v: float) -> float:
 
 def peer(name: str, width: float, start: list[float], end: float) -> tuple[np.ndarray, int]:
     """End state and number of steps of heyoka.py."""
+    assert heyoka is not None
     x, v = heyoka.make_vars("x", "v")
     pulse = heyoka.exp(-(((heyoka.time - 5.0) / width) * ((heyoka.time - 5.0) / width)))
     added = pulse if name == "pulse" else -0.7 * heyoka.tanh(v / width)

@@ -49,8 +49,8 @@ def co_simulation(fmu: Fmu) -> None:
 def lanes(fmu: Fmu) -> None:
     """Strobes of piecewise linear models, many motions at once."""
     forced = {"forcing": "omega"} if "omega" in fmu.parameters else {"period": 0.146, "autonomous": True}
-    system = Strobe(fmu, **forced)
-    values = {fmu.parameters[0]: float(fmu.variables[fmu.parameters[0]].start) * np.linspace(1.0, 1.1, 16)}
+    system = Strobe(fmu, **forced)  # type: ignore[arg-type]
+    values = {fmu.parameters[0]: float(fmu.variables[fmu.parameters[0]].start) * np.linspace(1.0, 1.1, 16)}  # type: ignore[arg-type]
     system.run(Jobs(np.tile(system.start({}), (16, 1)), values, rows=3), np.zeros(1, np.int32))
 
 

@@ -73,7 +73,7 @@ def _hunted(targets: list[Target], seed: int, seconds: float, case: int | None, 
             said = time.monotonic()
             print(f"{done.total()} cases, {found} findings so far", flush=True)
     examined = " under sanitizers" if targets[0].native and not sanitizers.missing() else ""
-    cases = ", ".join(f"{target.name} {done[target.name]}" for target in targets)
+    cases = ", ".join(f"{target.name} {done[target.name]}" for target in targets)  # type: ignore[assignment]
     print(f"cases{examined}: {cases}; {found} findings in {time.monotonic() - begin:.0f} s", flush=True)
     for name, counted in counts.items():
         for what, number in counted.most_common():

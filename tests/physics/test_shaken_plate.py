@@ -65,7 +65,7 @@ def reference(speed: Callable[[float], float], v: float, end: float, step: float
             t += step
         if t >= end:
             return start - side * DECELERATION * (end - begin) if side else speed(end)
-        t = float(brentq(slip, t - step, t, xtol=1e-14))
+        t = float(brentq(slip, t - step, t, xtol=1e-14))  # type: ignore[arg-type]
         v = speed(t)
         side = -math.copysign(1.0, speed(t + h) - speed(t - h)) if side == 0.0 or faster(t) < 0.0 else 0.0
     return v

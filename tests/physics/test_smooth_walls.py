@@ -96,7 +96,7 @@ def reference(p, start):
     def arrivals(sign):
         events = [lambda t, y: y[1] * sign, lambda t, y: p["d0"] - y[0], lambda t, y: p["d1"] + y[0]]
         for event in events:
-            event.terminal, event.direction = True, -1.0
+            event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
         return events
 
     t, x, v, wall, hits = 0.0, start["x"], start["v"], 0, []
@@ -107,9 +107,9 @@ def reference(p, start):
                 above = np.flatnonzero([pull(s, x, wall) > 1e-14 for s in grid])
                 if not above.size:
                     break
-                t = brentq(pull, grid[above[0] - 1], grid[above[0]], (x, wall), xtol=1e-15, rtol=1e-15)
+                t = brentq(pull, grid[above[0] - 1], grid[above[0]], (x, wall), xtol=1e-15, rtol=1e-15)  # type: ignore[arg-type]
             sign, wall = math.copysign(1.0, force(t, x)), 0
-            run = slide(t, [x, 0.0], sign, min(t + 1e-5, END))
+            run = slide(t, [x, 0.0], sign, min(t + 1e-5, END))  # type: ignore[operator]
         else:
             sign = math.copysign(1.0, v)
             run = slide(t, [x, v], sign, END, arrivals(sign))

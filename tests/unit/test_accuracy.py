@@ -195,7 +195,7 @@ def test_narrow_friction_curves(v_s):
     def at_belt_speed(t, y, sign):
         return (y[1] - 0.1) * sign
 
-    at_belt_speed.terminal, at_belt_speed.direction = True, -1.0
+    at_belt_speed.terminal, at_belt_speed.direction = True, -1.0  # type: ignore[attr-defined]
     options = {"method": "DOP853", "rtol": 3e-13, "atol": 1e-15, "events": at_belt_speed}
     t, x, v, sign = 0.0, 0.2, 0.0, -1.0
     while t < 0.4:

@@ -117,6 +117,10 @@ static double series_length(const Run *r, Tangents *tangents, int k, int i)
 static const double FIRST_APART = 0x1p-4, NEARER = 0x1p-10;
 enum { NEIGHBOURS = 4 };
 
+/* where sums cancel discs see far more than there is: a step, which holds for the motion itself, is shortened no further;
+   what only neighbours see within this part of it may be missed */
+static const double LEAST_PART = 1.0 / 8.0;
+
 /* a length of less than this part of the step asks for nearer neighbours */
 static const double WORTH = 0.5;
 
@@ -144,10 +148,10 @@ static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
                 along[i][m] *= scale;
             }
         }
-        const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
+        const double least = fmax(reach, trial < NEIGHBOURS - 1 ? WORTH * WORTH * h : LEAST_PART * h);
         reach = fmax(reach, reach_of_step(r, (const StateSeries *)along, order, h, least));
     }
-    return reach > 0.0 ? reach : h;
+    return fmax(reach, LEAST_PART * h);
 }
 
 /* the length over which the derivatives of the states keep the tolerance, if it is less than h; else h */

@@ -23,7 +23,7 @@ import numpy as np
 
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from identification.inference.defaults import LAW
+from identification.inference.defaults import ESTIMATOR
 from identification.laws import find_law
 from identification.measurement.pooling import pool
 from identification.next_step.laws import compare_contacts, compare_laws
@@ -173,7 +173,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=2000)
-    parser.add_argument("--estimator", default=LAW)
+    parser.add_argument("--estimator", default=ESTIMATOR)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--laws", action="store_true")
     parser.add_argument("--truths", default=",".join(TRUTHS))

@@ -117,10 +117,6 @@ static double series_length(const Run *r, Tangents *tangents, int k, int i)
 static const double FIRST_APART = 0x1p-4, NEARER = 0x1p-10;
 enum { NEIGHBOURS = 4 };
 
-/* where sums cancel discs see far more than there is: a step, which holds for the motion itself, is shortened no further;
-   what only neighbours see within this part of it may be missed */
-static const double LEAST_PART = 1.0 / 8.0;
-
 /* a length of less than this part of the step asks for nearer neighbours */
 static const double WORTH = 0.5;
 
@@ -128,13 +124,10 @@ static const double WORTH = 0.5;
 static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
 {
     const int order = variation_of(tangents, k)->order;
-    const double largest = relative_size(r, &tangents->list[k]);
     StateSeries along[MODEL_ROOM(MODEL_NX)];
     double scale = INFINITY;
     for (int i = 0; i < MODEL_NX; i++) {
         read_series(r, tangents, k, i, along[i]);
-        /* of a part that hardly moves discs see more than there is: to the size of the largest */
-        along[i][0] = fmax(along[i][0], largest * state_size(r, i));
         const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
         scale = size > 0.0 ? fmin(scale, FIRST_APART * state_size(r, i) / size) : scale;
     }
@@ -148,10 +141,10 @@ static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
                 along[i][m] *= scale;
             }
         }
-        const double least = fmax(reach, trial < NEIGHBOURS - 1 ? WORTH * WORTH * h : LEAST_PART * h);
+        const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
         reach = fmax(reach, reach_of_step(r, (const StateSeries *)along, order, h, least));
     }
-    return fmax(reach, LEAST_PART * h);
+    return reach > 0.0 ? reach : h;
 }
 
 /* the length over which the derivatives of the states keep the tolerance, if it is less than h; else h */

@@ -14,7 +14,7 @@
  *     of derivatives:  neighbours P + V, V the series of a derivative scaled to a part of the size of the motion, for
  *                      which S is the size of V: a function of P and V is bounded with what it makes of V (Cauchy, once
  *                      more)
- *     where it is not met, at a length between that which Cauchy allows with these H and a third of h: again
+ *     where it is not met by a factor s, these H prove h s^(-1/p); a shorter h, with its smaller discs, may prove more
  *
  * Source: Cauchy's estimate; Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapter 9 (automatic
  * bounds of the terms of Taylor series).
@@ -36,12 +36,8 @@ static const double REACH = 1e4;
 static const double WEIGHT[DISCS] = {0x1p12, 0x1p6, 1.0, 0x1p-6};
 static const double LADDER = 12.0, RUNG = -6.0;
 
-/* a length is found in no more than so many trials, each at least this part of the one before */
-enum { TRIALS = 200 };
+/* the length tried next, of the one before: discs that small may be free of the poles of larger ones */
 static const double SHORTER = 0.3;
-
-/* a bound within this part of the length tried is as good as the next trial's */
-static const double NEAR = 0.9;
 
 /* what moves by less than this, of whatever unit, does not move; the largest disc in parts of it is a number */
 static const double NOTHING = 1e-140;
@@ -374,18 +370,15 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h, doub
     for (int m = 1; m < DISCS; m++) {
         a.gain[m] = a.gain[m - 1] * rung;
     }
-    for (int trial = 0; trial < TRIALS && h > least; trial++) {
-        const double shortage = shortage_of(&a, h);
+    double proven = least;
+    for (double shorter = h; shorter > proven; shorter *= SHORTER) {
+        const double shortage = shortage_of(&a, shorter);
         if (shortage <= 1.0) {
-            return h;
+            return shorter;
         }
-        const double part = rough_exp2(-rough_log2(shortage) / order);
-        if (part > NEAR) {
-            return part * h;
-        }
-        h *= fmax(part, SHORTER);
+        proven = fmax(proven, shorter * rough_exp2(-rough_log2(shortage) / order));
     }
-    return 0.0;
+    return proven > least ? proven : 0.0;
 }
 
 #else

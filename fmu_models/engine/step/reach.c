@@ -93,7 +93,10 @@ static void radii_of(const double *x, int order, const double *H, double *radius
     }
 }
 
-/* the smallest B w of a bound */
+/* beyond this a bound may be made of the largest, which is none */
+static const double BOUND = 1e100;
+
+/* the smallest B w of a bound; infinite, if there is none */
 static double least_tail(const double *bound)
 {
     double least = bound[0] * WEIGHT[0];
@@ -101,7 +104,7 @@ static double least_tail(const double *bound)
         const double tail = bound[m] * WEIGHT[m];
         least = tail < least ? tail : least;
     }
-    return least;
+    return least < BOUND ? least : INFINITY;
 }
 
 static void require(Reach *a, double tail, double size) { a->shortage = fmax(a->shortage, tail / fmax(size, NOTHING)); }
@@ -376,7 +379,9 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h, doub
         if (shortage <= 1.0) {
             return shorter;
         }
-        proven = fmax(proven, shorter * rough_exp2(-rough_log2(shortage) / order));
+        if (isfinite(shortage)) {
+            proven = fmax(proven, shorter * rough_exp2(-rough_log2(shortage) / order));
+        }
     }
     return proven > least ? proven : 0.0;
 }

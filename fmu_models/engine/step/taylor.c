@@ -331,9 +331,9 @@ static void clear_events(Run *r)
  */
 static double cut_reach(Run *r, int order, double h, double natural)
 {
-    static const double LONGER = 16.0;
+    static const double LONGER = 16.0, LONGEST = 0x1p32; /* natural may have no bound */
     double reach = reach_of_step(r, NULL, order, h, 0.0);
-    for (double length = LONGER * h; reach < h && length <= natural; length *= LONGER) {
+    for (double length = LONGER * h; reach < h && length <= fmin(natural, LONGEST * h); length *= LONGER) {
         reach = reach_of_step(r, NULL, order, length, 0.99 * length) > 0.0 ? h : reach;
     }
     return reach;

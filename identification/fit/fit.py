@@ -195,11 +195,13 @@ class _Work:
         causes = ()
         if failed is not None or named or asks_for_causes(plain):
             told, workers = self.stages.of("causes"), self.options.workers
+            # what constants that are off leave over looks like a disturbance
+            ready = self.ready.with_constants({one.name: one.value for one in made.estimate.problem.held})
             try:
                 if named or not self.law.sticks or self.law.directed:
-                    causes = find_causes(self.ready, self.law, named=named, workers=workers, progress=told)
+                    causes = find_causes(ready, self.law, named=named, workers=workers, progress=told)
                 else:
-                    causes = causes_beside_law(self.ready, self.law, workers=workers, progress=told)
+                    causes = causes_beside_law(ready, self.law, workers=workers, progress=told)
             except KeyboardInterrupt:
                 return _ended(plain, "disturbances were not sought to the end", failed)
         unlikely = radii and not named and causes and not explain_more(self.ready, self.law, causes, radii)

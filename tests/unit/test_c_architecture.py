@@ -27,7 +27,7 @@ ARROWS = {
     "engine/ensemble": {
         *("engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi", "engine/whole_run"),
     },
-    "importer/c": {"engine/step"},
+    "importer/c": {"engine/model", "engine/step"},
     # beside the FMU: it knows the numbers of the model and the contract with ensembles
     "lanes/c": {"engine/model", "engine/ensemble"},
     # one instance in a page, by the calls of whole runs

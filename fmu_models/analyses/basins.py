@@ -116,7 +116,8 @@ class Basins(Pictured):
     """
 
     RECORD: ClassVar = (
-        *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy", "failures", "how"),
+        *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy"),
+        *("failures=refused", "how"),
     )
 
     model: str
@@ -165,6 +166,11 @@ class Basins(Pictured):
             p = np.unique(part, return_counts=True)[1] / part.size
             found.append(float(-(p * np.log(p)).sum()))
         return float(np.mean(found)) if found else math.nan
+
+    @property
+    def refused(self) -> list[str]:
+        """``failures`` in words."""
+        return [f"{place}: {why}" for place, why in self.failures.items()]
 
     @property
     def frame(self) -> Any:

@@ -59,7 +59,7 @@ class Chart(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
-    RECORD: ClassVar = ("model", "what", "axes", "classes", "labels", "runs", "failures", "how")
+    RECORD: ClassVar = ("model", "what", "axes", "classes", "labels", "runs", "failures=refused", "how")
 
     model: str
     what: str
@@ -76,6 +76,11 @@ class Chart(Pictured):
     def runs(self) -> int:
         """See the class."""
         return int(self.made.sum())
+
+    @property
+    def refused(self) -> list[str]:
+        """``failures`` in words."""
+        return [f"{place}: {why}" for place, why in self.failures.items()]
 
     @property
     def frame(self) -> Any:

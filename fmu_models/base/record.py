@@ -12,16 +12,14 @@ def record(value: Any) -> Any:
     """A value in dictionaries, lists, texts and numbers, which JSON can hold.
 
     ``RECORD`` lists attributes of a class: "name", or "key=name" where the key is another. Arrays become lists, complex
-    numbers pairs, numbers that are not finite None; a mapping whose keys are no texts becomes a list of "key: value".
+    numbers pairs, numbers that are not finite None.
     """
     names = getattr(type(value), "RECORD", None)
     if names is not None:
         pairs = (name.partition("=") for name in names)
         return {key: record(_attribute(value, name or key)) for key, _, name in pairs}
     if isinstance(value, Mapping):
-        if all(isinstance(key, str) for key in value):
-            return {key: record(inner) for key, inner in value.items()}
-        return [f"{key}: {inner}" for key, inner in value.items()]
+        return {str(key): record(inner) for key, inner in value.items()}
     if dataclasses.is_dataclass(value):
         return {field.name: record(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if hasattr(value, "tolist"):  # arrays and scalars of numpy, which need not be imported for this

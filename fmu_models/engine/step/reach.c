@@ -96,6 +96,9 @@ static void radii_of(const double *x, int order, const double *H, double *radius
 /* beyond this a bound may be made of the largest, which is none */
 static const double BOUND = 1e100;
 
+/* a motion this far out goes to infinity; rates that grow like it still have a bound */
+static const double BEYOND = 1e60;
+
 /* the smallest B w of a bound; infinite, if there is none */
 static double least_tail(const double *bound)
 {
@@ -316,6 +319,15 @@ static int has_unseen(const Run *r)
     return any;
 }
 
+static int is_far(const Run *r)
+{
+    int far = 0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        far |= model_disc_states[i] && !(fabs(r->at.x[i]) < BEYOND);
+    }
+    return far;
+}
+
 /* how far a length is beyond what the discs allow: 1 if not, else the power p of that */
 static double shortage_of(Reach *a, double h)
 {
@@ -365,6 +377,9 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h, doub
 {
     if (!has_unseen(r) || !(h > 0.0)) {
         return h;
+    }
+    if (is_far(r)) {
+        return 0.0;
     }
     const double log_error = rough_log2(REACH * r->tolerances.step);
     Reach a = {.r = r, .j = &r->jets, .along = along, .b = &r->scratch, .order = order};

@@ -304,7 +304,7 @@ static RunStatus no_length(Run *r)
 {
     return run_fail(r,
                     "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
-                    "(a state that is not finite, or a singular law)",
+                    "(a state that goes to infinity, or a singular law)",
                     r->at.time);
 }
 

@@ -94,7 +94,7 @@ def test_a_start_from_exact_data_is_near(name: str, scale: float) -> None:
     law, q = slip_laws()[name], np.array(VALUES[name]) * np.array([1, 1, scale, 1])[: len(VALUES[name])]
     found = law.start(SLIP[1:], law.value(SLIP[1:], q))
     assert found.shape == q.shape
-    np.testing.assert_allclose(law.value(SLIP, found), law.value(SLIP, q), atol=0.03)
+    np.testing.assert_allclose(law.value(SLIP, found), law.value(SLIP, q), atol=0.04)
 
 
 def test_what_mu_does_not_tell_starts_at_its_default() -> None:

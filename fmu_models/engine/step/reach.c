@@ -96,8 +96,8 @@ static void radii_of(const double *x, int order, const double *H, double *radius
 /* beyond this a bound may be made of the largest, which is none */
 static const double BOUND = 1e100;
 
-/* a motion this far out goes to infinity; rates that grow like it still have a bound */
-static const double BEYOND = 1e60;
+/* a motion this far out goes to infinity; discs of whole steps around it still have a bound */
+static const double BEYOND = 1e85;
 
 /* the smallest B w of a bound; infinite, if there is none */
 static double least_tail(const double *bound)

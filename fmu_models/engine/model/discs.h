@@ -178,18 +178,52 @@ static inline void disc_solution(const double *base, const double *change, int n
 
 #define MASS_PLACE(i, c) (model_mass_row[i] + (c))
 
-/* |M^-1| x, from above, by the factors of mass_matrix.h with all signs alike */
-static inline void disc_mass_inverse(const double *factor, double *x)
+/* room for M^-1 where inertia moves */
+#define DISC_MOVED MODEL_ROOM(MODEL_CONSTANT_INERTIA ? 0 : MODEL_NV)
+
+/* M^-1, by columns, from the factors of mass_matrix.h; where inertia does not move, no disc asks for it */
+static inline void disc_mass_inverse(const double *factor, double inverse[DISC_MOVED][DISC_MOVED])
 {
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int e = 0; !MODEL_CONSTANT_INERTIA && e < MODEL_NV; e++) {
+        double *x = inverse[e];
+        for (int i = 0; i < MODEL_NV; i++) {
+            x[i] = i == e;
+            for (int c = model_mass_first[i]; c < i; c++) {
+                x[i] -= factor[MASS_PLACE(i, c)] * x[c];
+            }
+        }
+        for (int i = 0; i < MODEL_NV; i++) {
+            x[i] *= factor[MASS_PLACE(i, i)];
+        }
+        for (int i = MODEL_NV - 1; i >= 0; i--) {
+            for (int c = model_mass_first[i]; c < i; c++) {
+                x[c] -= factor[MASS_PLACE(i, c)] * x[i];
+            }
+        }
+    }
+}
+
+/* |M^-1| x in place of x; with factors of all signs alike, which is more, where inertia does not move */
+static inline void disc_mass_images(double inverse[DISC_MOVED][DISC_MOVED], const double *factor, double *x)
+{
+    double y[MODEL_ROOM(MODEL_NV)] = {0.0};
+    for (int e = 0; !MODEL_CONSTANT_INERTIA && e < MODEL_NV; e++) {
+        for (int i = 0; i < MODEL_NV; i++) {
+            y[i] = disc_bounded(y[i] + fabs(inverse[e][i]) * x[e]);
+        }
+    }
+    for (int i = 0; !MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++) {
+        x[i] = y[i];
+    }
+    for (int i = 0; MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++) {
         for (int c = model_mass_first[i]; c < i; c++) {
             x[i] = disc_bounded(x[i] + fabs(factor[MASS_PLACE(i, c)]) * x[c]);
         }
     }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++) {
         x[i] = disc_bounded(x[i] * fabs(factor[MASS_PLACE(i, i)]));
     }
-    for (int i = MODEL_NV - 1; i >= 0; i--) {
+    for (int i = MODEL_NV - 1; MODEL_CONSTANT_INERTIA && i >= 0; i--) {
         for (int c = model_mass_first[i]; c < i; c++) {
             x[c] = disc_bounded(x[c] + fabs(factor[MASS_PLACE(i, c)]) * x[i]);
         }
@@ -214,6 +248,8 @@ static CALLED void disc_mass_solve(const InertiaSeries *M, const InertiaSeries *
                                    const double *x, double *r, int stride)
 {
     (void)M;
+    double inverse[DISC_MOVED][DISC_MOVED];
+    disc_mass_inverse(factor, inverse);
     for (int m = 0; m < DISCS; m++) {
         double size[MODEL_ROOM(MODEL_NV)];
         double base[MODEL_ROOM(MODEL_NV)];
@@ -224,13 +260,14 @@ static CALLED void disc_mass_solve(const InertiaSeries *M, const InertiaSeries *
             change[i] = 0.0;
         }
         disc_mass_product(dM, size, base, m);
-        disc_mass_inverse(factor, base);
+        disc_mass_images(inverse, factor, base);
         disc_mass_product(dM, base, change, m);
-        disc_mass_inverse(factor, change);
+        disc_mass_images(inverse, factor, change);
         disc_solution(base, change, MODEL_NV, r + m, stride);
     }
 }
 
 #undef MASS_PLACE
+#undef DISC_MOVED
 
 #endif

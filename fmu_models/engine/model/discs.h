@@ -158,21 +158,33 @@ static CALLED void disc_atan(double *y, double a, const double *r)
 }
 
 /*
- * The discs of the solution x of (A + dA) x = b, from base = |A^-1| (|db| + |dA| |x|) and change = |A^-1| |dA| base: with
- * the largest ratio q of the two below 1, they are base/(1 - q).
+ * The discs of the solution x of (A + dA) x = b are below base + B x, with base = |A^-1| (|db| + |dA| |b|) and
+ * B = |A^-1| |dA|. With B y <= q y for some y >= base and q < 1, they are below y/(1 - q). Where y = base has next to
+ * nothing in a place that B reaches, as where an entry of A^-1 passes zero, more of B y does.
  */
-static inline void disc_solution(const double *base, const double *change, int n, double *x, int stride)
+#define DISC_TRIALS 4
+
+/* the largest ratio q of change = B y to y, 1 if it is no less; y with more of that, if `more` */
+static inline double disc_ratio(double *y, const double *change, int n, int more)
 {
     double ratio = 0.0;
     for (int i = 0; i < n; i++) {
-        if (change[i] > DISC_NEAR * base[i]) {
+        if (change[i] > DISC_NEAR * y[i]) {
             ratio = 1.0;
         } else if (change[i] > 0.0) {
-            ratio = fmax(ratio, change[i] / base[i]);
+            ratio = fmax(ratio, change[i] / y[i]);
         }
     }
+    for (int i = 0; more && ratio > 0.75 && i < n; i++) {
+        y[i] = disc_bounded(y[i] + 4.0 * change[i]);
+    }
+    return ratio;
+}
+
+static inline void disc_solution(const double *y, double ratio, int n, double *x, int stride)
+{
     for (int i = 0; i < n; i++) {
-        x[i * stride] = ratio < 1.0 ? disc_bounded(base[i] / (1.0 - ratio)) : DISC_LARGEST;
+        x[i * stride] = ratio < 1.0 ? disc_bounded(y[i] / (1.0 - ratio)) : DISC_LARGEST;
     }
 }
 
@@ -253,17 +265,20 @@ static CALLED void disc_mass_solve(const InertiaSeries *M, const InertiaSeries *
     for (int m = 0; m < DISCS; m++) {
         double size[MODEL_ROOM(MODEL_NV)];
         double base[MODEL_ROOM(MODEL_NV)];
-        double change[MODEL_ROOM(MODEL_NV)];
         for (int i = 0; i < MODEL_NV; i++) {
             size[i] = fabs(x[i * stride]);
             base[i] = r[i * stride + m];
-            change[i] = 0.0;
         }
         disc_mass_product(dM, size, base, m);
         disc_mass_images(inverse, factor, base);
-        disc_mass_product(dM, base, change, m);
-        disc_mass_images(inverse, factor, change);
-        disc_solution(base, change, MODEL_NV, r + m, stride);
+        double ratio = 1.0;
+        for (int trial = 1; ratio > 0.75 && trial <= DISC_TRIALS; trial++) {
+            double change[MODEL_ROOM(MODEL_NV)] = {0.0};
+            disc_mass_product(dM, base, change, m);
+            disc_mass_images(inverse, factor, change);
+            ratio = disc_ratio(base, change, MODEL_NV, trial < DISC_TRIALS);
+        }
+        disc_solution(base, ratio, MODEL_NV, r + m, stride);
     }
 }
 

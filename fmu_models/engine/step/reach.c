@@ -217,8 +217,12 @@ static void held_discs(Reach *a)
                 base[i] = disc_bounded(base[i] + fabs(s->inverse[i][e]) * rest[e][m]);
             }
         }
-        held_changes(a, base, m, change);
-        disc_solution(base, change, s->count, radius, 1);
+        double ratio = 1.0;
+        for (int trial = 1; ratio > 0.75 && trial <= DISC_TRIALS; trial++) {
+            held_changes(a, base, m, change);
+            ratio = disc_ratio(base, change, s->count, trial < DISC_TRIALS);
+        }
+        disc_solution(base, ratio, s->count, radius, 1);
         for (int i = 0; i < s->count; i++) {
             a->b->force[s->contact[i]][m] = radius[i];
         }

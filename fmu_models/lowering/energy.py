@@ -28,7 +28,7 @@ from fmu_models.language.declaration import Output
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Velocity
-from fmu_models.lowering.hybrid_system import ContactDynamics
+from fmu_models.lowering.hybrid_system import ContactDynamics, multiplied_out
 from fmu_models.lowering.lagrange import TimeDerivative
 
 
@@ -41,14 +41,14 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     standing: dict[sympy.Basic, Any] = {TIME: sympy.S.One}
     standing |= {u: u.rate for u in mechanism.inputs}
     along = Derivatives().along
-    frame = sympy.expand(_linear(T, velocities) + 2 * T.xreplace(at_rest))
+    frame = multiplied_out(_linear(T, velocities) + 2 * T.xreplace(at_rest))
     moving = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=True)
     supplied = [force * q.v for q, force in mechanism.applied.items()]
     supplied += [along(U, standing), -along(T, standing), moving(frame)]
     lost = [along(mechanism.dissipation, {v: v for v in velocities})]
     stored = []
     for contact in contacts:
-        driven = sympy.expand(contact.slip).xreplace(at_rest)
+        driven = multiplied_out(contact.slip).xreplace(at_rest)
         supplied.append(-contact.force_symbol * driven)
         power = -contact.force_symbol * contact.slip_symbol
         if contact.kind == "stop":
@@ -71,7 +71,7 @@ def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:
     """T2, the part of the kinetic energy that is quadratic in the velocities."""
     T, velocities = mechanism.kinetic_energy, [q.v for q in mechanism.coordinates]
     constant, linear = T.xreplace(dict.fromkeys(velocities, sympy.S.Zero)), _linear(T, velocities)
-    return T if constant == 0 and linear == 0 else sympy.expand(T - constant - linear)
+    return T if constant == 0 and linear == 0 else multiplied_out(T - constant - linear)
 
 
 def _force(contact: ContactDynamics) -> Output:

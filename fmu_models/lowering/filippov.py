@@ -20,14 +20,14 @@ import sympy
 from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, only_parameters, terms
+from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, multiplied_out, only_parameters, terms
 
 
 def lower_automaton(automaton: Automaton) -> HybridSystem:
     """Separate what the signs multiply and derive the sliding dynamics."""
     states, switches = list(automaton.states), list(automaton.switches)
     flow = sympy.Matrix([automaton.flows[x] for x in states])
-    parts = [flow.applyfunc(lambda f, sign=switch.sign: sympy.expand(sympy.diff(f, sign))) for switch in switches]
+    parts = [flow.applyfunc(lambda f, sign=switch.sign: multiplied_out(sympy.diff(f, sign))) for switch in switches]
     slides = [_slides(automaton, switch, part) for switch, part in zip(switches, parts, strict=True)]
     free = flow.xreplace({s.sign: sympy.S.Zero for s, sliding in zip(switches, slides, strict=True) if sliding})
     columns = [-part if sliding else 0 * part for part, sliding in zip(parts, slides, strict=True)]

@@ -193,7 +193,13 @@ class HybridSystem:
 
 def terms(expression: sympy.Expr) -> tuple[sympy.Expr, ...]:
     """The terms of which an expression is the sum."""
-    return sympy.Add.make_args(sympy.expand(expression))
+    return sympy.Add.make_args(multiplied_out(expression))
+
+
+def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
+    """Products of sums as sums. Functions stay whole: a pulse exp(-(t - a)^2) in three factors is infinity times 0."""
+    whole = {function: sympy.Dummy() for function in expression.atoms(sympy.Function)}
+    return sympy.expand(expression.xreplace(whole)).xreplace({dummy: function for function, dummy in whole.items()})
 
 
 def acting(system: HybridSystem) -> list[tuple[int, int]]:

@@ -17,6 +17,7 @@ from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import CLOSED_FORM, Entries, blocks
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
+from fmu_models.lowering.hybrid_system import multiplied_out
 
 
 def has_small_inverse(n: int, mass: Entries) -> bool:
@@ -37,8 +38,8 @@ def inverse(n: int, mass: Entries) -> dict[tuple[int, int], Any]:
             found[block[0], block[0]] = 1 / mass[block[0], block[0]]
             continue
         square = sympy.Matrix([[mass.get((i, j), sympy.S.Zero) for j in block] for i in block])
-        determinant = sympy.expand(square.det())
-        adjugate = square.adjugate().applyfunc(sympy.expand)
+        determinant = multiplied_out(square.det())
+        adjugate = square.adjugate().applyfunc(multiplied_out)
         found |= {
             (i, j): adjugate[a, b] / determinant
             for a, i in enumerate(block)

@@ -48,6 +48,7 @@ TIMES = 61
 ACCURATE = 1e-7  # of the size of a motion; the reference has 1e-9 and better
 AMPLIFIED = 100.0  # times what a nearby run of the reference parts
 NUDGE = 1e-10
+SEEN_BY_CVODE = 0.02  # s, its longest steps in 3 s are three times that
 BESIDE = 1e-6  # s from an event: times that are left out
 IMPORTED = 1e-4  # what an importer at its tolerance of 1e-9 is off by, its events late
 PARTED = 1e-3
@@ -236,8 +237,8 @@ def _fmpy(kind: str) -> Callable[..., str]:
         table: Any = None
         if drawn.inputs:
             table = _table(drawn)
-        if kind == "ModelExchange" and drawn.inputs:
-            return ""  # within a step fmpy holds an input, and CVode's steps shrink to nothing
+        if kind == "ModelExchange" and (drawn.inputs or any(width < SEEN_BY_CVODE for _, width in drawn.features)):
+            return ""  # within a step fmpy holds an input, and CVode's steps shrink to nothing; pulses it steps over
         result = simulate_fmu(
             str(model.path),
             fmi_type=kind,

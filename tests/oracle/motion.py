@@ -110,14 +110,17 @@ class _Motion:
         for centre, width in self.numbers.values.features:
             bounds |= {b for b in (centre - 9 * width, centre + 9 * width) if 0 < b < self.end}
         try:
-            self._begin()
-            for bound in sorted(bounds):
-                self.numbers.side = (self.t + bound) / 2
-                if self.t in knots:
-                    self._select({}, first=False)
-                self._to(bound)
+            with np.errstate(over="raise", invalid="raise"):
+                self._begin()
+                for bound in sorted(bounds):
+                    self.numbers.side = (self.t + bound) / 2
+                    if self.t in knots:
+                        self._select({}, first=False)
+                    self._to(bound)
         except UndeterminedError as stop:
             self.out.reason = str(stop)
+        except FloatingPointError as far:
+            self.out.reason = f"the motion leaves the range of numbers: {far}"
         self.out.until = self.t
         at = self.out.times <= self.t
         self.out.states[~at] = np.nan
@@ -253,21 +256,23 @@ class _Motion:
         self._select({}, first=True)
 
     def _select(self, fallen: Mapping[tuple[int, str], float], first: bool = False) -> None:
-        mode = list(self.mode)
+        mode, before = list(self.mode), self.state.copy()
         x = self.numbers.terms(self.t, self.state)
         for r, what in fallen:
             self._changed(mode, r, what, x)
         x = self.numbers.terms(self.t, self.state)
         self._strike(mode, fallen, x)
         x = self.numbers.terms(self.t, self.state)
+        smooth = np.array_equal(before, self.state)  # what was held may slip after a jump
         options: dict[int, tuple[int, ...]] = {}
         zero = AT_ZERO * self.speed
         for r, row in enumerate(self.rows):
             if row.kind in (FRICTION, SWITCH) and mode[r] != AWAY:
                 falls = any(key[0] == r for key in fallen)
-                if mode[r] == HELD or falls or abs(x.y[r]) <= zero:
+                held = smooth and mode[r] == HELD
+                if held or falls or abs(x.y[r]) <= zero:
                     sticks = row.kind == SWITCH or (row.law is not None and row.law.sticks)
-                    at_zero = mode[r] == HELD or abs(x.y[r]) <= 10 * zero
+                    at_zero = held or abs(x.y[r]) <= 10 * zero
                     options[r] = ((HELD, 1, -1) if sticks else (1, -1)) if at_zero else (1 if x.y[r] > 0 else -1,)
                 else:
                     mode[r] = 1 if x.y[r] > 0 else -1
@@ -277,10 +282,10 @@ class _Motion:
                     slides = abs(x.y[row.partner]) > zero
                     sign = 1 if x.y[row.partner] > 0 else -1
                     options[row.partner] = (sign, AWAY) if slides else (HELD, 1, -1, AWAY)
-        before = self.mode
+        earlier = self.mode
         self.mode = self._chosen(tuple(mode), options)
         for r, row in enumerate(self.rows):
-            if row.law is not None and row.law.renewed and (before[r] == HELD) != (self.mode[r] == HELD):
+            if row.law is not None and row.law.renewed and (earlier[r] == HELD) != (self.mode[r] == HELD):
                 self.state[self.numbers.of.n_states + self._internal_index(r)] = 0.0
         if not first:
             self.out.events.append((self.t, min((r for r, _ in fallen), default=-1), self.mode))

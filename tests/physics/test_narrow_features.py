@@ -35,6 +35,7 @@ from fmu_models import (
 from fmu_models.language.impacts import Newton
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.laws.stribeck import Stribeck
+from fmu_models.lowering.hybrid_system import terms
 from fmu_models.simulation.sensitivity import SensitiveRun
 
 
@@ -200,3 +201,31 @@ def test_a_step_that_ends_where_a_contact_just_let_go() -> None:
     for start in (0.1, 0.2, 0.25, 0.3):
         estimate = simulate_with_error(load(model), 3.0, start={"x": start, "v": 0.3})[1]
         assert not estimate.refused and estimate.wrong is None and estimate.relative < 1e-11
+
+
+def test_steps_stay_long_where_a_coupling_of_the_inertia_passes_zero():
+    """The inverse has an entry that passes zero there, and so has what the discs of the accelerations begin with."""
+    q0, q1, q2, q3 = (Coordinate(f"q{i}", "1", f"q{i}") for i in range(4))
+    h = parameter("h", 0.375)
+    speeds = q0.v**2 + q1.v**2 * (1 + q0**2 / 4) + q2.v**2 + q3.v**2 + (q1.v + q2.v) ** 2
+    law = Stribeck(N=sympy.S.One, mu_s=h + h / 8, mu_k=h, v_s=sympy.Rational(1, 16), mu_v=sympy.S.Zero)
+    coupled = Mechanism(
+        name="coupled",
+        title="Coupled",
+        source="tests",
+        coordinates=[q0, q1, q2, q3],
+        kinetic_energy=speeds / 2 + h * q2.v * q3.v * sympy.cos(q3 - q2),
+        potential_energy=q0**2 / 2,
+        contacts=[Friction(name="rubs", slip=q3.v - 1, law=law)],
+    )
+    start = {"q0": -0.8, "q2": 0.8, "q3": -0.7, "q0_v": -0.5, "q1_v": 0.4, "q2_v": 1.3, "q3_v": -1.5}
+    run = simulate(load(coupled), 1.0, start=start, output_times=[0.0, 1.0])
+    assert (run["q3"] - run["q2"])[-1] < -math.pi / 2 < (run["q3"] - run["q2"])[0] + 0.1
+    assert run.steps < 15
+
+
+def test_terms_of_a_pulse_are_finite_far_from_it():
+    at, width = parameter("at", 1.9), parameter("width", 1 / 64)
+    pulse = sympy.exp(-(((TIME - at) / width) ** 2))
+    x = Coordinate("x", "m", "x")
+    assert terms(x + pulse * (x + 1)) == sympy.Add.make_args(x + x * pulse + pulse)

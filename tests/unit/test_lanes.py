@@ -9,6 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+import sympy
 from benchmark_scripts import benchmark_script
 from lane_mechanisms import opened
 
@@ -19,6 +20,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
+from fmu_models.language.automaton import Automaton, Switch
+from fmu_models.language.quantities import TIME, State
 from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
@@ -133,6 +136,19 @@ def test_a_resonance_without_damping_grows_as_it_should():
         exact = [float(t / 4 * mpmath.sin(t)), float((mpmath.sin(t) + t * mpmath.cos(t)) / 4)]
     assert made.in_lanes.tolist() == [1000] * 3
     assert made.points[:, 0] == pytest.approx(np.tile(exact, (3, 1)), abs=1e-12 * abs(exact[1]))
+
+
+def test_a_switch_slides_on_a_surface_that_time_moves():
+    """Looked at after what is no period of the harmonic: on the surface of that time, not of the beginning."""
+    x = State("x", "1", "x")
+    switch = Switch(name="side", function=x - sympy.sin(TIME))
+    drawn = Automaton(
+        name="moved", title="Moved", source="tests", states=[x], flows={x: -x / 2 - 2 * switch.sign}, switches=[switch]
+    )
+    system = Strobe(load(drawn), period=1.0, autonomous=True)
+    made = system.run(Jobs(np.tile(system.start({"x": 0.3}), (3, 1)), rows=1), GO)
+    assert made.in_lanes.tolist() == [1] * 3
+    assert made.points[:, 0, 0] == pytest.approx(math.sin(1.0), abs=1e-12)
 
 
 def test_the_lightest_touch_is_seen_and_none_is_invented():

@@ -225,8 +225,7 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
         return;
     }
     double *z = lane->z;
-    /* held where walls are when the time goes back: rounding of the period would else leave a contact in its wall */
-    memcpy(z + MODEL_NX, t->phasor[0], 2 * LANES_HARMONICS * sizeof *z);
+    memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
     held_settle(t, &t->mode[lane->mode], z);
     *motion = lane->motion;
     for (int i = 0; i < MODEL_NX; i++) {

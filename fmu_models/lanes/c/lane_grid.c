@@ -5,6 +5,8 @@
 
 /* modes whose rate is so many times that of the slowest still have a step of the grid */
 static const double AS_SLOW = 3.0;
+/* of harmonics at the end of a period: what is nearer to where they began is rounding */
+static const double SAME_PHASE = 1e-9;
 
 /* exp(A h) and what the harmonics and constants add */
 static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
@@ -78,6 +80,14 @@ static void table_phasors(LaneTable *t, const LaneRows *r)
             t->phasor[n][2 * k] = cos(angle);
             t->phasor[n][2 * k + 1] = sin(angle);
         }
+    }
+    /* held where walls are when the time goes back: rounding of the period would else leave a contact in its wall */
+    double far = 0.0;
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+        far = fmax(far, fabs(t->phasor[lane_point(t->steps)][j] - t->phasor[0][j]));
+    }
+    if (LANES_HARMONICS > 0 && far < SAME_PHASE) {
+        memcpy(t->phasor[lane_point(t->steps)], t->phasor[0], sizeof t->phasor[0]);
     }
 }
 

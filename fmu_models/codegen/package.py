@@ -26,7 +26,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
@@ -42,11 +42,12 @@ from fmu_models.toolchain.platforms import HOST, PLATFORMS, this_platform
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
+    from fmu_models.language.automaton import Automaton
     from fmu_models.language.maps import Map
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import HybridSystem
 
-    Model = str | os.PathLike[str] | Mechanism
+    Model = str | os.PathLike[str] | Mechanism | Automaton
 
 FMI_VERSIONS = ("2.0", "3.0")
 EXPOSED = ("states", "clocks")
@@ -190,7 +191,8 @@ def variant(
     Raises:
         StickslipError: unknown model, contact or law.
     """
-    mechanism = MODELS.load(model, beside) if isinstance(model, str | os.PathLike) else model
+    # an automaton answers the same calls
+    mechanism = cast("Mechanism", MODELS.load(model, beside) if isinstance(model, str | os.PathLike) else model)
     if contacts is not None:
         mechanism = mechanism.restricted_to(contacts)
     with ExitStack() as users:

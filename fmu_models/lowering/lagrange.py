@@ -38,7 +38,8 @@ def inverse(n: int, mass: Entries) -> dict[tuple[int, int], Any]:
             found[block[0], block[0]] = 1 / mass[block[0], block[0]]
             continue
         square = sympy.Matrix([[mass.get((i, j), sympy.S.Zero) for j in block] for i in block])
-        determinant = multiplied_out(square.det())
+        determinant: Any = square.det()
+        determinant = multiplied_out(determinant)
         adjugate = square.adjugate().applyfunc(multiplied_out)
         found |= {
             (i, j): adjugate[a, b] / determinant

@@ -177,7 +177,7 @@ def test_derivatives_where_a_neighbour_is_beside_a_pole() -> None:
     model = Automaton(
         name="steep", title="Steep", source="closed form", states=[x], flows={x: rate * sympy.tanh(4 * x)}, switches=[]
     )
-    with SensitiveRun(load(model), by=["x"], recorded=["x"]) as run:  # type: ignore[arg-type]
+    with SensitiveRun(load(model), by=["x"], recorded=["x"]) as run:
         result = run.run([0.5])
     end = np.arcsinh(np.sinh(-2.0) * np.exp(2.0)) / 4.0
     assert np.ravel(result.values)[-1] == pytest.approx(end, rel=1e-12)

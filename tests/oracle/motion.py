@@ -119,7 +119,7 @@ class _Motion:
                     self._to(bound)
         except UndeterminedError as stop:
             self.out.reason = str(stop)
-        except FloatingPointError as far:
+        except ArithmeticError as far:
             self.out.reason = f"the motion leaves the range of numbers: {far}"
         self.out.until = self.t
         at = self.out.times <= self.t

@@ -226,3 +226,15 @@ def test_a_switch_of_a_function_of_straight_states_falls_at_its_zeros(tmp_path):
     bell = Switch(name="bell", function=1 / (1 + (x1 - 5) ** 2) - HALF / 5)
     trajectory = run(declare(1, bell.sign, switches=(bell,)), tmp_path, 20.0)
     assert [event.time for event in trajectory.events] == pytest.approx([2.0, 8.0], rel=1e-12)
+
+
+@pytest.mark.parametrize(("start", "after", "x2_end"), [(1.0, -1.0, 0.0), (1.0, 3.0, 2.0), (3.0, -1.0, 0.0)])
+def test_a_jump_takes_another_switch_off_its_surface_or_past_it(start, after, x2_end, tmp_path):
+    clock = Switch(name="clock", function=x1 - HALF)
+    reset = Reset(clock, "-", {x2: sympy.Float(after)})
+    automaton = declare(sympy.S.One, -fold.sign, switches=(fold, clock), resets=[reset])
+    motion = run(automaton, tmp_path, 1.5, start={"x1": 0.0, "x2": start}, output_times=[1.5])
+    assert motion["x1"][-1] == pytest.approx(1.5, abs=1e-14)
+    assert motion["x2"][-1] == pytest.approx(x2_end, abs=1e-14)
+    side = 1 if after > 1.0 else -1
+    assert [(e.contact, e.after) for e in motion.events if e.time > 0.1] == [("fold", side), ("clock", 1)]

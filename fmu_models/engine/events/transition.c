@@ -206,17 +206,35 @@ RunStatus transition_reconsider(Run *r, int *moved)
 }
 
 /* states jump where the contact's switching function reaches zero from the side it was on */
-static int jump(Run *r, int c, int *moved)
+static void jump(Run *r, int c, int *moved)
 {
     const int side = r->at.state[c] == CONTACT_SLIP_PLUS ? 1 : r->at.state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
     if (!(model_contact_resets[c] & side)) {
-        return 0;
+        return;
     }
     model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
     placement_load(r);
     r->jumped[c] = 1;
     *moved = 1;
-    return 1;
+}
+
+/* the jumps of all switches that fall, which may take others off the surface they slide along, or past it; a fallen
+   function is zero but for its rounding, which `reached` keeps */
+static void make_jumps(Run *r, double *reached, int *moved)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        reached[c] = fabs(r->scratch.slip[c][0]);
+        if (!model_contact_is_impact[c] && !model_contact_is_stop[c] && r->falling[c][SLOT_TANGENTIAL]) {
+            jump(r, c, moved);
+        }
+    }
+    const int any = memchr(r->jumped, 1, sizeof r->jumped) != NULL;
+    for (int c = 0; any && c < MODEL_NC; c++) {
+        const int slides = !model_contact_is_impact[c] && !model_contact_is_stop[c] && r->at.state[c] != CONTACT_AWAY;
+        if (slides && !r->jumped[c] && !placement_at_zero_slip(r, c)) {
+            r->at.state[c] = placement_slipping(r, c);
+        }
+    }
 }
 
 /* the new state of contact c after the fall of its normal indicator; 1 if it is now inside with friction */
@@ -274,12 +292,14 @@ RunStatus transition_make(Run *r, int *moved)
     signed char at_limit[NC];
     signed char arrives[NC] = {0};
     signed char before[NC];
+    double reached[NC];
     int any = 0;
     memcpy(before, r->at.state, sizeof before);
     placement_load(r);
     placement_load_inertia(r);
     memset(r->at.known, 0, sizeof r->at.known);
     forget_event(r);
+    make_jumps(r, reached, moved);
     for (int c = 0; c < MODEL_NC; c++) {
         const int sticks = r->at.state[c] == CONTACT_STICK;
         const int falls = r->falling[c][SLOT_TANGENTIAL];
@@ -301,11 +321,9 @@ RunStatus transition_make(Run *r, int *moved)
                                                                     : CONTACT_AWAY;
             }
         } else {
-            const double reached = fabs(r->scratch.slip[c][0]); /* a fallen function is zero but for its rounding */
-            const int jumped = falls && jump(r, c, moved);
-            const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached;
+            const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached[c];
             candidate[c] = sticks || placement_at_zero_slip(r, c) || still_zero || placement_at_rest_by_others(r, c);
-            if (jumped && !candidate[c]) {
+            if (r->jumped[c] && !candidate[c]) {
                 r->at.state[c] = placement_slipping(r, c);
             }
         }

@@ -20,6 +20,7 @@ from scipy import optimize
 from scipy.integrate import DOP853, Radau
 
 SAMPLES = 6  # of every indicator in a step
+GRAZES = "touches a bound within rounding"
 AT_ZERO = 1e-9  # of a speed or place, of the sizes of the motion
 CHATTER = 1e-5  # of the fastest impact: slower ones are the last; what they do is of the order of its square
 SHORT = (1e-4, 1e-3, 1e-2)  # s, for which a tie is followed
@@ -222,6 +223,8 @@ class _Motion:
                     low: Any = optimize.minimize_scalar(
                         value, bounds=(rows[i - 2][0], t), method="bounded", options={"xatol": 1e-13}
                     )
+                    if abs(low.fun) <= 10 * AT_ZERO * self._size(key):
+                        raise UndeterminedError(GRAZES)
                     if low.fun < 0 < value(rows[i - 2][0]):
                         return _root(value, rows[i - 2][0], low.x)
         return None

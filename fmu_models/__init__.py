@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.crossings import find_crossings as find_crossings
     from fmu_models.analyses.cycles import last_cycle as last_cycle
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
+    from fmu_models.analyses.execution import Execution as Execution
     from fmu_models.analyses.fmu_sections import Crossing as Crossing
     from fmu_models.analyses.fmu_sections import Impacts as Impacts
     from fmu_models.analyses.fmu_sections import Strobe as Strobe

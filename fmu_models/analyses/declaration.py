@@ -2,7 +2,7 @@
 
 The command of the shell, the kind of a scene and their rows in the manual are derived from it. A
 parameter ``name: Annotated[type, Option(...)] = default`` is an option; ``system``, ``start`` and ``progress`` are what
-every analysis has, ``store`` and its like say that its runs can be kept, and the axes are what is left. A file of this
+every analysis has, ``execution`` says that its runs can be kept, and the axes are what is left. A file of this
 folder is an analysis if it sets ``ANALYSIS``; its name is that of the command and of the kind.
 """
 
@@ -83,8 +83,8 @@ class Analysis:
 
     @cached_property
     def stores(self) -> bool:
-        """Whether its runs can be kept and made elsewhere: its function takes a ``store``."""
-        return "store" in inspect.signature(self.function).parameters
+        """Whether its runs can be kept and made elsewhere: its function takes an ``execution``."""
+        return "execution" in inspect.signature(self.function).parameters
 
     @property
     def summary(self) -> str:

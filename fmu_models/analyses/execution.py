@@ -13,6 +13,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
@@ -47,19 +48,37 @@ class System(Protocol):
     def identity(self) -> dict[str, Any]: ...
 
 
+@dataclass(frozen=True)
 class Execution:
-    """How one analysis has its runs made: by threads, or by a cluster, into memory or a store.
+    """Who makes the runs of an analysis, and where they are kept.
+
+    Attributes:
+        workers: Number of threads. Defaults to the number of cores.
+        scheduler: Address of the scheduler of a Dask cluster, whose workers make the chunks instead.
+        store: Folder (.zarr) that keeps every chunk when it is finished.
+        resume: Go on with an unfinished store; a finished one of the same plan is read in any case.
+        overwrite: Replace a store of another plan, or one that is not finished.
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    store: str | os.PathLike[str] | None = None
+    resume: bool = False
+    overwrite: bool = False
+
+
+IN_MEMORY = Execution()  # by threads of this process
+
+
+class Runner:
+    """Make the runs of one analysis: by threads, or by a cluster, into memory or a store.
 
     Args:
-        system: whose runs they are.
-        plan: arguments of the analysis by name, its own name as "analysis"; with the system it says all that the result
+        system: The system whose runs they are.
+        plan: Arguments of the analysis by name, its own name as "analysis"; with the system it says all that the result
             depends on.
-        workers: threads; as many as there are cores if left out.
-        scheduler: address of the scheduler of a Dask cluster, whose workers make the chunks instead.
-        store: folder (.zarr) that keeps every chunk when it is finished.
-        resume: go on with an unfinished store; a finished one of the same plan is read in any case.
-        overwrite: replace a store of another plan, or one that is not finished.
-        progress: called with the fraction done of each family, from this thread.
+        execution: Who makes the runs, and where they are kept.
+        progress: Called with the fraction done of each family, from this thread.
 
     Raises:
         StickslipError: an address where no scheduler is; a store of another plan, version or model, with the
@@ -70,25 +89,23 @@ class Execution:
         self,
         system: System,
         plan: Mapping[str, Any] | None = None,
-        *,
-        workers: int | None = None,
-        scheduler: str | None = None,
-        store: str | os.PathLike[str] | None = None,
-        resume: bool = False,
-        overwrite: bool = False,
+        execution: Execution = IN_MEMORY,
         progress: Callable[[float], Any] = lambda fraction: None,
     ) -> None:
-        self.system, self.workers, self.progress = system, workers or os.cpu_count() or 1, progress
+        self.system, self.workers, self.progress = system, execution.workers or os.cpu_count() or 1, progress
         self.provenance: dict[str, Any] = {}
         if plan is not None:
             self.provenance = {"stickslip": version(), **{n: _told(v) for n, v in plan.items()}}
             try:
                 self.provenance["system"] = system.identity()
             except StickslipError:
-                if store is not None:  # without one nobody asks later which system it was
+                if execution.store is not None:  # without one nobody asks later which system it was
                     raise
-        self.store = Store.open(Path(store), self.provenance, resume, overwrite) if store is not None else None
-        self.cluster = Cluster(scheduler, system) if scheduler is not None else None
+        self.store, self.cluster = None, None
+        if execution.store is not None:
+            self.store = Store.open(Path(execution.store), self.provenance, execution.resume, execution.overwrite)
+        if execution.scheduler is not None:
+            self.cluster = Cluster(execution.scheduler, system)
 
     def __enter__(self) -> Self:
         return self

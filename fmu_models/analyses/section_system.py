@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import stepwise
-from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.execution import Execution, Runner
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
@@ -116,8 +116,8 @@ class SectionSystem(Shown, ABC):
     def make(
         self, jobs: Jobs, *, workers: int | None = None, progress: Callable[[float], Any] = lambda fraction: None
     ) -> Rows:
-        """The rows of all jobs, by threads, in memory; see ``execution`` for the rest."""
-        return Execution(self, workers=workers, progress=progress).make(jobs)
+        """The rows of all jobs, by threads, in memory; see ``runner`` for the rest."""
+        return Runner(self, execution=Execution(workers=workers), progress=progress).make(jobs)
 
     def identity(self) -> dict[str, Any]:
         """What tells this system from all others, as JSON: a store keeps it.

@@ -36,7 +36,7 @@ def command_of(name: str) -> Callable[..., None]:
 
     def command(**given: Any) -> None:
         section, files = given.pop("section"), given.pop("files")
-        arguments = given.pop("runs").options(files) if analysis.stores else {}
+        arguments = {"execution": given.pop("runs").execution(files)} if analysis.stores else {}
         files.check()
         axes = section.axes(name, given.pop("over"), COUNTS.get(analysis.axes)) if analysis.axes else {}
         options = section.options(name, **given)

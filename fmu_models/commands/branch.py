@@ -72,7 +72,7 @@ def branch(
             switch=switch == "all",
             longest=longest,
             of=of,
-            **files.kept(),
+            execution=files.execution(),
             progress=advance,
         )
         whole = found.curves(second[0], second[1:]) if second and not found.interrupted else None

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from rich.console import Console
 
+    from fmu_models.analyses.execution import Execution
     from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
     from fmu_models.fmu.fmu import Fmu
@@ -290,9 +291,11 @@ class StoredFiles(Files):
         """The store, where one is asked for."""
         return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
 
-    def kept(self) -> dict[str, Any]:
-        """Arguments of an analysis."""
-        return {"store": self.store, "resume": self.resume, "overwrite": self.overwrite}
+    def execution(self, workers: int | None = None, scheduler: str | None = None) -> Execution:
+        """Who makes the runs, and where they are kept."""
+        from fmu_models.analyses.execution import Execution
+
+        return Execution(workers, scheduler, self.store, self.resume, self.overwrite)
 
     def check(self) -> None:
         """As for ``Files``; a store refuses what is there already by itself."""
@@ -310,9 +313,9 @@ class Runs:
         str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
     ] = None
 
-    def options(self, files: StoredFiles) -> dict[str, Any]:
-        """Arguments of an analysis."""
-        return {"workers": self.workers, "scheduler": self.scheduler, **files.kept()}
+    def execution(self, files: StoredFiles) -> Execution:
+        """Who makes the runs, and where they are kept."""
+        return files.execution(self.workers, self.scheduler)
 
 
 StillFiles = Annotated[Files, Without("interactive")]

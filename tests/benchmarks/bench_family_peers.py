@@ -29,6 +29,7 @@ from numba import njit  # pyright: ignore[reportMissingImports]
 from pynamicalsys import ContinuousDynamicalSystem, DiscreteDynamicalSystem  # pyright: ignore[reportMissingImports]
 
 from fmu_models import maps
+from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.jobs import Jobs
@@ -111,7 +112,9 @@ def exponents() -> dict[str, Callable[[], np.ndarray]]:
     other = DiscreteDynamicalSystem(model="henon map")
     start, parameters = [0.1, 0.1], [1.4, 0.3]
     return {
-        "stickslip": lambda: lyapunov(henon, periods=STEPS, transient=100, motions=1000, workers=1).values,
+        "stickslip": lambda: (
+            lyapunov(henon, periods=STEPS, transient=100, motions=1000, execution=Execution(workers=1)).values
+        ),
         "pynamicalsys": lambda: np.asarray(other.lyapunov(start, STEPS, parameters=parameters, transient_time=100)),
     }
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from test_stores import content
 
-from fmu_models import StickslipError, Strobe, load
+from fmu_models import Execution, StickslipError, Strobe, load
 from fmu_models.analyses.continuation import begin as begins
 from fmu_models.analyses.continuation.branches import Branches, all_branches, branch
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
@@ -27,9 +27,14 @@ def support() -> Strobe:
     return Strobe(FMU, forcing="omega", parameters={"ks": 300.0, "omega": 0.93})
 
 
-def followed(**how: Any) -> Branches:
+def quiet(fraction: float) -> None: ...
+
+
+def followed(progress: Any = quiet, **execution: Any) -> Branches:
     """Over a flip and a grazing, and the branch of twice the period."""
-    return all_branches(support(), "omega", (0.93, 0.98), longest=2, **how)
+    return all_branches(
+        support(), "omega", (0.93, 0.98), longest=2, execution=Execution(**execution), progress=progress
+    )
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +130,6 @@ def test_a_finished_store_is_read(whole, monkeypatch):
 
 def test_a_store_of_another_branch_is_refused(whole):
     with pytest.raises(StickslipError, match=r"between = \[0\.93, 0\.98\] there, \[0\.93, 0\.99\] here"):
-        all_branches(support(), "omega", (0.93, 0.99), longest=2, store=whole)
+        all_branches(support(), "omega", (0.93, 0.99), longest=2, execution=Execution(store=whole))
     with pytest.raises(StickslipError, match="switch = true there, false here"):
-        branch(support(), "omega", (0.93, 0.98), store=whole)
+        branch(support(), "omega", (0.93, 0.98), execution=Execution(store=whole))

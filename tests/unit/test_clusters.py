@@ -14,6 +14,7 @@ from fmu_models.analyses import cluster
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.cluster import packed, run_part
+from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.return_map import ReturnMap
@@ -41,7 +42,11 @@ def test_two_workers_of_which_one_is_killed_write_the_same_store(tmp_path, monke
         found = mapped(store=tmp_path / "cluster.zarr", scheduler=made.scheduler_address, progress=kill_one)
         assert len(alive) == 1 and np.array_equal(found.labels, plain.labels)
         failing = chart(
-            Strobe(SUPPORT, forcing="omega"), omega=[0.9], m=[1.0, 2.0], transient=60, scheduler=made.scheduler_address
+            Strobe(SUPPORT, forcing="omega"),
+            omega=[0.9],
+            m=[1.0, 2.0],
+            transient=60,
+            execution=Execution(scheduler=made.scheduler_address),
         )
         assert failing.labels.shape == (1, 2)
     assert content(tmp_path / "cluster.zarr") == content(tmp_path / "threads.zarr")
@@ -69,4 +74,4 @@ def test_systems_can_be_pickled():
 def test_where_nobody_answers_that_is_said(monkeypatch):
     monkeypatch.setattr(cluster, "WAIT", 0.3)
     with pytest.raises(StickslipError, match=r"No scheduler answers at 'tcp://127\.0\.0\.1:9'"):
-        chart(SYSTEM, omega=LINE[6:7], m=[1.0], scheduler="tcp://127.0.0.1:9")
+        chart(SYSTEM, omega=LINE[6:7], m=[1.0], execution=Execution(scheduler="tcp://127.0.0.1:9"))

@@ -18,6 +18,7 @@ from fmu_models.analyses import jobs as families
 from fmu_models.analyses.basins import Basins, basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
+from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.fmu_sections import Crossing, Strobe
 from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.lyapunov import lyapunov
@@ -45,9 +46,12 @@ def support(**values: float) -> Strobe:
     return Strobe(SUPPORT, forcing="omega", parameters={**CHAOS, **values})
 
 
-def mapped(**how: Any) -> Basins:
+def quiet(fraction: float) -> None: ...
+
+
+def mapped(progress: Any = quiet, **execution: Any) -> Basins:
     """Three periodic motions, and some starts that a bound of 40 steps leaves to a second family."""
-    return basins(support(omega=0.92), x=LINE, v=LINE, most=40, **how)
+    return basins(support(omega=0.92), x=LINE, v=LINE, most=40, execution=Execution(**execution), progress=progress)
 
 
 def content(store: Path) -> dict[str, str]:
@@ -67,7 +71,7 @@ def whole(tmp_path_factory) -> Path:
 def analyses() -> dict[str, Any]:
     omega = np.linspace(0.8, 1.0, 31)
     return {
-        "basins": mapped,
+        "basins": lambda **how: basins(support(omega=0.92), x=LINE, v=LINE, most=40, **how),
         "diagram": lambda **how: orbit_diagram(
             support(), "omega", omega, direction="both", exponents=True, transient=60, points=20, longest=4, **how
         ),
@@ -83,7 +87,7 @@ def analyses() -> dict[str, Any]:
 def test_a_store_is_the_same_whoever_makes_it_and_what_is_found_as_without_it(name, tmp_path):
     make = analyses()[name]
     workers = (1, 2, 7) if name == "basins" else (1, 7)
-    kept = [make(store=tmp_path / f"{count}.zarr", workers=count) for count in workers]
+    kept = [make(execution=Execution(count, store=tmp_path / f"{count}.zarr")) for count in workers]
     assert all(content(tmp_path / f"{count}.zarr") == content(tmp_path / "1.zarr") for count in workers)
     plain = make().to_xarray().drop_attrs()
     for found in (kept[0].to_xarray(), xarray.open_zarr(tmp_path / "1.zarr", consolidated=False, chunks=None)):
@@ -195,14 +199,26 @@ def test_a_finished_store_is_read_and_no_run_is_made(whole, monkeypatch):
 def test_a_store_of_something_else_is_refused_with_the_difference(whole, tmp_path, monkeypatch):
     other = Iteration.of(maps.load("logistic"), {"r": 3.4})
     cases: list[tuple[Any, str]] = [
-        (lambda: basins(support(omega=0.92), x=LINE, v=LINE, most=50, store=whole, resume=True), "most = 40 there, 50"),
         (
-            lambda: basins(support(omega=0.9), x=LINE, v=LINE, most=40, store=whole),
+            lambda: basins(support(omega=0.92), x=LINE, v=LINE, most=50, execution=Execution(store=whole, resume=True)),
+            "most = 40 there, 50",
+        ),
+        (
+            lambda: basins(support(omega=0.9), x=LINE, v=LINE, most=40, execution=Execution(store=whole)),
             "parameters.omega = 0.92 there, 0.9",
         ),
-        (lambda: basins(support(omega=0.92), x=LINE, v=-LINE, most=40, store=whole), "axes.v.digest"),
-        (lambda: basins(other, x=[0.3], most=40, store=whole), "system.model = .discontinuous_support. there, .log"),
-        (lambda: orbit_diagram(support(), "omega", [0.9], store=whole), "analysis = .basins. there, .diagram. here"),
+        (
+            lambda: basins(support(omega=0.92), x=LINE, v=-LINE, most=40, execution=Execution(store=whole)),
+            "axes.v.digest",
+        ),
+        (
+            lambda: basins(other, x=[0.3], most=40, execution=Execution(store=whole)),
+            "system.model = .discontinuous_support. there, .log",
+        ),
+        (
+            lambda: orbit_diagram(support(), "omega", [0.9], execution=Execution(store=whole)),
+            "analysis = .basins. there, .diagram. here",
+        ),
         (lambda: mapped(store=tmp_path), "is no store of runs"),
     ]
     (tmp_path / "notes.txt").write_text("of mine")
@@ -219,20 +235,22 @@ def test_a_return_map_whose_start_is_a_function_has_no_store(tmp_path):
     back = ReturnMap(SUPPORT, "v", section=Section("x", 0.0, 1), cap=50.0, start=lambda v: {"x": 0.0, "v": v})
     assert orbit_diagram(back, "omega", [1.0], start=[1.0], transient=2, points=1, longest=0).steps == 3
     with pytest.raises(StickslipError, match="give the start of the return map as values"):
-        orbit_diagram(back, "omega", [1.0], store=tmp_path / "run.zarr")
+        orbit_diagram(back, "omega", [1.0], execution=Execution(store=tmp_path / "run.zarr"))
 
 
 def test_overwriting_takes_the_place_of_a_store(tmp_path):
     store = tmp_path / "run.zarr"
     for value in (0.2, 0.3):
-        basins(LOGISTIC, x=[value], store=store, overwrite=True)
+        basins(LOGISTIC, x=[value], execution=Execution(store=store, overwrite=True))
         assert xarray.open_zarr(store, consolidated=False, chunks=None)["x"].item() == value
 
 
 def test_an_error_of_one_run_is_kept_with_it(tmp_path):
     system = Strobe(load("hinge_clearance"), forcing="f")
     for _ in range(2):  # made, then read
-        found = basins(system, x=[-0.002, 0.02], v=[0.0, 0.05], most=300, store=tmp_path / "run.zarr")
+        found = basins(
+            system, x=[-0.002, 0.02], v=[0.0, 0.05], most=300, execution=Execution(store=tmp_path / "run.zarr")
+        )
         assert (found.labels[1] == -3).all() and (found.labels[0] >= 0).all()
         assert "right_memory" in found.failures[1, 0]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special
-from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.execution import IN_MEMORY, Execution, Runner
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
@@ -36,9 +35,7 @@ def branch(
     start: Mapping[str, float] | Sequence[float] | None = None,
     settle: bool = False,
     points: int = 2000,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Branch:
     """Follow the periodic motion near a start over a parameter, both ways.
@@ -51,16 +48,15 @@ def branch(
         start: states at phase 0 near the motion; as the declaration says what is left out.
         settle: run for a while from the start first.
         points: motions in each direction, at most.
-        store, resume, overwrite: where they are kept as they are found; see ``Execution``.
+        execution: Where they are kept as they are found.
         progress: called with the share of the range that is behind, or less.
 
     Raises:
         StickslipError: no such parameter, a range that is none or does not hold its value at the start, a section that
-            is no strobe, or no motion near the start; as ``Execution``.
+            is no strobe, or no motion near the start; as ``Runner``.
     """
     how: dict[str, Any] = {"start": start, "settle": settle, "points": points, "progress": progress}
-    how |= {"store": store, "resume": resume, "overwrite": overwrite}
-    return all_branches(system, over, between, switch=False, **how).branches[0]
+    return all_branches(system, over, between, switch=False, execution=execution, **how).branches[0]
 
 
 def all_branches(
@@ -74,9 +70,7 @@ def all_branches(
     switch: bool = True,
     longest: int = 8,
     of: str | None = None,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Branches:
     """The branch of the motion near a start, and all that leave it and one another.
@@ -95,8 +89,8 @@ def all_branches(
     _check_shown(of, problem.states, problem.name)
     plan: dict[str, Any] = {"analysis": "branch", "over": over, "between": [low, high], "start": system.start(start)}
     plan |= {"settle": settle, "points": points, "switch": switch} | ({"longest": longest} if switch else {})
-    with Execution(system, plan, store=store, resume=resume, overwrite=overwrite) as execution:
-        keeper = Keeper(execution.store, problem)
+    with Runner(system, plan, execution) as runner:
+        keeper = Keeper(runner.store, problem)
         first_piece = keeper.pieces()
         if not first_piece.known:
             first_piece.put(begin_of(system, problem, (low, high), start, settle))
@@ -113,7 +107,7 @@ def all_branches(
         first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
         found = _with_others(first, longest, points, of, switch, keeper)
         if not found.interrupted:
-            execution.finish(found)
+            runner.finish(found)
     return found
 
 

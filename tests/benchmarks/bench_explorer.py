@@ -24,7 +24,7 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests/unit"))
+sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from explored import Twin, answers_at_ends, in_node, values_of  # noqa: E402  beside the unit tests
 

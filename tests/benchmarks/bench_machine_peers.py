@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from emulated_arm import ARM, log, torques
 from scipy.signal import butter, decimate, sosfiltfilt

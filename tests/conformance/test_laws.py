@@ -33,7 +33,7 @@ from identification.measurement.pooling import pool
 from rig_io.bench.emulation import Disc, Emulation
 from rig_io.bench.emulator import emulate
 
-# a stop pushes along its depth; what a stop's law must do is in tests/unit/test_stops.py
+# a stop pushes along its depth; what a stop's law must do is in tests/unit/lowering/test_stops.py
 STOPS = ("kelvin_voigt", "lankarani_nikravesh")
 NAMES = [name for name in LAWS.names() if name not in STOPS]
 
@@ -229,7 +229,7 @@ def truth(law: FittableLaw) -> np.ndarray:
 
 def test_a_fit_to_emulated_logs_finds_the_parameters(name: str, fitted: FittableLaw, tmp_path: Path) -> None:
     if not fitted.sticks:
-        pytest.skip("its bristles show in stick alone: tests/unit/test_whole_cycle.py fits them")
+        pytest.skip("its bristles show in stick alone: test_whole_cycle.py fits them")
     values = ", ".join(f"{key}0 = {value}" for key, value in zip(fitted.names, truth(fitted), strict=True))
     path = tmp_path / "rig.toml"
     path.write_text(

@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 # pytest does the same for the tests beside
-sys.path[:0] = [str(Path(__file__).parents[1] / name) for name in (".", "fuzz", "conformance", "foreign", "unit")]
+sys.path[:0] = [str(Path(__file__).parents[1] / name) for name in (".", "fuzz", "conformance", "foreign", "helpers")]
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sanitizers  # noqa: E402

@@ -100,15 +100,13 @@ class Suite:
         self.tree, self.environment = tree, environment
         self.maps: dict[str, dict] = {}
         self.passing: dict[str, bool] = {}
-        paths = sorted((tree / "tests").glob("*/test_*.py"))
+        paths = sorted((tree / "tests").rglob("test_*.py"))
         self.files = [path.relative_to(tree).as_posix() for path in paths if not LEFT_OUT.search(path.name)]
 
     @cached_property
     def _words(self) -> dict[str, set[str]]:
         """Words of each file of tests and of the helpers beside it."""
-        helpers = {
-            path.stem: path for path in (self.tree / "tests").glob("*/*.py") if not path.name.startswith("test_")
-        }
+        helpers = {path.stem: path for path in (self.tree / "tests").rglob("*.py") if not path.name.startswith("test_")}
         words = {}
         for file in self.files:
             text = (self.tree / file).read_text("utf-8")

@@ -48,9 +48,9 @@ def branch(
 
     Example: stickslip branch discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png
     """
-    from fmu_models.analyses.continuation.branches import all_branches
-    from fmu_models.analyses.continuation.curve import closed_form_of
     from fmu_models.base.formula import Formula
+    from fmu_models.continuation.branches import all_branches
+    from fmu_models.continuation.curves.curve import closed_form_of
 
     files.check()
     checked_switch(switch)

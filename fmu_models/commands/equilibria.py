@@ -39,8 +39,8 @@ def equilibria(
 
     Example: stickslip equilibria planar_hopf --over mu=-1:1 --start x1=-1.5 --start x2=0 --switch all --figure e.png
     """
-    from fmu_models.analyses.continuation.curve import Curves
-    from fmu_models.analyses.continuation.equilibria import equilibria as follow
+    from fmu_models.continuation.curves.curve import Curves
+    from fmu_models.continuation.equilibria import equilibria as follow
 
     files.check()
     checked_switch(switch)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branches import all_branches
+from fmu_models.continuation.branches import all_branches
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, section_of
 from fmu_models.scene.scene import Scene

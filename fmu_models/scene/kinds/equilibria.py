@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fmu_models.analyses.continuation.equilibria import equilibria
+from fmu_models.continuation.equilibria import equilibria
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.branch import counted, special_values
 from fmu_models.scene.kinds.kind import Kind, Row, constants_of

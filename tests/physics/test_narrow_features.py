@@ -126,6 +126,33 @@ def reference(rates: Callable[[float, np.ndarray], list[float]], start: list[flo
     return solve_ivp(rates, (0, end), start, method="DOP853", rtol=1e-12, atol=1e-14, max_step=step).y[:, -1]
 
 
+@pytest.mark.parametrize("width", [0.1, 1e-2, 1e-4])
+def test_derivative_by_an_amplitude_that_is_zero(width: float) -> None:
+    """The motion has no pulse, its neighbours do: by the impulse they get, in closed form."""
+    impulse = math.sqrt(math.pi) * width
+    expected = {"pushed": (5.0, 1.0), "pulse": (math.sin(5.0), math.cos(5.0))}
+    for name, (x, v) in expected.items():
+        size = impulse * (math.exp(-width * width / 4) if name == "pulse" else 1.0)
+        with SensitiveRun(fmu(name), by=["F"], recorded=["x", "v"]) as run:
+            slopes = run.run([10.0], parameters={"F": 0.0, "width": width}, start={"x": 0.3, "v": 0.1})
+        np.testing.assert_allclose(slopes.derivative[-1].ravel(), [size * x, size * v], rtol=1e-9)
+        assert slopes.steps < 600
+
+
+def test_derivative_by_a_normal_force_that_is_zero() -> None:
+    """The rise of friction at low speed, on both sides of a reversal, where the motion has no friction."""
+    start, values = {"x": -0.40625, "v": -0.09375}, {"slow": 1 / 256, "mu": 1.0, "mu_k": 0.0}
+    with SensitiveRun(fmu("stribeck"), by=["N"], recorded=["x", "v"]) as run:
+        slopes = run.run([3.0], parameters={"N": 0.0, **values}, start=start)
+    ends = [
+        simulate(fmu("stribeck"), 3.0, parameters={"N": N, **values}, start=start, output_times=[3.0])
+        for N in (1e-4, 2e-4, 0.0)
+    ]
+    near, far, none = (np.array([end["x"][-1], end["v"][-1]]) for end in ends)
+    expected = (4 * near - far - 3 * none) / 2e-4
+    np.testing.assert_allclose(slopes.derivative[-1].ravel(), expected, rtol=1e-3, atol=1e-8)
+
+
 @pytest.mark.parametrize("width", [1.0, 0.1, 0.01])
 def test_pulse_upon_a_spring(width: float) -> None:
     run = simulate(fmu("pulse"), 10.0, parameters={"width": width}, start={"v": 0.1}, output_times=[10.0])

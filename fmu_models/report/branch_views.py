@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.analyses.branch import Followed
 from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch
 from fmu_models.analyses.continuation.branches import Branches
 from fmu_models.analyses.continuation.curve import ClosedForm, Curve, Curves
@@ -243,6 +244,16 @@ def _number(value: complex) -> str:
 @tell.register(Branches)
 def _(found: Branches) -> str:
     return "\n".join(tell(one) for one in found.branches)
+
+
+@draw.register(Followed)
+def _(found: Followed, axes: Axes) -> None:
+    draw(found.shown, axes)
+
+
+@tell.register(Followed)
+def _(found: Followed) -> str:
+    return tell(found.shown)
 
 
 @draw.register(Manifolds)

@@ -8,15 +8,15 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branches import Branches, all_branches
-from fmu_models.analyses.continuation.curve import Curve, Curves, closed_form_of
-from fmu_models.analyses.continuation.equilibrium_branch import EquilibriumBranch
 from fmu_models.analyses.declaration import RANGE, Analysis, Option, Range
-from fmu_models.analyses.execution import IN_MEMORY, Execution
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured
+from fmu_models.continuation.branches import Branches, all_branches
+from fmu_models.continuation.curves.curve import Curve, Curves, closed_form_of
+from fmu_models.continuation.equilibrium_branch import EquilibriumBranch
+from fmu_models.families.execution import IN_MEMORY, Execution
+from fmu_models.sections.system import SectionSystem
 
 
 @dataclass(frozen=True, eq=False)

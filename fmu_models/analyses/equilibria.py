@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any
 
 from fmu_models.analyses.branch import Followed, numbers_at, special_values
-from fmu_models.analyses.continuation.curve import Curves
-from fmu_models.analyses.continuation.equilibria import equilibria
 from fmu_models.analyses.declaration import OSCILLATOR, RANGE, Analysis, Option, Range
+from fmu_models.continuation.curves.curve import Curves
+from fmu_models.continuation.equilibria import equilibria
 from fmu_models.fmu.fmu import Fmu
 
 

@@ -29,13 +29,13 @@ from scipy.integrate import solve_ivp
 from fmu_models.analyses.declaration import EITHER, Analysis, Option, Range
 from fmu_models.analyses.homoclinic import Homoclinic
 from fmu_models.analyses.homoclinic import homoclinic as locate_homoclinic
-from fmu_models.analyses.periodic import find_cycles, motion_at
 from fmu_models.analyses.saddle import Saddle, saddle_of
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.periodic import find_cycles, motion_at
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate
 
 Vector = NDArray[np.float64]

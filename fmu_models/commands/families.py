@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     import numpy as np
     from rich.console import Console
 
-    from fmu_models.analyses.execution import Execution
-    from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
+    from fmu_models.families.execution import Execution
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.report.interactive import Motion
     from fmu_models.scene.scene import Compute, Scene
+    from fmu_models.sections.system import SectionSystem
 
 Ranges = Annotated[
     list[str] | None,
@@ -85,9 +85,11 @@ class Section:
         Raises:
             StickslipError: options that contradict one another, or as the section does.
         """
-        from fmu_models.analyses import fmu_sections
-        from fmu_models.analyses.iteration import Iteration
         from fmu_models.fmu.load import load
+        from fmu_models.sections.crossing import Crossing
+        from fmu_models.sections.impacts import Impacts
+        from fmu_models.sections.iteration import Iteration
+        from fmu_models.sections.strobe import Strobe
 
         values = console.assignments(self.settings, "parameter")
         if self._scene is not None:
@@ -104,11 +106,11 @@ class Section:
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
         common["stepper"] = self.stepper
         if self.impacts:
-            return fmu_sections.Impacts(fmu, self.impacts, **common)
+            return Impacts(fmu, self.impacts, **common)
         if self.level:
             ((state, value),) = console.assignments([self.level], "level").items()
-            return fmu_sections.Crossing(fmu, state, value, -1 if self.down else 1, **common)
-        return fmu_sections.Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
+            return Crossing(fmu, state, value, -1 if self.down else 1, **common)
+        return Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
 
     @cached_property
     def _scene(self) -> Scene | None:
@@ -322,7 +324,7 @@ class StoredFiles(Files):
 
     def execution(self, workers: int | None = None, scheduler: str | None = None) -> Execution:
         """Who makes the runs, and where they are kept."""
-        from fmu_models.analyses.execution import Execution
+        from fmu_models.families.execution import Execution
 
         return Execution(workers, scheduler, self.store, self.resume, self.overwrite)
 

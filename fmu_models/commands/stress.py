@@ -15,6 +15,8 @@ from fmu_models.base.files import refuse_existing
 if TYPE_CHECKING:
     from fmu_models.validation.stress.judge import Cell
 
+SEED = 0
+
 
 def stress(
     models: Annotated[
@@ -30,7 +32,7 @@ def stress(
         int | None,
         typer.Option(min=1, metavar="N", help="N random cases instead, each against a second, independent path."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="What random cases are drawn from. [default: 0]")] = None,
+    seed: Annotated[int | None, typer.Option(help=f"What random cases are drawn from. [default: {SEED}]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small choice of the cases, in some seconds.")] = False,
     every: Annotated[bool, typer.Option("--every", help="Name accurate cells too.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Child processes. [default: one per core]")] = None,
@@ -73,7 +75,7 @@ def stress(
         if random is None:
             chosen = listed_cases(models or [], case, until, quick)
         else:
-            chosen = random_cases(models or [], random, seed or 0, until)
+            chosen = random_cases(models or [], random, SEED if seed is None else seed, until)
         try:
             for cell in judged(chosen, advance, pool):
                 cells.append(cell)

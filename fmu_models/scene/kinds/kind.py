@@ -52,7 +52,7 @@ class Kind:
     anywhere: bool = False
     sweeps: bool = False
     axes: str = ""
-    settings: Mapping[str, int | str | None] = field(default_factory=dict)
+    settings: Mapping[str, float | str | None] = field(default_factory=dict)
 
 
 def period(scene: Scene, parameters: Mapping[str, float]) -> float:

@@ -13,6 +13,8 @@ from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.fmu.load import load
 
+pytestmark = pytest.mark.digits
+
 GO = np.zeros(1, np.int32)
 PERIODS = 10
 

@@ -22,6 +22,7 @@ from fmu_models.base.files import is_sealed
 from fmu_models.codegen import package
 from fmu_models.toolchain import compiler
 from fmu_models.toolchain.compiler import FLAGS
+from fmu_models.toolchain.platforms import this_platform
 
 
 def share_builds(cache: Path) -> None:
@@ -36,7 +37,8 @@ def _compile_model(sources: Mapping[str, str | bytes], output: Path, *, target: 
     assert name is not None
     is_long = name[1] in oscillators.names() or name[1].startswith("disturbed_")
     is_fmi2 = any(file.startswith("fmi/fmi2") for file in sources)
-    options = FLAGS if is_long and not is_fmi2 else QUICK
+    is_here = target in (None, this_platform().target)
+    options = FLAGS if (is_long and not is_fmi2) or not is_here else QUICK
     return compiler.compile_shared(sources, output, target=target, options=options)
 
 

@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from fmu_models.analyses import jobs as families
-from fmu_models.analyses.execution import Runner
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.shown import Shown
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
 

@@ -21,16 +21,16 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
-from fmu_models.analyses.execution import IN_MEMORY, Execution, Runner
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]

@@ -20,10 +20,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
+from fmu_models.sections.strobe import Strobe
 
 MOTIONS, PERIODS = 256, 300
 FAMILIES = {
@@ -71,7 +71,7 @@ def few_motions(repetitions: int) -> None:
             calls = [[jobs.part(i, i + 1) for i in range(motions)], *([jobs] for _ in steppers)]
             taken = []
             for stepper, parts in zip([steppers[0], *steppers], calls, strict=True):
-                vars(system)["_stepper"] = lambda _, one=stepper: one
+                vars(system.backend)["stepper"] = lambda _, one=stepper: one
                 made = seconds(lambda one=system, parts=parts: [one.run(jobs, GO) for jobs in parts], repetitions)
                 taken.append(made)
             gains = (f"{one.lanes}: {taken[0] / time:.2f}" for one, time in zip(steppers, taken[1:], strict=True))

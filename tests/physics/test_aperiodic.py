@@ -12,13 +12,13 @@ from fmu_models import Automaton, Fmu, Iteration, Parameter, State, Strobe, Swit
 from fmu_models.analyses.aperiodic import CHAOS, CYCLE, NOT_DECIDED, TORUS, judged, sign_of
 from fmu_models.analyses.basins import Basins, Cloud
 from fmu_models.analyses.chart import chart
-from fmu_models.analyses.execution import Execution, Runner
-from fmu_models.analyses.iteration import iterate
 from fmu_models.codegen.package import built_of
+from fmu_models.families.execution import Execution, Runner
 from fmu_models.language.maps import Map
 from fmu_models.lowering.lower import lower
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
+from fmu_models.sections.iteration import iterate
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 

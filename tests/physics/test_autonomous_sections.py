@@ -24,9 +24,9 @@ from fmu_models import (
     load,
     lyapunov,
 )
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.codegen.package import built_of
+from fmu_models.families.execution import Execution
+from fmu_models.families.jobs import Jobs
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.lower import lower
 

@@ -14,9 +14,9 @@ from checkout import ROOT
 from store_content import content
 
 from fmu_models import Execution, StickslipError, Strobe, load
-from fmu_models.analyses.continuation import begin as begins
-from fmu_models.analyses.continuation.branches import Branches, all_branches, branch
-from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.continuation import begin as begins
+from fmu_models.continuation.branches import Branches, all_branches, branch
+from fmu_models.continuation.problem.flow import FlowProblem
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
@@ -71,7 +71,7 @@ def test_what_is_killed_goes_on_to_the_same_bytes(whole, tmp_path):
         "import os, sys\n"
         f"sys.path[:0] = {[str(Path(__file__).parent), str(ROOT), str(ROOT / 'tests/helpers')]!r}\n"
         "import test_branch_stores as t\n"
-        "from fmu_models.analyses.continuation.way import Way\n"
+        "from fmu_models.continuation.step.way import Way\n"
         "told, add = [], Way.add\n"
         "def counted(self, node):\n"
         "    told.append(add(self, node))\n"

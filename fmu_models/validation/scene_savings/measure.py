@@ -1,0 +1,199 @@
+"""What a scene saves, measured here and now against the FMU of its whole model.
+
+Building and starting are timed in processes of their own, as a user meets them: from the start of the interpreter to
+the first result. Runs are timed in pairs, one of each in turn.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import statistics
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.cache import cache_folder
+from fmu_models.base.processes import isolated
+from fmu_models.base.temporary import temporary_folder
+from fmu_models.codegen.package import built, variant
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.compute import arguments
+from fmu_models.scene.reduce import built_scene
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.run import simulate
+from fmu_models.validation.scene_savings.left_out import left_out
+
+PAIRS = 21
+LONGEST = 5.0  # s, after which no further pair of runs is begun
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large an FMU is: numbers of its parts, by its XML, and bytes."""
+
+    contacts: int
+    indicators: int
+    states: int
+    parameters: int
+    inputs: int
+    outputs: int
+    bytes: int
+
+
+def size(fmu: Fmu) -> Size:
+    """Count the parts of an FMU."""
+    description: Any = fmu.description
+    indicators = description.numberOfEventIndicators if fmu.fmi == 2 else len(description.eventIndicators)
+    return Size(
+        contacts=len(fmu.contacts),
+        indicators=int(indicators),
+        states=len(fmu.states),
+        parameters=len(fmu.parameters),
+        inputs=len(fmu.inputs),
+        outputs=len(fmu.outputs),
+        bytes=fmu.path.stat().st_size,
+    )
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Times of runs of the scene's FMU and of that of its model.
+
+    Attributes:
+        scene, model: s, median wall time of the engine per run.
+        faster: median of the ratios of the pairs.
+        difference: largest difference of a state, in fractions of its size; None if the runs are different motions,
+            since contacts that are left out cannot be switched off in the model.
+        muted: parameters by which they were switched off, with their values.
+    """
+
+    scene: float
+    model: float
+    faster: float
+    difference: float | None
+    muted: Mapping[str, float]
+
+
+def whole_model(scene: Scene) -> Fmu:
+    """The FMU of the model with all its contacts, parameters and outputs, under the laws of the scene."""
+    return Fmu.open(built(scene.model, laws=scene.laws, beside=scene.folder))
+
+
+def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
+    """Run the scene's FMU and that of its model in turn, ends recorded only.
+
+    Raises:
+        StickslipError: as for ``simulate``.
+    """
+    small, large = Fmu.open(built_scene(scene)), whole_model(scene)
+    muted = _muting(scene)
+    own = arguments(scene)
+    everything = _for_model(scene, large, own, muted or {})
+    times = np.linspace(0.0, own["stop_time"], 501)
+    one, other = simulate(small, **own, output_times=times), simulate(large, **everything, output_times=times)
+    sizes = {name: float(np.abs(one[name]).max()) or 1.0 for name in small.states}
+    gaps = [float(np.abs(one[name] - other[name]).max()) / size for name, size in sizes.items()]
+    measured: list[tuple[float, float]] = []
+    end = [own["stop_time"]]
+    begin = time.monotonic()
+    while len(measured) < pairs and (len(measured) < 3 or time.monotonic() - begin < LONGEST):
+        ours = simulate(small, **own, output_times=end).seconds
+        measured.append((ours, simulate(large, **everything, output_times=end).seconds))
+    return Runs(
+        scene=statistics.median(a for a, _ in measured),
+        model=statistics.median(b for _, b in measured),
+        faster=statistics.median(b / a for a, b in measured),
+        difference=None if muted is None else max(gaps),
+        muted=muted or {},
+    )
+
+
+def _for_model(scene: Scene, model: Fmu, own: Mapping[str, Any], muted: Mapping[str, float]) -> dict[str, Any]:
+    """Arguments with which the FMU of the whole model does what the scene does."""
+    fixed = {name: value for name, value in scene.fixed.items() if name in model.parameters}
+    held = {name: value for name, value in scene.fixed.items() if name in model.inputs}
+    return {
+        **own,
+        "parameters": {**fixed, **own["parameters"], **muted},
+        "inputs": {**held, **own["inputs"]},
+    }
+
+
+def _muting(scene: Scene) -> dict[str, float] | None:
+    """Values of parameters of the model that take the force from every contact left out; None if there are none."""
+    from fmu_models.language.stops import Stop
+
+    if scene.contacts is None:
+        return {}
+    whole = variant(scene.model, beside=scene.folder)
+    kept = variant(whole, scene.contacts)
+    shared = {p.name for p in kept.parameters}
+    muted: dict[str, float] = {}
+    for contact in whole.contacts:
+        if contact.name in scene.contacts:
+            continue
+        own: list[Any] = [p for p in whole.parameters if p in contact.symbols and p.name not in shared]
+        zeros = [p for p in own if p.minimum == 0.0 and not p.positive]
+        force: Any = contact.compression if isinstance(contact, Stop) else getattr(contact, "law", None)
+        if force is not None and not isinstance(contact, Stop):
+            force = contact.law.force(contact.slip_speed, contact.sign)  # pyright: ignore[reportAttributeAccessIssue]
+        choices = [[p] for p in zeros] + [zeros]
+        silent = next((c for c in choices if force is not None and force.xreplace(dict.fromkeys(c, 0)) == 0), None)
+        if silent is None:
+            return None
+        muted |= {p.name: 0.0 for p in silent}
+    return muted
+
+
+def time_build(scene: Scene, of_model: bool) -> float:
+    """Seconds to a first result with an empty cache: the FMU of the scene, or of its whole model, is built."""
+    with temporary_folder("bench") as folder:
+        # the compiler's own cache stays: it holds the C library, which is made once per installation
+        compiler = os.environ.get("ZIG_GLOBAL_CACHE_DIR", str(cache_folder() / "zig"))
+        return _first_result(scene, of_model, {"STICKSLIP_CACHE": str(folder), "ZIG_GLOBAL_CACHE_DIR": compiler})
+
+
+def time_start(scene: Scene, of_model: bool) -> float:
+    """Seconds to a first result with an FMU that was built before."""
+    return _first_result(scene, of_model, {})
+
+
+def _first_result(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> float:
+    begin = time.perf_counter()
+    isolated(_work, scene, of_model, environment)
+    return time.perf_counter() - begin
+
+
+def _work(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> None:
+    """What is timed, in a process of its own."""
+    os.environ.update(environment)
+    own = arguments(scene)
+    fmu = whole_model(scene) if of_model else Fmu.open(built_scene(scene))
+    run = _for_model(scene, fmu, own, {}) if of_model else own
+    simulate(fmu, **run, output_times=[own["stop_time"]])
+
+
+def measured(scene: Scene, progress: Callable[[float], Any]) -> dict[str, Any]:
+    """What is left out, sizes and times of the scene's FMU and of that of its model."""
+    parts = left_out(scene)
+    sizes = {"scene": size(Fmu.open(built_scene(scene))), "model": size(whole_model(scene))}
+    progress(0.1)
+    runs = time_runs(scene)
+    progress(0.4)
+    start = {"scene": time_start(scene, False), "model": time_start(scene, True)}
+    progress(0.6)
+    build = {"scene": time_build(scene, False), "model": time_build(scene, True)}
+    return {
+        "left_out": [dataclasses.asdict(part) for part in parts],
+        "sizes": {name: dataclasses.asdict(one) for name, one in sizes.items()},
+        "build_seconds": build,
+        "start_seconds": start,
+        "run_seconds": {"scene": runs.scene, "model": runs.model},
+        "faster": runs.faster,
+        "difference": runs.difference,
+        "muted": dict(runs.muted),
+    }

@@ -186,7 +186,16 @@ class EquilibriumBranch(Pictured):
         how: where rates come from and how near derivatives are, where that is not a matter of course.
     """
 
-    RECORD: ClassVar = ("model", "over", "states", "ends=named_ends", "points=rows", "special", "intervals")
+    RECORD: ClassVar = (
+        "model",
+        "over",
+        "states",
+        "ends=named_ends",
+        "points=rows",
+        "special",
+        "intervals",
+        "cycles=cycle_ends",
+    )
 
     model: str
     over: str
@@ -217,6 +226,16 @@ class EquilibriumBranch(Pictured):
         names = ("value", "state", "eigenvalues", "stable")
         columns = zip(self.values, self.points, self.eigenvalues, self.stable, strict=True)
         return [dict(zip(names, row, strict=True)) for row in columns]
+
+    @property
+    def cycle_ends(self) -> list[dict[str, Any]]:
+        """The branches of cycles, each with its first and last one."""
+        rows: list[dict[str, Any]] = []
+        for cycles in self.cycles:
+            columns = {"value": cycles.values, "period": cycles.periods, "multipliers": cycles.multipliers}
+            first, last = ({name: values[i] for name, values in columns.items()} for i in (0, -1))
+            rows.append({**cycles.record(), "first": first, "last": last})
+        return rows
 
     @property
     def interrupted(self) -> bool:

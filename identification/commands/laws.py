@@ -10,6 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
+from identification.estimators import ESTIMATORS
 from identification.inference.defaults import DISTURBANCES, ESTIMATOR
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 def laws(
     logs: Logs,
     estimator: Annotated[
-        str, typer.Option(help="Whose likelihood decides: shooting, whole-cycle, weak-form or savitzky-golay.")
+        str, typer.Option(help=f"Whose likelihood decides: {', '.join(ESTIMATORS.names())}.")
     ] = ESTIMATOR,
     disturbances: Disturbing = DISTURBANCES,
     contact: Annotated[
@@ -65,10 +66,9 @@ def laws(
 
 def print_laws(found: LawComparison, out: Console) -> None:
     """The laws as a table, and what decides."""
-    from fmu_models.base.terminal_table import terminal
     from identification.report.law_table import LEGEND, law_table
 
-    out.print(terminal(law_table(found)))
+    out.print(law_table(found))
     out.print(LEGEND)
     if found.causes:
         out.print(f"Estimated beside every law: {', '.join(found.causes)}.")

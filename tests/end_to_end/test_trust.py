@@ -278,7 +278,7 @@ PARSERS = {
     "fmu_models/base/toml_document.py": "code is named by Document.reference alone: cases",
     "fmu_models/base/plain_values.py": "numbers and texts",
     "fmu_models/base/unit_names.py": "our own cache",
-    "fmu_models/commands/branch.py": "start values: numbers by name",
+    "fmu_models/commands/families.py": "start values: numbers by name",
     "fmu_models/commands/data.py": "titles of what comes along",
     "fmu_models/commands/listing.py": "our own cache",
     "fmu_models/commands/scene.py": "scenes that come along",

@@ -120,48 +120,27 @@ enum { NEIGHBOURS = 4 };
 /* a length of less than this part of the step asks for nearer neighbours */
 static const double WORTH = 0.5;
 
-/* of the parameters that are zero, the largest derivative: a factor that is zero hides what it multiplies */
-static double hidden_size(const Tangent *t)
+/* whether a parameter that is zero moves: what it weighs is nothing in the motion, and all in the derivative */
+static int read_weightless(const Run *r, const Variation *l, int lane, double *weightless)
 {
-    double largest = 0.0;
+    int moves = 0;
     for (int i = 0; i < MODEL_NP; i++) {
-        largest = creal(t->at.p[i]) == 0.0 ? fmax(largest, fabs(cimag(t->at.p[i]))) : largest;
+        weightless[i] = r->at.p[i] == 0.0 ? l->p[i][lane] : 0.0;
+        moves |= weightless[i] != 0.0;
     }
-    return largest / EPS;
-}
-
-/* the reach for neighbours along a tangent, whose parameters that are zero are moved as they are */
-static double moved_reach(Run *r, const Tangent *t, double moved, const StateSeries *along, int order, double h,
-                          double least)
-{
-    double p[MODEL_ROOM(MODEL_NP)];
-    double d[MODEL_ROOM(MODEL_ND)];
-    memcpy(p, r->at.p, sizeof p);
-    memcpy(d, r->at.d, sizeof d);
-    for (int i = 0; i < MODEL_NP; i++) {
-        r->at.p[i] += p[i] == 0.0 ? moved * cimag(t->at.p[i]) / EPS : 0.0;
-    }
-    for (int i = 0; i < MODEL_ND; i++) {
-        r->at.d[i] += moved * cimag(t->at.d[i]) / EPS;
-    }
-    const double reach = reach_of_step(r, along, order, h, least);
-    memcpy(r->at.p, p, sizeof p);
-    memcpy(r->at.d, d, sizeof d);
-    return reach;
+    return moves;
 }
 
 /* the length over which neighbours along tangent k see no more than its series shows, if it is less than h; else h */
 static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
 {
     const int order = variation_of(tangents, k)->order;
-    const Tangent *t = &tangents->list[k];
-    const double hidden = hidden_size(t);
     StateSeries along[MODEL_ROOM(MODEL_NX)];
-    double scale = hidden > 0.0 ? 1.0 / hidden : INFINITY;
-    double moved = 1.0;
+    double weightless[MODEL_ROOM(MODEL_NP)];
+    const int moves = read_weightless(r, variation_of(tangents, k), k % PAIR, weightless);
+    double scale = moves ? FIRST_APART : INFINITY;
     for (int i = 0; i < MODEL_NX; i++) {
         read_series(r, tangents, k, i, along[i]);
-        along[i][0] = fmax(along[i][0], NEGLIGIBLE * hidden * state_size(r, i));
         const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
         scale = size > 0.0 ? fmin(scale, FIRST_APART * state_size(r, i) / size) : scale;
     }
@@ -170,15 +149,17 @@ static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
     }
     double reach = 0.0;
     for (int trial = 0; trial < NEIGHBOURS && reach < WORTH * h; trial++, scale = NEARER) {
-        moved *= scale;
+        for (int i = 0; i < MODEL_NP; i++) {
+            weightless[i] *= scale;
+        }
         for (int i = 0; i < MODEL_NX; i++) {
             for (int m = 0; m <= order; m++) {
                 along[i][m] *= scale;
             }
         }
         const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
-        reach = fmax(reach, hidden > 0.0 ? moved_reach(r, t, moved, (const StateSeries *)along, order, h, least)
-                                         : reach_of_step(r, (const StateSeries *)along, order, h, least));
+        const Neighbour neighbour = {(const StateSeries *)along, moves ? weightless : NULL};
+        reach = fmax(reach, reach_of_step(r, &neighbour, order, h, least));
     }
     return reach > 0.0 ? reach : h;
 }

@@ -58,8 +58,8 @@ def describe(subject: Subject, plot: Sequence[str] | None = None) -> dict[str, A
 def _coordinates(fmu: Fmu) -> list[str]:
     """Names of the states that have a velocity; none of a system without a body."""
     sizes = (fmu.folder / "sources/model_sizes.h").read_text("utf-8")
-    found = re.search(r"#define MODEL_NQ (\d+)", sizes)
-    return fmu.states[: int(found[1])] if found else []
+    match = re.search(r"#define MODEL_NQ (\d+)", sizes)
+    return fmu.states[: int(match[1])] if match else []
 
 
 def _planes(fmu: Fmu, plot: Sequence[str] | None) -> list[list[int]]:
@@ -67,9 +67,9 @@ def _planes(fmu: Fmu, plot: Sequence[str] | None) -> list[list[int]]:
     coordinates = _coordinates(fmu)
     drawn = coordinates or fmu.states[:-1] or fmu.states
     if plot is None and len(drawn) > PLANES:
-        shown = ", ".join(drawn[:12]) + (", ..." if len(drawn) > 12 else "")
+        listing = ", ".join(drawn[:12]) + (", ..." if len(drawn) > 12 else "")
         raise StickslipError(
-            f"The model has {len(drawn)} coordinates ({shown}), of which a page draws up to {PLANES}. Say which: "
+            f"The model has {len(drawn)} coordinates ({listing}), of which a page draws up to {PLANES}. Say which: "
             f"--plot {','.join(drawn[:2])}"
         )
     if plot is not None and not 1 <= len(plot) <= PLANES:

@@ -35,7 +35,7 @@ def start_of(
     check_names(fmu, "state", start, fmu.states)
     for one, value in {**constants, **start}.items():
         check_value(fmu, one, value)
-    point = np.array([float(start.get(one, fmu.variables[one].start or 0.0)) for one in fmu.states])
+    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
     field = (Field if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     value = problem.present(over)

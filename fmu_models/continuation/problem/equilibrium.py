@@ -72,7 +72,7 @@ class EquilibriumProblem(Problem):
     def _rigid(self) -> list[bool]:
         """Of each contact whether it is a wall that does not give way."""
         states = (self.field.fmu.variables.get(f"{name}_state") for name in self.field.contacts)
-        return [getattr(getattr(one, "declaredType", None), "name", "") == "ImpactState" for one in states]
+        return [getattr(getattr(state, "declaredType", None), "name", "") == "ImpactState" for state in states]
 
     @property
     def system(self) -> SectionSystem:

@@ -77,11 +77,11 @@ def set_at(problem: EquilibriumProblem, scales: Vector, z: Vector, along: Vector
     seen = look(problem, z)
     if seen is None or not any(state == STICK for _, state, _ in seen.word):
         return None
-    begin = Node(problem, scales, z, seen, np.zeros_like(z))
-    e = _null_vector(begin, along)
+    node = Node(problem, scales, z, seen, np.zeros_like(z))
+    e = _null_vector(node, along)
     if e is None:
         return None
-    inside = _beside(begin, e, 0.0, begin.word, reach=np.inf)
+    inside = _beside(node, e, 0.0, node.word, reach=np.inf)
     e = _null_vector(inside, e)
     if e is None:
         return None

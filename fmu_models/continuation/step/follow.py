@@ -299,7 +299,7 @@ class Follower:
     def _closes(self, before: Node, node: Node) -> bool:
         """Whether the begin lies between two neighbours."""
         begins = images(self.begin, node.problem)
-        z = next((one for one in begins if between(before, node, one / node.scales)), None)
+        z = next((begin for begin in begins if between(before, node, begin / node.scales)), None)
         seen = None if z is None else look(node.problem, z)
         if z is None or seen is None:
             return False

@@ -23,7 +23,7 @@ from fmu_models.analyses.continuation.hull import eigenvalue_crossings, hull
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Seen, Vector
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
+from fmu_models.language.contact_kinds import STICK
 
 # how far apart points are, in u, whose differences are slopes of indicators
 APART = 1e-6

@@ -29,7 +29,7 @@ from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
 from fmu_models.analyses.continuation.problem import EVENT, Passing, Problem, Seen, Vector
 from fmu_models.analyses.continuation.same_motion import begun_at
-from fmu_models.codegen.contact_states import AWAY, STICK
+from fmu_models.language.contact_kinds import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9

@@ -38,8 +38,8 @@ from fmu_models.analyses.continuation.equilibrium_problem import ZERO
 from fmu_models.analyses.continuation.node import Lost, Node
 from fmu_models.analyses.continuation.sticking_set import StickingSet, followed, set_at
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:

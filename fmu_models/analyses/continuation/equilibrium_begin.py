@@ -9,8 +9,8 @@ from fmu_models.analyses.continuation.imported_field import ImportedField
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 from fmu_models.simulation.field import Field
 from fmu_models.simulation.run import check_names, check_value
 

@@ -24,9 +24,9 @@ from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK, TOUCHING
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
+from fmu_models.language.contact_kinds import STICK, TOUCHING
 from fmu_models.simulation.field import Field, is_forced
 from fmu_models.simulation.run import check_names, check_value
 

@@ -28,7 +28,7 @@ from fmu_models.analyses.continuation.several import is_part
 from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.analyses.continuation.word_change import Ahead, beyond, next_change
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import CHATTERING
+from fmu_models.language.contact_kinds import CHATTERING
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most

@@ -17,7 +17,7 @@ import numpy as np
 from fmu_models.analyses.continuation.equilibrium_problem import ZERO, EquilibriumProblem
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.analyses.continuation.problem import Seen, Vector, Word
-from fmu_models.codegen.contact_states import STICK
+from fmu_models.language.contact_kinds import STICK
 
 # of a walk, in u: the first step, how near to its end it comes, how far it goes
 FIRST, NEAR, FAR = 1e-3, 1e-7, 1e6

@@ -14,7 +14,7 @@ from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node
 from fmu_models.analyses.continuation.problem import TIE, Passing
 from fmu_models.analyses.continuation.several import at_once, with_all
-from fmu_models.codegen.contact_states import AWAY, STICK
+from fmu_models.language.contact_kinds import AWAY, STICK
 
 # how many steps ahead an event may be lost or come
 AHEAD = 6.0

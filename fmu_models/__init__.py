@@ -19,36 +19,25 @@ if TYPE_CHECKING:
     from fmu_models.analyses.basins import basins as basins
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.chart import chart as chart
-    from fmu_models.analyses.continuation.branches import branch as branch
-    from fmu_models.analyses.continuation.branches import branches as branches
-    from fmu_models.analyses.continuation.equilibria import equilibria as equilibria
-    from fmu_models.analyses.crossings import find_crossings as find_crossings
-    from fmu_models.analyses.cycles import last_cycle as last_cycle
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
-    from fmu_models.analyses.fmu_sections import Crossing as Crossing
-    from fmu_models.analyses.fmu_sections import Impacts as Impacts
-    from fmu_models.analyses.fmu_sections import Strobe as Strobe
     from fmu_models.analyses.homoclinic import homoclinic as homoclinic
-    from fmu_models.analyses.iteration import Iteration as Iteration
-    from fmu_models.analyses.iteration import find_iterate_crossings as find_iterate_crossings
     from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.manifolds import manifolds as manifolds
-    from fmu_models.analyses.orbits import Orbit as Orbit
-    from fmu_models.analyses.orbits import find_orbit as find_orbit
-    from fmu_models.analyses.periodic import find_periodic as find_periodic
     from fmu_models.analyses.reduced_map import reduced_map as reduced_map
-    from fmu_models.analyses.return_map import ReturnMap as ReturnMap
     from fmu_models.analyses.rotation import rotation_number as rotation_number
     from fmu_models.analyses.section import poincare_section as poincare_section
-    from fmu_models.analyses.section_system import SectionSystem as SectionSystem
     from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
     from fmu_models.codegen.package import variant as variant
+    from fmu_models.continuation.branches import branch as branch
+    from fmu_models.continuation.branches import branches as branches
+    from fmu_models.continuation.equilibria import equilibria as equilibria
     from fmu_models.coupling.run import couple as couple
     from fmu_models.coupling.system import CoupledSystem as CoupledSystem
     from fmu_models.coupling.toml_system import read_system as read_system
     from fmu_models.explorer.page import explore as explore
+    from fmu_models.families.execution import Execution as Execution
     from fmu_models.fmu.fmu import Fmu as Fmu
     from fmu_models.fmu.load import load as load
     from fmu_models.importer.driver import Driver as Driver
@@ -93,6 +82,18 @@ if TYPE_CHECKING:
     from fmu_models.maps import MAPS as MAPS
     from fmu_models.scene.read import read_scene as read_scene
     from fmu_models.scene.scene import Scene as Scene
+    from fmu_models.sections.crossing import Crossing as Crossing
+    from fmu_models.sections.cycles import last_cycle as last_cycle
+    from fmu_models.sections.diagonal import find_crossings as find_crossings
+    from fmu_models.sections.impacts import Impacts as Impacts
+    from fmu_models.sections.iteration import Iteration as Iteration
+    from fmu_models.sections.iteration import find_iterate_crossings as find_iterate_crossings
+    from fmu_models.sections.orbits import Orbit as Orbit
+    from fmu_models.sections.orbits import find_orbit as find_orbit
+    from fmu_models.sections.periodic import find_periodic as find_periodic
+    from fmu_models.sections.return_map import ReturnMap as ReturnMap
+    from fmu_models.sections.strobe import Strobe as Strobe
+    from fmu_models.sections.system import SectionSystem as SectionSystem
     from fmu_models.simulation.accuracy import simulate_with_error as simulate_with_error
     from fmu_models.simulation.results import read_trajectory as read_trajectory
     from fmu_models.simulation.results import write_trajectory as write_trajectory

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import typer
 
 from fmu_models.analyses.declaration import ANALYSES
-from identification.commands.application import FAMILIES, FRICTION, MODELS, whole
+from identification.commands.application import FRICTION, MODELS, whole
+
+
+def _names(functions: Iterable[Any]) -> set[str]:
+    return {function.__name__ for function in functions}
+
 
 GROUPS = (
-    ("Models, FMUs and scenes", MODELS),
-    ("Families of motions", FAMILIES),
-    ("Friction and rigs", FRICTION),
+    ("Models, FMUs and scenes", _names(MODELS)),
+    ("Families of motions", set(ANALYSES.members())),
+    ("Friction and rigs", _names(FRICTION)),
 )
 
 
@@ -23,10 +28,8 @@ def pages() -> Iterator[tuple[str, str]]:
     program: Any = typer.main.get_command(whole())
     commands = dict(program.commands)
     text = ["# Commands", _plain(program.help or ""), _table(program, "stickslip", "option")]
-    for title, functions in GROUPS:
+    for title, own in GROUPS:
         text.append(f"## {title}")
-        own = {getattr(function, "__name__", "") for function in functions}
-        own |= set(ANALYSES.members()) if functions is FAMILIES else set()
         text += [_command(name, commands.pop(name)) for name in sorted(own & commands.keys())]
     text.append("## Maps, new files, what comes along")
     text += [_command(name, commands[name]) for name in sorted(commands)]

@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from fmu_models.analyses import jobs as families
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.shown import Shown
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def sign_of(exponent: float, error: float) -> str:
 
 
 def largest_exponents(
-    execution: Execution,
+    runner: Runner,
     system: SectionSystem,
     starts: Vector,
     varied: Mapping[str, Vector] | None = None,
@@ -92,7 +92,7 @@ def largest_exponents(
             tangents=system.dimension,
             flow=system.autonomous,
         )
-        rows = execution.make(jobs, quiet=True)
+        rows = runner.make(jobs, quiet=True)
         sound = rows.filled == BATCHES
         growth = rows.growth / jobs.batch
         means = growth.mean(axis=1)
@@ -123,32 +123,32 @@ def _error(batches: Vector) -> float:
     return largest
 
 
-def judged(execution: Execution, system: SectionSystem, start: Vector) -> Verdict:
+def judged(runner: Runner, system: SectionSystem, start: Vector) -> Verdict:
     """What the motion from a point (n,) is, on which it stays and does not repeat itself."""
-    exponent, error = _largest(execution, system, start, 1)
+    exponent, error = _largest(runner, system, start, 1)
     # of what nothing forces a cycle is as smooth as a torus: there the exponent must tell first
-    if sign_of(exponent, error) == NOT_DECIDED and (system.autonomous or not _is_torus(execution, system, start)):
-        exponent, error = _largest(execution, system, start, STAGES)
+    if sign_of(exponent, error) == NOT_DECIDED and (system.autonomous or not _is_torus(runner, system, start)):
+        exponent, error = _largest(runner, system, start, STAGES)
     sign = sign_of(exponent, error)
     if sign == "positive":
         return Verdict(CHAOS, exponent, error)
     if system.autonomous and sign != "zero":
         return Verdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
-    return Verdict(TORUS if _is_torus(execution, system, start) else NOT_DECIDED, exponent, error)
+    return Verdict(TORUS if _is_torus(runner, system, start) else NOT_DECIDED, exponent, error)
 
 
-def _largest(execution: Execution, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:
-    values, errors = largest_exponents(execution, system, start[None], stages=stages)
+def _largest(runner: Runner, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:
+    values, errors = largest_exponents(runner, system, start[None], stages=stages)
     return float(values[0]), float(errors[0])
 
 
-def _is_torus(execution: Execution, system: SectionSystem, start: Vector) -> bool:
+def _is_torus(runner: Runner, system: SectionSystem, start: Vector) -> bool:
     lengths = (TORUS_STEPS, 4 * TORUS_STEPS)
-    return all(is_quasi_periodic(system, _points(execution, start, steps)) for steps in lengths)
+    return all(is_quasi_periodic(system, _points(runner, start, steps)) for steps in lengths)
 
 
-def _points(execution: Execution, start: Vector, steps: int) -> Vector:
-    rows = execution.make(Jobs(start[None], rows=steps), quiet=True)
+def _points(runner: Runner, start: Vector, steps: int) -> Vector:
+    rows = runner.make(Jobs(start[None], rows=steps), quiet=True)
     return rows.points[0] if rows.outcomes[0] == families.FINISHED else rows.points[0, :0]
 
 

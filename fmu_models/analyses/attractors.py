@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
-from fmu_models.analyses import jobs as families
-from fmu_models.analyses.periodic import (
+from fmu_models.families import jobs as families
+from fmu_models.sections.periodic import (
     Cycles,
     PeriodicMotion,
     corrected_cycles,
@@ -25,8 +25,8 @@ from fmu_models.analyses.periodic import (
     least_periods,
     solved_cycles,
 )
-from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.stability import are_stable
+from fmu_models.sections.stability import are_stable
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import Rows
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, ClassVar
@@ -23,18 +22,18 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.aperiodic import Verdict, judged
 from fmu_models.analyses.attractors import claimed, index_of, targets_of
 from fmu_models.analyses.declaration import STATES, Analysis, Option
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.periodic import PeriodicMotion
-from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.periodic import PeriodicMotion
+from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
@@ -226,11 +225,7 @@ def basins(
     start: Mapping[str, float] | None = None,
     most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = 3000,
     longest: int = 64,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Basins:
@@ -241,39 +236,30 @@ def basins(
         start: what the axes do not say.
         most: steps after which a motion that has not repeated itself is taken to stay as it is.
         longest: period that is looked for.
-        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
+        execution: Who makes the runs, and where they are kept.
         progress: called with the fraction done.
         axes: values of a state by its name; the first is the rows.
 
     Raises:
-        StickslipError: unknown states, or values out of their range; as ``Execution``.
+        StickslipError: unknown states, or values out of their range; as ``Runner``.
     """
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
-    with Execution(
-        system,
-        plan,
-        workers=workers,
-        scheduler=scheduler,
-        store=store,
-        resume=resume,
-        overwrite=overwrite,
-        progress=progress,
-    ) as execution:
-        found = _mapped(execution, system, values, starts, most, longest)
-        execution.finish(found)
+    with Runner(system, plan, execution, progress) as runner:
+        found = _mapped(runner, system, values, starts, most, longest)
+        runner.finish(found)
     return found
 
 
 def _mapped(
-    execution: Execution, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
+    runner: Runner, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
 ) -> Basins:
     rows, shape = 2 * longest, tuple(len(one) for one in values.values())
     jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
     few = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
     known: list[Attractor] = []
     if len(few):
-        _decide(system, execution.make(few, quiet=True), known, longest)
+        _decide(system, runner.make(few, quiet=True), known, longest)
     periodic = [one for one in known if isinstance(one, PeriodicMotion)]
     labels, steps = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
     failures: dict[tuple[int, ...], str] = {}
@@ -290,16 +276,16 @@ def _mapped(
             failures[tuple(map(int, np.unravel_index(begin + i, shape)))] = text
 
     targets = targets_of(system, periodic)
-    execution.each(Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets), map_some)
+    runner.each(Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets), map_some)
     rest = np.concatenate(left)
 
     def settle_some(begin: int, made: Rows) -> None:
         which = rest[begin : begin + len(made.filled)]
         labels[which] = _decide(system, made, known, longest)
-        labels[which] = _assign_clouds(execution, system, made, labels[which], known)
+        labels[which] = _assign_clouds(runner, system, made, labels[which], known)
 
     if rest.size:
-        execution.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
+        runner.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
     order = sorted(range(len(known)), key=lambda i: (known[i].period == 0, known[i].period, *known[i].points[0]))
     place = {old: new for new, old in enumerate(order)}
     labels = np.array([place.get(int(one), int(one)) for one in labels])
@@ -313,7 +299,7 @@ def _mapped(
         steps.reshape(shape),
         failures,
         system.how,
-        execution.provenance,
+        runner.provenance,
     )
 
 
@@ -355,7 +341,7 @@ def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: 
 
 
 def _assign_clouds(
-    execution: Execution, system: SectionSystem, made: Rows, labels: NDArray[np.int64], known: list[Attractor]
+    runner: Runner, system: SectionSystem, made: Rows, labels: NDArray[np.int64], known: list[Attractor]
 ) -> NDArray[np.int64]:
     """Labels of the runs that never repeat themselves, by the cells of attractors without a period."""
     left = np.flatnonzero((labels == UNDECIDED) & (made.outcomes == families.FINISHED))
@@ -364,7 +350,7 @@ def _assign_clouds(
         points = made.points[i, : made.filled[i]]
         label = next((k for k, cloud in clouds.items() if cloud.share(points) >= HELD), UNDECIDED)
         if label == UNDECIDED:
-            cloud = _cloud(execution, system, points[-1])
+            cloud = _cloud(runner, system, points[-1])
             if cloud is not None and cloud.share(points) >= HELD:
                 label = next((k for k, other in clouds.items() if cloud.overlaps(other)), len(known))
                 if label == len(known):
@@ -374,14 +360,14 @@ def _assign_clouds(
     return labels
 
 
-def _cloud(execution: Execution, system: SectionSystem, start: Vector) -> Cloud | None:
+def _cloud(runner: Runner, system: SectionSystem, start: Vector) -> Cloud | None:
     """The set that a long run fills twice; None where its halves differ."""
     finer = system.beside_periods(start) if isinstance(system, Strobe) else None
     often = 1.0
     if finer is not None:  # its own period may be one of whole steps, which see a few places of it alone
         system, often = finer
-        execution = Execution(system, workers=execution.workers)
-    made = execution.make(Jobs(start[None], rows=CLOUD), quiet=True)
+        runner = Runner(system, execution=Execution(workers=runner.workers))
+    made = runner.make(Jobs(start[None], rows=CLOUD), quiet=True)
     if made.filled[0] < CLOUD:
         return None
     points = made.points[0]
@@ -398,7 +384,7 @@ def _cloud(execution: Execution, system: SectionSystem, start: Vector) -> Cloud 
     )
     if min(filled) < FILLED:
         return None
-    verdict = judged(execution, system, points[-1])
+    verdict = judged(runner, system, points[-1])
     verdict = replace(verdict, exponent=often * verdict.exponent, error=often * verdict.error)
     return Cloud(points, size, frozenset(one | other), verdict)
 

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq, root
 
-from fmu_models.analyses.iteration import Iteration
-from fmu_models.analyses.periodic import PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.periodic import PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
+from fmu_models.sections.system import SectionSystem
 
 # a point that moves by more than this share of the box in one step of the parameter may be of another branch
 NEAR = 0.03

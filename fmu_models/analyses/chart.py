@@ -14,7 +14,6 @@ a trace on it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
@@ -22,16 +21,16 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
@@ -123,11 +122,7 @@ def chart(
     points: Annotated[int, Option("Steps over which it is looked at then.", minimum=1)] = 48,
     longest: int = 24,
     refine: Annotated[int, Option("Cells a side of a coarse grid to begin with: 1, 2, 4, ...", minimum=1)] = 1,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Chart:
@@ -141,12 +136,12 @@ def chart(
         points: steps over which it is then looked at.
         longest: period that is looked for.
         refine: cells from one of the coarse grid to the next, a power of two; 1: all cells are run.
-        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
+        execution: Who makes the runs, and where they are kept.
         progress: called with the fraction done, of each round of refinement.
         axes: values (m,) and (n,) of two parameters.
 
     Raises:
-        StickslipError: not two parameters, unknown names, values out of their range, no such class; as ``Execution``.
+        StickslipError: not two parameters, unknown names, values out of their range, no such class; as ``Runner``.
     """
     if what not in WHAT:
         raise StickslipError(f"A chart shows one of {', '.join(WHAT)}, found '{what}'.")
@@ -159,18 +154,9 @@ def chart(
         system.check(name, one)
     how = _Cells(what, system.start(start), transient, points, longest)
     plan = {"analysis": "chart", **vars(how), "refine": refine, "axes": values}
-    with Execution(
-        system,
-        plan,
-        workers=workers,
-        scheduler=scheduler,
-        store=store,
-        resume=resume,
-        overwrite=overwrite,
-        progress=progress,
-    ) as execution:
-        found = _charted(execution, system, how, refine, values)
-        execution.finish(found)
+    with Runner(system, plan, execution, progress) as runner:
+        found = _charted(runner, system, how, refine, values)
+        runner.finish(found)
     return found
 
 
@@ -195,9 +181,7 @@ class _Cells:
         )
 
 
-def _charted(
-    execution: Execution, system: SectionSystem, how: _Cells, refine: int, values: Mapping[str, Vector]
-) -> Chart:
+def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, values: Mapping[str, Vector]) -> Chart:
     shape = tuple(one.size for one in values.values())
     kept: dict[tuple[int, int], tuple[str, float]] = {}
     failures: dict[tuple[int, int], str] = {}
@@ -209,13 +193,13 @@ def _charted(
             end = begin + len(made.filled)
             part = {name: one[begin:end] for name, one in varied.items()}
             exponents = how.what == "exponent"
-            found = _signs(execution, system, made, part) if exponents else _classes(system, made, part, how)
+            found = _signs(runner, system, made, part) if exponents else _classes(system, made, part, how)
             for i, cell in enumerate(cells[begin:end]):
                 kept[cell] = found[i]
                 if made.outcomes[i] > families.ABSORBED:
                     failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
 
-        execution.each(how.jobs(varied, len(cells)), take)
+        runner.each(how.jobs(varied, len(cells)), take)
 
     labels = _filled(shape, refine, kept, run)
     classes = tuple(sorted({label for label in labels.ravel() if label}, key=_in_order))
@@ -226,7 +210,7 @@ def _charted(
         numbers[cell], made[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
     return Chart(
-        system.name, how.what, values, classes, indices, numbers, made, failures, system.how, execution.provenance
+        system.name, how.what, values, classes, indices, numbers, made, failures, system.how, runner.provenance
     )
 
 
@@ -271,14 +255,12 @@ def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
     return found
 
 
-def _signs(
-    execution: Execution, system: SectionSystem, made: Rows, varied: Mapping[str, Vector]
-) -> list[tuple[str, float]]:
+def _signs(runner: Runner, system: SectionSystem, made: Rows, varied: Mapping[str, Vector]) -> list[tuple[str, float]]:
     """Sign and value of the exponent of each run; no sign where it failed."""
     found = [("", np.nan)] * len(made.filled)
     sound = np.flatnonzero((made.outcomes <= families.ABSORBED) & (made.filled > 0))
     part = {name: values[sound] for name, values in varied.items()}
-    values, errors = largest_exponents(execution, system, made.ends[sound], part)
+    values, errors = largest_exponents(runner, system, made.ends[sound], part)
     for i, value, error in zip(sound.tolist(), values.tolist(), errors.tolist(), strict=True):
         found[i] = (sign_of(value, error), value)
     return found

@@ -2,7 +2,7 @@
 
 The command of the shell, the kind of a scene and their rows in the manual are derived from it. A
 parameter ``name: Annotated[type, Option(...)] = default`` is an option; ``system``, ``start`` and ``progress`` are what
-every analysis has, ``store`` and its like say that its runs can be kept, and the axes are what is left. A file of this
+every analysis has, ``execution`` says that its runs can be kept, and the axes are what is left. A file of this
 folder is an analysis if it sets ``ANALYSIS``; its name is that of the command and of the kind.
 """
 
@@ -17,8 +17,10 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from fmu_models.base.registry import Registry
 from fmu_models.base.shown import Pictured
 
-VALUES, PARAMETERS, STATES = "values", "parameters", "states"  # what the axes of an analysis may be
+VALUES, RANGE, PARAMETERS, STATES = "values", "range", "parameters", "states"  # what the axes of an analysis may be
+SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analysis may be of
 
+Range = tuple[str, float, float]  # a parameter, its least and its largest value
 Numbers = Mapping[str, float]
 
 
@@ -31,12 +33,18 @@ class Option:
         minimum: the least value that is sensible; None if there is none.
         flag: its name in the shell, where the parameter's own will not do.
         default: in words, where the value of the parameter says nothing.
+        metavar: what stands for its value in the shell.
+        words: of the shell for False and True.
+        in_scene: the default of a scene, where it is another one.
     """
 
     help: str
     minimum: int | None = None
     flag: str | None = None
     default: str | None = None
+    metavar: str | None = None
+    words: tuple[str, str] | None = None
+    in_scene: Any = None
 
 
 @dataclass(frozen=True)
@@ -48,30 +56,43 @@ class Declared:
     default: Any
     option: Option
 
+    @property
+    def range(self) -> bool:
+        """Whether it is a parameter with its range, which the shell alone takes."""
+        return Range in (self.type, *get_args(self.type))
+
+    @property
+    def in_scene(self) -> int | str | None:
+        """Its default in a scene, where False and True are 0 and 1."""
+        default = self.default if self.option.in_scene is None else self.option.in_scene
+        return int(default) if isinstance(default, bool) else default
+
 
 @dataclass(frozen=True, kw_only=True)
 class Analysis:
     """An analysis.
 
     Attributes:
-        function: from a section system to the result; its docstring begins with the help of the command.
+        function: from what it is of to the result; its docstring begins with the help of the command.
         numbers: from the result to what a scene compares by name: for all of it, or a pair (value, numbers) for each
-            value of what is varied.
+            value of what is varied. Over a RANGE it takes the values of the scene too.
         results: names of these numbers, for the manual.
         example: arguments of the command.
         label: of the progress bar.
-        axes: VALUES of one parameter, two PARAMETERS, STATES, or "".
+        axes: VALUES of one parameter, its RANGE, two PARAMETERS, STATES, or "".
+        subject: a SECTION system, an OSCILLATOR with values of its ``parameters``, or EITHER.
         without: options of a section that the analysis does not take.
         page: whether a click in its interactive page runs a motion.
         of_run: settings of a scene's run of so many periods; then the section is a strobe.
     """
 
     function: Callable[..., Pictured]
-    numbers: Callable[[Any], Numbers | Sequence[tuple[float, Numbers]]]
+    numbers: Callable[..., Numbers | Sequence[tuple[float, Numbers]]]
     results: str
     example: str
     label: str
     axes: str = ""
+    subject: str = SECTION
     without: tuple[str, ...] = ()
     page: bool = True
     of_run: Callable[[int], dict[str, int]] | None = None
@@ -83,20 +104,27 @@ class Analysis:
 
     @cached_property
     def stores(self) -> bool:
-        """Whether its runs can be kept and made elsewhere: its function takes a ``store``."""
-        return "store" in inspect.signature(self.function).parameters
+        """Whether its runs can be kept and made elsewhere: its function takes an ``execution``."""
+        return "execution" in inspect.signature(self.function).parameters
+
+    @property
+    def sweeps(self) -> bool:
+        """Whether it is over values of one parameter."""
+        return self.axes in (VALUES, RANGE)
 
     @property
     def summary(self) -> str:
         """What it does, in a sentence: the first paragraph of the function's docstring."""
         return " ".join(inspect.cleandoc(self.function.__doc__ or "").split("\n\n")[0].split())
 
-    def run(self, system: Any, axes: Mapping[str, Any], **arguments: Any) -> Pictured:
-        """The result over axes by name."""
-        if self.axes != VALUES:
-            return self.function(system, **arguments, **axes)
+    def run(self, subject: Any, axes: Mapping[str, Any], **arguments: Any) -> Pictured:
+        """The result over axes by name; ``progress`` is left out where the function takes none."""
+        if "progress" not in inspect.signature(self.function).parameters:
+            arguments.pop("progress", None)
+        if not self.sweeps:
+            return self.function(subject, **arguments, **axes)
         ((over, values),) = axes.items()
-        return self.function(system, over, values, **arguments)
+        return self.function(subject, over, values, **arguments)
 
     def _declared(self) -> Iterator[Declared]:
         hints = get_type_hints(self.function, include_extras=True)

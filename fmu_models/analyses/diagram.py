@@ -7,7 +7,6 @@ of two frequencies, or one that is not there yet, which the sign of the largest 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, ClassVar
@@ -15,22 +14,22 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.continuation.branch import Branch
-from fmu_models.analyses.continuation.branches import Branches
-from fmu_models.analyses.continuation.lost_motions import LostMotion, lost_motions
-from fmu_models.analyses.continuation.overlay import Motion, branches_through
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.iteration import Iteration
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+from fmu_models.continuation.branch import Branch
+from fmu_models.continuation.branches import Branches
+from fmu_models.continuation.lost_motions import LostMotion, lost_motions
+from fmu_models.continuation.overlay import Motion, branches_through
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
@@ -182,11 +181,7 @@ def orbit_diagram(
         int,
         Option("Tell where a sweep left a stable branch, of motions to this period.", minimum=0, default="none"),
     ] = 0,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Diagram:
     """Show where motions stay over a parameter, swept up and down.
@@ -205,7 +200,7 @@ def orbit_diagram(
             steps: branches laid over the diagram. 0 for none.
         against_branches: follow the motions that are found, up to periods of so many steps, and tell where a sweep left
             a stable branch that goes on; see ``lost_motions``. 0 for not.
-        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
+        execution: Who makes the runs, and where they are kept.
         progress: called with the fraction done.
 
     Raises:
@@ -230,18 +225,9 @@ def orbit_diagram(
         raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
-    with Execution(
-        system,
-        plan,
-        workers=workers,
-        scheduler=scheduler,
-        store=store,
-        resume=resume,
-        overwrite=overwrite,
-        progress=progress,
-    ) as execution:
-        found = _swept(execution, system, sweep, of or system.states[0])
-        execution.finish(found)
+    with Runner(system, plan, execution, progress) as runner:
+        found = _swept(runner, system, sweep, of or system.states[0])
+        runner.finish(found)
     if branches:
         ends = (swept[0], swept[-1])
         found = replace(found, branches=branches_through(system, over, _motions(found), ends, branches, of))
@@ -268,7 +254,7 @@ class _Sweep:
     exponents: bool
 
 
-def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
+def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
     ways, m = sweep.directions, sweep.values.size
     order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
     varied = {sweep.over: sweep.values[order]}
@@ -281,7 +267,7 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         longest=sweep.longest,
         settled=SETTLED,
     )
-    made = execution.make(jobs)
+    made = runner.make(jobs)
     claims = claimed(system, made, varied, longest=sweep.longest)
     kept = made.points[:, : sweep.points].copy()
     began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
@@ -295,7 +281,7 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
     which = np.flatnonzero((claims.periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
     if sweep.exponents and which.size:
         part = {name: v[which] for name, v in varied.items()}
-        growth[which], errors[which] = largest_exponents(execution, system, made.ends[which], part)
+        growth[which], errors[which] = largest_exponents(runner, system, made.ends[which], part)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
 
     def shaped(one: NDArray[Any]) -> NDArray[Any]:
@@ -316,7 +302,7 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         int(made.steps.sum()),
         of,
         system.how,
-        execution.provenance,
+        runner.provenance,
         {name: system.unit_of(name) for name in (*system.states, sweep.over)},
         exponent_errors=shaped(errors),
     )

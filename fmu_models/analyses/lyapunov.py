@@ -16,7 +16,6 @@ mechanics (1997), section 3 (the window of the autocorrelation).
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
@@ -24,14 +23,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.declaration import Analysis, Option
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
@@ -151,11 +150,7 @@ def lyapunov(
     transient: Annotated[int, Option("Steps of each motion before that.", minimum=0)] = 1000,
     motions: Annotated[int, Option("Motions that are followed.", minimum=2)] = 8,
     seed: int = 0,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    store: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Exponents:
     """Find all Lyapunov exponents of a motion, with their errors.
@@ -167,12 +162,12 @@ def lyapunov(
         transient: steps of each before that, in which it comes to where it stays.
         motions: how many are followed, at least 2.
         seed: of their starts.
-        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
+        execution: Who makes the runs, and where they are kept.
         progress: called with the fraction done.
 
     Raises:
         StickslipError: fewer than 2 motions or steps for them; a motion goes to infinity, does not meet the section, or
-            cannot be continued; as ``Execution``.
+            cannot be continued; as ``Runner``.
     """
     steps = periods // max(1, motions)
     if motions < 2 or steps < 1 or transient < 0:
@@ -190,35 +185,26 @@ def lyapunov(
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
     plan = {"analysis": "lyapunov", "start": begin, "periods": periods, "transient": transient, "motions": motions}
     plan["seed"] = seed
-    with Execution(
-        system,
-        plan,
-        workers=workers,
-        scheduler=scheduler,
-        store=store,
-        resume=resume,
-        overwrite=overwrite,
-        progress=progress,
-    ) as execution:
-        found = _followed(execution, system, jobs)
-        execution.finish(found)
+    with Runner(system, plan, execution, progress) as runner:
+        found = _followed(runner, system, jobs)
+        runner.finish(found)
     return found
 
 
-def _followed(execution: Execution, system: SectionSystem, jobs: Jobs) -> Exponents:
-    made = execution.make(jobs)
+def _followed(runner: Runner, system: SectionSystem, jobs: Jobs) -> Exponents:
+    made = runner.make(jobs)
     _check(system, jobs.starts[0], made)
     found = _exponents(system, made, jobs.batch)
-    identity = _identity(execution, system, made.ends[:1], jobs.tangents)
-    return dataclasses.replace(found, identity=identity, provenance=execution.provenance)
+    identity = _identity(runner, system, made.ends[:1], jobs.tangents)
+    return dataclasses.replace(found, identity=identity, provenance=runner.provenance)
 
 
-def _identity(execution: Execution, system: SectionSystem, start: Vector, tangents: int) -> float | None:
+def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: int) -> float | None:
     """By how much the growth of all differences misses that of their volume."""
     volumes = system.log_volumes(start)
     if volumes is None or tangents < start.shape[1]:
         return None
-    made = execution.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
+    made = runner.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
     growth, volumes = made.growth[0, 1:].sum(), system.log_volumes(made.points[0, :-1])
     if volumes is None or not np.isfinite(growth) or not np.isfinite(volumes).all() or not volumes.sum():
         return None

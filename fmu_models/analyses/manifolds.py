@@ -20,19 +20,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from fmu_models.analyses.periodic import find_cycles, motion_at
+from fmu_models.analyses.declaration import EITHER, Analysis, Option, Range
+from fmu_models.analyses.homoclinic import Homoclinic
+from fmu_models.analyses.homoclinic import homoclinic as locate_homoclinic
 from fmu_models.analyses.saddle import Saddle, saddle_of
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
+from fmu_models.sections.periodic import find_cycles, motion_at
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate
 
 Vector = NDArray[np.float64]
@@ -45,6 +48,8 @@ FINEST = 1e-11
 STEPS, ACCURATE = 30, 1e-12
 # growth of a motion beside an equilibrium, in powers of e, its points, and what else is tried where it is not done then
 GROWTH, SAMPLES, LONGER = 45.0, 4001, (1.0, 3.0, 10.0)
+# of each half, and between neighbours on a curve
+LENGTH, SPACING = 20.0, 0.05
 UNFINISHED = "it goes on"
 
 
@@ -115,8 +120,8 @@ def manifolds(
     *,
     parameters: Mapping[str, float] | None = None,
     period: int = 1,
-    length: float = 20.0,
-    spacing: float = 0.05,
+    length: float = LENGTH,
+    spacing: float = SPACING,
     of: Sequence[str] = (),
 ) -> Manifolds:
     """Those of the saddle near a start: of a periodic motion of a section system, or of an equilibrium of an FMU.
@@ -365,3 +370,49 @@ class _Curve:
             if size < ACCURATE:
                 return y
         return None
+
+
+def grow_manifolds(
+    subject: SectionSystem | Fmu,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    steps: Annotated[int, Option("Steps of the section in the motion of the saddle.", minimum=1, metavar="N")] = 1,
+    length: Annotated[float, Option("Of each half, in sizes of the states.")] = LENGTH,
+    spacing: Annotated[float, Option("Between neighbours on a curve, in the same.")] = SPACING,
+    homoclinic: Annotated[Range | None, Option("Instead: where an equilibrium has a motion to itself.")] = None,
+) -> Manifolds | Homoclinic:
+    """Stable and unstable manifolds of a saddle: an equilibrium, or, with a section, a periodic motion, or of a map.
+
+    Raises:
+        StickslipError: a homoclinic point of what is no equilibrium, and as ``manifolds`` and ``homoclinic``.
+    """
+    if homoclinic is None:
+        return manifolds(subject, start, parameters=parameters, period=steps, length=length, spacing=spacing)
+    if not isinstance(subject, Fmu):
+        raise StickslipError("A homoclinic point is that of an equilibrium of an oscillator: leave the section out.")
+    near: Any = start
+    return locate_homoclinic(subject, homoclinic[0], homoclinic[1:], start=near, parameters=parameters)
+
+
+def _numbers(grown: Manifolds) -> dict[str, float]:
+    numbers = {f"{name}_saddle": float(value) for name, value in zip(grown.states, grown.saddle[0], strict=True)}
+    for i, eigenvalue in enumerate(grown.eigenvalues, 1):
+        numbers |= {f"eigenvalue{i}_real": float(eigenvalue.real), f"eigenvalue{i}_imag": float(eigenvalue.imag)}
+    for name, column in zip(grown.states, np.concatenate([half.points for half in grown.curves]).T, strict=True):
+        numbers |= {f"{name}_min": float(column.min()), f"{name}_max": float(column.max())}
+    return numbers
+
+
+ANALYSIS = Analysis(
+    function=grow_manifolds,
+    numbers=_numbers,
+    results=(
+        "`<state>_saddle`, of a periodic motion at its first point, `eigenvalue1_real`, `eigenvalue1_imag` and so on, "
+        "`<state>_min` and `<state>_max` of all curves"
+    ),
+    example="henon --start x=0.63 --start y=0.19 --length 3 --spacing 0.01 --figure manifolds.png",
+    label="growing",
+    subject=EITHER,
+    page=False,
+)

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
 # Newton's method: steps, the residual of a root in sizes of the states, and halvings of a step in x where it fails

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses import jobs as families
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from fmu_models.families import jobs as families
+from fmu_models.families.jobs import Jobs
+from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.declaration import Analysis, Option
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.families import jobs as families
+from fmu_models.families.jobs import Jobs
+from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
 

@@ -22,12 +22,12 @@ from scipy.stats import chi2
 
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import Analysis, Option
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.periodic import PeriodicMotion
-from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+from fmu_models.families.jobs import Jobs
+from fmu_models.sections.periodic import PeriodicMotion
+from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.trajectory import Trajectory
 
 Vector = NDArray[np.float64]

@@ -23,7 +23,6 @@ from fmu_models.base.pace import Pace, spoken
 from fmu_models.base.printable import in_line, printable, printable_json
 from fmu_models.base.table import Cell
 from fmu_models.base.table import table as made_table
-from fmu_models.base.terminal_table import terminal
 from fmu_models.base.trust import command_line, everything
 
 if TYPE_CHECKING:
@@ -127,7 +126,7 @@ class table:
         self.rows.append([Cell(str(cell), "number" if name.startswith(">") else "text") for name, cell in pairs])
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        yield terminal(made_table(self.title, [name.lstrip(">") for name in self.columns], self.rows))
+        yield made_table(self.title, [name.lstrip(">") for name in self.columns], self.rows)
 
 
 def plain(text: str, style: str = "") -> Text:

@@ -1,15 +1,31 @@
-"""A table as a value: title, heads with units, rows of cells. Built once per kind of result, drawn for a terminal
-(`terminal_table`) and for a page (`html_table`)."""
+"""A table as a value: title, heads with units, rows of cells. It is built once per kind of result, and draws itself.
+
+In a page it is HTML. In a terminal of any width words wrap, columns are left out with a word or go on below, and digits
+never break:
+
+1. heads and texts wrap between words, texts down to `NARROWEST`, names of rows and lines of a cell only from `LONGEST`;
+2. columns that the table can spare are left out, and named below it;
+3. what is still too wide goes on in further blocks, each with the names of the rows.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from html import escape
+from typing import TYPE_CHECKING, Literal
 
 from fmu_models.base.digits import UNCERTAIN, deviation, like_sd, value_with_sd
 from fmu_models.base.printable import in_line
+
+if TYPE_CHECKING:
+    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.table import Table as RichTable
+
+GAP = 2  # between columns
+NARROWEST = 16  # of a text, unless all of it is shorter
+LONGEST = 32  # of a word of a text, of the name of a row, and of one of several lines: what is longer may break
 
 
 @dataclass(frozen=True)
@@ -56,6 +72,31 @@ class Table:
         """Whether a column is one of numbers."""
         return any(row[place].kind == "number" for row in self.rows)
 
+    def html(self) -> str:
+        """The table as HTML; its styles are the page's: classes "number", "fail", and "wide" for what may scroll."""
+        heads = "".join(
+            f'<th scope="col"{_class("number" if self.is_number(place) else "")}>{escape(column.words)}</th>'
+            for place, column in enumerate(self.columns)
+        )
+        rows = "\n".join(f"<tr>{_row(self, row)}</tr>" for row in self.rows)
+        return (
+            f'<div class="wide"><table>\n<caption>{escape(self.title)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
+            f"<tbody>\n{rows}\n</tbody></table></div>"
+        )
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        from rich.text import Text
+
+        found = layout(self, options.max_width)
+        if self.title:
+            yield Text(self.title, style="bold")
+        for block in found.blocks:
+            yield _block(self, block)
+            yield Text()
+        if found.left_out:
+            names = "; ".join(self.columns[place].head for place in found.left_out)
+            yield Text(f"Left out for want of width: {names} (--json has all).\n", style="italic")
+
 
 def table(title: str, columns: Sequence[str | Column], rows: Iterable[Sequence[str | Cell]]) -> Table:
     """A table of plain heads and texts, or of columns and cells."""
@@ -100,3 +141,101 @@ def interval(low: float | None, high: float | None, sd: float | None) -> Cell:
 def verdict(passed: bool | None, words: str = "") -> Cell:
     """Words of a verdict, those of a failure marked; None: not judged."""
     return Cell(words or {True: "pass", False: "FAIL", None: ""}[passed], "fail" if passed is False else "text")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """blocks: places and widths of the columns that stand side by side, block under block; left_out: places."""
+
+    blocks: tuple[tuple[tuple[int, int], ...], ...]
+    left_out: tuple[int, ...]
+
+
+def layout(table: Table, width: int) -> Layout:
+    """Where each column of a table stands in ``width`` characters."""
+    widths = [_widths(table, place) for place in range(len(table.columns))]
+    shown = list(range(len(table.columns)))
+    left_out: list[int] = []
+    while _total([widths[place][0] for place in shown]) > width:
+        spare = max(shown, key=lambda place: (table.columns[place].spare, place))
+        if not table.columns[spare].spare:
+            break
+        shown.remove(spare)
+        left_out.append(spare)
+    blocks = _blocks(shown, [least for least, _ in widths], width)
+    return Layout(tuple(tuple(_widened(block, widths, width)) for block in blocks), tuple(sorted(left_out)))
+
+
+def _widths(table: Table, place: int) -> tuple[int, int]:
+    """Least and best width of a column."""
+    from rich.cells import cell_len
+
+    head = table.columns[place].words
+    lines = [line for row in table.rows for line in row[place].words.split("\n")]
+    head_word = max((cell_len(word) for word in head.split()), default=0)
+    natural = max((cell_len(line) for line in lines), default=0)
+    if table.is_number(place):
+        return max(head_word, natural), max(cell_len(head), natural)
+    if place == 0 or any("\n" in row[place].words for row in table.rows):
+        return max(head_word, min(natural, LONGEST)), max(cell_len(head), natural)
+    word = max((cell_len(word) for line in lines for word in line.split()), default=0)
+    least = max(head_word, min(natural, max(NARROWEST, min(word, LONGEST))))
+    return least, max(cell_len(head), natural, least)
+
+
+def _total(widths: Sequence[int]) -> int:
+    return sum(widths) + GAP * (len(widths) - 1)
+
+
+def _blocks(shown: Sequence[int], least: Sequence[int], width: int) -> list[list[int]]:
+    """Columns side by side as far as they go; each further block begins with the names of the rows."""
+    name, *others = shown
+    blocks = [[name]]
+    for place in others:
+        if len(blocks[-1]) > 1 and _total([least[one] for one in (*blocks[-1], place)]) > width:
+            blocks.append([name])
+        blocks[-1].append(place)
+    return blocks
+
+
+def _widened(block: Sequence[int], widths: Sequence[tuple[int, int]], width: int) -> list[tuple[int, int]]:
+    """Places with widths: what room there is goes to those that need least of it first."""
+    room = width - _total([widths[place][0] for place in block])
+    given: dict[int, int] = {}
+    wanting = sorted(block, key=lambda place: widths[place][1] - widths[place][0])
+    for number, place in enumerate(wanting):
+        least, best = widths[place]
+        more = max(min(best - least, room // (len(wanting) - number)), 0)
+        given[place] = least + more
+        room -= more
+    return [(place, given[place]) for place in block]
+
+
+def _block(table: Table, block: Sequence[tuple[int, int]]) -> RichTable:
+    from rich import box
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    made = RichTable(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0))
+    for place, width in block:
+        justify = "right" if table.is_number(place) else "left"
+        made.add_column(Text(table.columns[place].words), justify=justify, width=width, overflow="fold")
+    for row in table.rows:
+        made.add_row(*(Text(row[place].words, style="bold" if row[place].kind == "fail" else "") for place, _ in block))
+    return made
+
+
+def _row(table: Table, row: tuple[Cell, ...]) -> str:
+    shown = f'<th scope="row">{_words(row[0])}</th>'
+    for place, cell in enumerate(row[1:], 1):
+        classes = ["number"] * table.is_number(place) + ["fail"] * (cell.kind == "fail")
+        shown += f"<td{_class(' '.join(classes))}>{_words(cell)}</td>"
+    return shown
+
+
+def _words(cell: Cell) -> str:
+    return escape(cell.words).replace("\n", "<br>")
+
+
+def _class(name: str) -> str:
+    return f' class="{name}"' if name else ""

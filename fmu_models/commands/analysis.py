@@ -5,45 +5,55 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Callable
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from fmu_models.analyses.declaration import ANALYSES, VALUES, Declared
+from fmu_models.analyses.declaration import ANALYSES, OSCILLATOR, RANGE, VALUES, Declared
 from fmu_models.base import console
+from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
 from fmu_models.commands.bundles import Without, bundled
 
 COUNTS = {VALUES: 1, "parameters": 2}
+OF_SECTION = ("forcing", "period", "every", "autonomous", "level", "down", "impacts", "stepper")
 
 
 def command_of(name: str) -> Callable[..., None]:
     """The command of an analysis as typer reads it: axes, section, its own options, who makes the runs, files."""
     analysis = ANALYSES.load(name)
     files: Any = f.StoredFiles if analysis.stores else f.Files
+    without = (*analysis.without, *(OF_SECTION if analysis.subject == OSCILLATOR else ()))
     parts: dict[str, Any] = {
-        "section": Annotated[f.Section, Without(*analysis.without)],
+        "section": Annotated[f.Section, Without(*without)],
         **{declared.name: _option(declared) for declared in analysis.options.values()},
-        "runs": f.Runs,
+        "runs": Annotated[f.Runs, Without(*without)],
         "files": files if analysis.page else Annotated[files, Without("interactive")],
     }
     if analysis.axes:
-        parts = {"over": f.Ranges, **parts}
+        parts = {"over": f.Bounds if analysis.axes == RANGE else f.Ranges, **parts}
     if not analysis.stores:
         del parts["runs"]
 
     def command(**given: Any) -> None:
         section, files = given.pop("section"), given.pop("files")
-        arguments = given.pop("runs").options(files) if analysis.stores else {}
+        arguments = {"execution": given.pop("runs").execution(files)} if analysis.stores else {}
         files.check()
-        axes = section.axes(name, given.pop("over"), COUNTS.get(analysis.axes)) if analysis.axes else {}
-        options = section.options(name, **given)
-        system = section.system()
+        over = given.pop("over", None)
+        if analysis.axes == RANGE:
+            axes = section.range(name, over)
+        else:
+            axes = section.axes(name, over, COUNTS.get(analysis.axes)) if analysis.axes else {}
+        arguments |= section.options(name, **given)
+        subject, constants = section.subject(analysis.subject)
         with console.progress(analysis.label) as advance:
-            result = analysis.run(system, axes, start=section.starts(), **options, **arguments, progress=advance)
+            result = analysis.run(subject, axes, start=section.starts(), **constants, **arguments, progress=advance)
         files.tell(result, result.record(), section if analysis.page else None)
+        if getattr(result, "interrupted", False):
+            raise typer.Exit(console.INTERRUPTED)
 
     command.__name__ = name
     command.__doc__ = f"{analysis.summary}\n\nExample: stickslip {name} {analysis.example}"
@@ -61,12 +71,29 @@ def command_of(name: str) -> Callable[..., None]:
 
 def _option(declared: Declared) -> Any:
     """Not given, the shell's option is None: then a scene, or the function's own default, says it."""
-    option = declared.option
-    flags = (f"--{option.flag}",) if option.flag else ()
-    shown = option.default or str(declared.default)
-    return Annotated[
-        declared.type | None, typer.Option(*flags, help=option.help, min=option.minimum, show_default=shown)
-    ]
+    option, kind = declared.option, declared.type
+    plain = kind is bool and option.words is None
+    flags = (f"--{(option.flag or declared.name).replace('_', '-')}",)
+    shown: Any = option.default or (declared.default is not None and not plain and str(declared.default))
+    how: dict[str, Any] = {"help": option.help, "min": option.minimum, "metavar": option.metavar}
+    if option.words:
+        kind, shown = str, option.words[bool(declared.default)]
+        how["parser"] = partial(_worded, flags[0], option.words)
+    if declared.range:
+        kind = str
+        how |= {"parser": f.one_range, "metavar": "NAME=FROM:TO"}
+    return Annotated[kind | None, typer.Option(*flags, show_default=shown, **how)]
+
+
+def _worded(flag: str, words: tuple[str, str], text: str) -> bool:
+    """Whether the second word is given.
+
+    Raises:
+        StickslipError: none of them.
+    """
+    if text not in words:
+        raise StickslipError(f"{flag} takes {' or '.join(words)}, found '{text}'.")
+    return text == words[1]
 
 
 def summaries() -> dict[str, str]:

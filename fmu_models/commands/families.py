@@ -10,28 +10,34 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fmu_models.analyses.declaration import EITHER, SECTION, Range
 from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.base.shipped import is_scene
 from fmu_models.commands.arguments import NAMED, scene_of
-from fmu_models.commands.bundles import Without
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
     import numpy as np
     from rich.console import Console
 
-    from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
+    from fmu_models.families.execution import Execution
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.report.interactive import Motion
     from fmu_models.scene.scene import Compute, Scene
+    from fmu_models.sections.system import SectionSystem
 
 Ranges = Annotated[
     list[str] | None,
     typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced (default: those of a scene)."),
+]
+
+Bounds = Annotated[
+    list[str] | None,
+    typer.Option("--over", metavar="NAME=FROM:TO", help="Parameter and its range (default: those of a scene)."),
 ]
 
 SUFFIXES, STORE = (".csv", ".nc"), ".zarr"
@@ -49,6 +55,9 @@ class Section:
     ]
     settings: Settings = None
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None
+    begin: Annotated[
+        Path | None, typer.Option("--from", metavar="ORBIT.json", help="Start values by name, instead of --start.")
+    ] = None
     contacts: Contacts = None
     forcing: Annotated[
         str | None, typer.Option(metavar="NAME", help="The parameter that is the frequency of the forcing: a strobe.")
@@ -76,9 +85,11 @@ class Section:
         Raises:
             StickslipError: options that contradict one another, or as the section does.
         """
-        from fmu_models.analyses import fmu_sections
-        from fmu_models.analyses.iteration import Iteration
         from fmu_models.fmu.load import load
+        from fmu_models.sections.crossing import Crossing
+        from fmu_models.sections.impacts import Impacts
+        from fmu_models.sections.iteration import Iteration
+        from fmu_models.sections.strobe import Strobe
 
         values = console.assignments(self.settings, "parameter")
         if self._scene is not None:
@@ -95,11 +106,11 @@ class Section:
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
         common["stepper"] = self.stepper
         if self.impacts:
-            return fmu_sections.Impacts(fmu, self.impacts, **common)
+            return Impacts(fmu, self.impacts, **common)
         if self.level:
             ((state, value),) = console.assignments([self.level], "level").items()
-            return fmu_sections.Crossing(fmu, state, value, -1 if self.down else 1, **common)
-        return fmu_sections.Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
+            return Crossing(fmu, state, value, -1 if self.down else 1, **common)
+        return Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
 
     @cached_property
     def _scene(self) -> Scene | None:
@@ -161,8 +172,20 @@ class Section:
 
     def starts(self) -> dict[str, float]:
         """Start values that are given, and what a scene says beside them."""
-        given = console.assignments(self.start, "start value")
+        given = console.assignments(self.start, "start value") | (_orbit(self.begin) if self.begin else {})
         return {**self._scene.start, **given} if self._scene is not None else given
+
+    def subject(self, kind: str) -> tuple[SectionSystem | Fmu, dict[str, Any]]:
+        """What an analysis is of, and the values of parameters that it takes beside it.
+
+        Raises:
+            StickslipError: as ``system`` or ``oscillator``.
+        """
+        named = self.forcing or self.period or self.level or self.impacts or self.model in MAPS.members()
+        if kind == SECTION or (kind == EITHER and named):
+            return self.system(), {}
+        fmu, values = self.oscillator()
+        return fmu, {"parameters": values}
 
     def motion(self) -> Motion | None:
         """What a click in a page shows; None of a map, and, with a warning, of what no page can compute."""
@@ -192,6 +215,19 @@ class Section:
             return ranges(over or (), count)
         return {name: np.array(values) for name, values in (how.axes or {str(how.over): how.values}).items()}
 
+    def range(self, kind: str, over: Sequence[str] | None) -> dict[str, tuple[float, float]]:
+        """Least and largest value of a parameter; those of a scene of the same kind where none are given.
+
+        Raises:
+            StickslipError: several ranges, or as ``one_range``.
+        """
+        if not over:
+            return {name: (float(min(values)), float(max(values))) for name, values in self.axes(kind, ()).items()}
+        if len(over) > 1:
+            raise StickslipError(f"A branch is followed over one parameter, found {len(over)} ranges.")
+        name, low, high = one_range(over[0])
+        return {name: (low, high)}
+
     def options(self, kind: str, **given: int | str | None) -> dict[str, Any]:
         """Arguments of the analysis that are given, or that a scene of the same kind says."""
         how = self._same(kind)
@@ -201,10 +237,6 @@ class Section:
     def _same(self, kind: str) -> Compute | None:
         """What a scene computes, if it is of this kind."""
         return self._scene.compute if self._scene is not None and self._scene.compute.kind == kind else None
-
-
-Strobe = Annotated[Section, Without("level", "down", "impacts")]
-ForcedStrobe = Annotated[Section, Without("autonomous", "level", "down", "impacts")]
 
 
 @dataclass(frozen=True)
@@ -290,9 +322,11 @@ class StoredFiles(Files):
         """The store, where one is asked for."""
         return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
 
-    def kept(self) -> dict[str, Any]:
-        """Arguments of an analysis."""
-        return {"store": self.store, "resume": self.resume, "overwrite": self.overwrite}
+    def execution(self, workers: int | None = None, scheduler: str | None = None) -> Execution:
+        """Who makes the runs, and where they are kept."""
+        from fmu_models.families.execution import Execution
+
+        return Execution(workers, scheduler, self.store, self.resume, self.overwrite)
 
     def check(self) -> None:
         """As for ``Files``; a store refuses what is there already by itself."""
@@ -310,13 +344,37 @@ class Runs:
         str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
     ] = None
 
-    def options(self, files: StoredFiles) -> dict[str, Any]:
-        """Arguments of an analysis."""
-        return {"workers": self.workers, "scheduler": self.scheduler, **files.kept()}
+    def execution(self, files: StoredFiles) -> Execution:
+        """Who makes the runs, and where they are kept."""
+        return files.execution(self.workers, self.scheduler)
 
 
-StillFiles = Annotated[Files, Without("interactive")]
-StillStored = Annotated[StoredFiles, Without("interactive")]
+def one_range(given: str) -> Range:
+    """Name, least and largest value of NAME=FROM:TO.
+
+    Raises:
+        StickslipError: not of that form.
+    """
+    name, _, values = given.partition("=")
+    try:
+        low, high = (float(value) for value in values.split(":"))
+    except ValueError:
+        raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{given}'.") from None
+    return name.strip(), low, high
+
+
+def _orbit(path: Path) -> dict[str, float]:
+    """Start values from a file."""
+    import json
+
+    try:
+        read = json.loads(path.read_text("utf-8"))
+        given: Any = read.get("start", read) if isinstance(read, dict) else None
+        return {str(name): float(value) for name, value in given.items()}
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise StickslipError(
+            f"'{path}' holds no start values: {error}. Write one JSON object with a number per state."
+        ) from error
 
 
 def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fmu_models.analyses.bifurcation import Bifurcation
-    from fmu_models.analyses.crossings import Crossings
-    from fmu_models.analyses.iteration import Iteration
-    from fmu_models.analyses.periodic import PeriodicMotion
+    from fmu_models.sections.diagonal import Crossings
+    from fmu_models.sections.iteration import Iteration
+    from fmu_models.sections.periodic import PeriodicMotion
 
 
 def show_map(
@@ -39,8 +39,8 @@ def show_map(
 
     Example: stickslip map henon --set a=1.2 --period 2 --lyapunov
     """
-    from fmu_models.analyses.iteration import Iteration, find_iterate_crossings
-    from fmu_models.analyses.periodic import find_periodic
+    from fmu_models.sections.iteration import Iteration, find_iterate_crossings
+    from fmu_models.sections.periodic import find_periodic
 
     if start and not lyapunov:
         raise StickslipError("A start value is where --lyapunov begins; motions are sought everywhere. Add --lyapunov.")

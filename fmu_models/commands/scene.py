@@ -13,7 +13,6 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.base.table import number, table
-from fmu_models.base.terminal_table import terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -169,7 +168,7 @@ def _print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
     heads = ("result", *("" if row.at is None else f"{over} = {row.at:g}" for row in rows))
     values = ([name, *(number(row.values.get(name), ".10g") for row in rows)] for name in names)
     made = table(title, heads, values)
-    out.print(terminal(made.turned() if len(rows) > len(names) else made))
+    out.print(made.turned() if len(rows) > len(names) else made)
 
 
 def _print_comparisons(comparisons: tuple[Comparison, ...], out: Console) -> None:

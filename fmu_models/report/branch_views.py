@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch
-from fmu_models.analyses.continuation.branches import Branches
-from fmu_models.analyses.continuation.curve import ClosedForm, Curve, Curves
-from fmu_models.analyses.continuation.special import Special
+from fmu_models.analyses.branch import Followed
 from fmu_models.analyses.homoclinic import Homoclinic
 from fmu_models.analyses.manifolds import Manifolds
 from fmu_models.base.shown import draw, tell
+from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch
+from fmu_models.continuation.branches import Branches
+from fmu_models.continuation.curves.curve import ClosedForm, Curve, Curves
+from fmu_models.continuation.special.special import Special
 from fmu_models.report.colours import COLOURS
 
 if TYPE_CHECKING:
@@ -243,6 +244,16 @@ def _number(value: complex) -> str:
 @tell.register(Branches)
 def _(found: Branches) -> str:
     return "\n".join(tell(one) for one in found.branches)
+
+
+@draw.register(Followed)
+def _(found: Followed, axes: Axes) -> None:
+    draw(found.shown, axes)
+
+
+@tell.register(Followed)
+def _(found: Followed) -> str:
+    return tell(found.shown)
 
 
 @draw.register(Manifolds)

@@ -8,7 +8,6 @@ import numpy as np
 
 from fmu_models.base import console
 from fmu_models.base.table import number, table
-from fmu_models.base.terminal_table import terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,7 +60,7 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
     rows = (
         [name, row["unit"], *(number(row[key], ".9g") for key in ends)] for name, row in content["variables"].items()
     )
-    out.print(terminal(table("", ("variable", "unit", *ends), rows)))
+    out.print(table("", ("variable", "unit", *ends), rows))
     if content["n_events"]:
         out.print(console.plain(f"{content['n_events']} events, the last of them:"))
         for event in content["events"][-SHOWN_EVENTS:]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.base.shown import draw, tell
+from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.report.branch_views import (
     MARKS,
     draw_lines,

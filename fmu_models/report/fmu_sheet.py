@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 from fmu_models.base import console
 from fmu_models.base.table import Cell, Column, table
-from fmu_models.base.terminal_table import terminal
 from fmu_models.fmu.library import platforms, sources, this_folder
 
 if TYPE_CHECKING:
@@ -152,7 +151,7 @@ def _print_variables(variables: list[dict[str, Any]], causality: str, out: Conso
         for v in variables[:LISTED]
     ]
     columns = (causality, "start", "unit", Column("type", spare=1), Column("variability", spare=2), "description")
-    out.print(terminal(table("", columns, rows)))
+    out.print(table("", columns, rows))
     _print_rest(len(variables), out)
 
 

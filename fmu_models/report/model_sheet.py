@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from fmu_models.base.table import Cell, number, table
-from fmu_models.base.terminal_table import terminal
 from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.language.contact_kinds import INDICATORS
 from fmu_models.language.inertia import mass_matrix
@@ -142,13 +141,13 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
         [p["name"], *(number(p[key], "g") for key in ("value", "minimum", "maximum")), p["unit"], p["description"]]
         for p in content["parameters"]
     ]
-    out.print(terminal(table("", ("parameter", "value", "from", "to", "unit", "meaning"), rows)))
+    out.print(table("", ("parameter", "value", "from", "to", "unit", "meaning"), rows))
     rows = [
         [one["name"], kind, number(one.get("value", one.get("start")), "g"), one["unit"], one["description"]]
         for kind in ("input", "state", "output")
         for one in content[f"{kind}s"]
     ]
-    out.print(terminal(table("", ("variable", "kind", "start", "unit", "meaning"), rows)))
+    out.print(table("", ("variable", "kind", "start", "unit", "meaning"), rows))
     for sentence in content["requirements"]:
         out.print(f"refused: {sentence}")
     exact = content["exact_flow"]

@@ -12,7 +12,6 @@ import numpy as np
 
 from fmu_models.base import console
 from fmu_models.base.table import Cell, number, table
-from fmu_models.base.terminal_table import terminal
 from fmu_models.fmu.elements import owner
 from fmu_models.importer.texts import shown
 from fmu_models.language.contact_kinds import CONTACT_STATES, RIGID_STATES
@@ -142,7 +141,7 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         [name, *(_number(row[key]) for key in ("min", "max", "end")), row["unit"]]
         for name, row in list(content["ranges"].items())[:LISTED]
     ]
-    out.print(terminal(table("", ("quantity", "min", "max", "at the end", "unit"), rows)))
+    out.print(table("", ("quantity", "min", "max", "at the end", "unit"), rows))
     if len(content["ranges"]) > LISTED:
         out.print(plain(f"  and {len(content['ranges']) - LISTED} more, which --json lists"))
     for name, row in content["contacts"].items():

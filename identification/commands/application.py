@@ -16,15 +16,12 @@ from fmu_models.base import console
 from fmu_models.base.version import version
 from fmu_models.commands.analysis import command_of, summaries
 from fmu_models.commands.bench import bench
-from fmu_models.commands.branch import branch
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.docs import docs
-from fmu_models.commands.equilibria import equilibria
 from fmu_models.commands.explore import explore
 from fmu_models.commands.export import export
 from fmu_models.commands.inspect import inspect
-from fmu_models.commands.manifolds import manifolds
 from fmu_models.commands.map import show_map
 from fmu_models.commands.maps import maps
 from fmu_models.commands.models import models
@@ -50,9 +47,8 @@ from rig_io.commands.emulate import emulate
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench, stress, maps)
-FAMILIES = (branch, equilibria, manifolds)
 FRICTION = (describe, emulate, fit, demo, laws, design, excite, compare, report, apply, inverse, slips, watch)
-for command in (*MODELS, *FAMILIES):
+for command in MODELS:
     app.command(help=console.flowing(command))(command)
 app.command("map", help=console.flowing(show_map))(show_map)
 app.add_typer(new_commands, name="new")

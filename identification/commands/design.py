@@ -9,7 +9,6 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.terminal_table import terminal
 from identification.commands.fits import FitFile
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
 def _print_design(found: Design, out: Console) -> None:
     from identification.report.tables import design_table
 
-    out.print(terminal(design_table(found)))
+    out.print(design_table(found))
     refused = [one for one in found.candidates if one.refused is not None]
     for reason in dict.fromkeys(one.refused for one in refused):
         where = ", ".join(f"{one.drive_speed:.2g} rad/s {one.load:.2g} N" for one in refused if one.refused == reason)

@@ -59,10 +59,9 @@ def excite(
     files = [str(output)] if output else []
 
     def show(out: Any) -> None:
-        from fmu_models.base.terminal_table import terminal
         from identification.report.machine_tables import excitation_table
 
-        out.print(terminal(excitation_table(found)))
+        out.print(excitation_table(found))
         out.print(
             f"Deviations foretold for {100 * found.noise:g} % noise of the efforts, sampled at {rate:g} Hz; ln det of "
             f"the information {found.gain:+.2f} over the best of random motions."

@@ -65,10 +65,9 @@ def laws(
 
 def print_laws(found: LawComparison, out: Console) -> None:
     """The laws as a table, and what decides."""
-    from fmu_models.base.terminal_table import terminal
     from identification.report.law_table import LEGEND, law_table
 
-    out.print(terminal(law_table(found)))
+    out.print(law_table(found))
     out.print(LEGEND)
     if found.causes:
         out.print(f"Estimated beside every law: {', '.join(found.causes)}.")

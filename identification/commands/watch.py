@@ -81,7 +81,6 @@ def _watch(
 ) -> State:
     from rich.live import Live
 
-    from fmu_models.base.terminal_table import terminal
     from identification.watch.logs import rested, seen_logs
     from identification.watch.page import watch_table
 
@@ -108,7 +107,7 @@ def _watch(
                     if not (json and once):
                         _say(known.entries[-1], live is not None, json)
             if live is not None:
-                live.update(terminal(watch_table(known, last=out.height - 6)), refresh=True)
+                live.update(watch_table(known, last=out.height - 6), refresh=True)
             if once:
                 return known
             time.sleep(interval)

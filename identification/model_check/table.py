@@ -9,7 +9,6 @@ import numpy as np
 
 from fmu_models.base.digits import deviation, value_with_sd
 from fmu_models.base.table import Cell, Table, table, verdict
-from fmu_models.base.terminal_table import terminal
 from identification.model_check.bifurcations import COVER, BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.portraits import MEANING, Portrait, Rest
 
@@ -29,7 +28,7 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
     parts = []
     for family in families:
         made = metrics_table(family)
-        parts.append(terminal(made.turned() if len(family.members) >= TURNED else made))
+        parts.append(made.turned() if len(family.members) >= TURNED else made)
         parts += [Text(f"{one.log}: measured {one.measured.words}; model {one.model.words}.") for one in family.members]
         parts += [Text(sentence) for sentence in bifurcation_sentences(family)]
         parts += [Text(f"Note: {note}") for note in family.notes]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fmu_models.base.terminal_table import terminal
 from identification.inference.uncertainty import LAG_RULE
 from identification.report.tables import (
     constants_table,
@@ -44,7 +43,7 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     said += [fit.words_of_law]
     said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
     warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
-    return Group(*map(terminal, tables), *map(Text, said), *warnings)
+    return Group(*tables, *map(Text, said), *warnings)
 
 
 def _certainty(fit: FrictionFit) -> list[str]:

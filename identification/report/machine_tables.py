@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain
 from fmu_models.base.table import Cell, Column, Table, known_to, number, sd, table
-from fmu_models.base.terminal_table import terminal
 from identification.inference.uncertainty import LAG_RULE
 from identification.machines.identify import METHODS
 from identification.machines.scores import FREE_RUN
@@ -28,8 +27,8 @@ def machine_report(fit: MachineFit) -> Group:
     from rich.console import Group
 
     head = [plain(fit.title, "bold"), plain(f"{fit.source}\n" if fit.source else "")]
-    parts = [terminal(parameters_table(fit)), terminal(scores_table(fit)), plain(meaning(fit))]
-    laws = [*map(terminal, laws_tables(fit)), plain(LEGEND)] if fit.laws else []
+    parts = [parameters_table(fit), scores_table(fit), plain(meaning(fit))]
+    laws = [*laws_tables(fit), plain(LEGEND)] if fit.laws else []
     return Group(*head, *parts, *laws, *(plain(f"- {verdict}") for verdict in fit.verdicts))
 
 
@@ -117,7 +116,7 @@ def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
     from rich.console import Group
 
     said = [plain(f"- {run.log}: {why}") for run in runs for why in run.given_up[:1]]
-    return Group(plain(fit.title, "bold"), terminal(runs_table(runs)), *said)
+    return Group(plain(fit.title, "bold"), runs_table(runs), *said)
 
 
 def excitation_table(found: Excitation) -> Table:

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
-from fmu_models.base.html_table import html
 from fmu_models.base.shown import Shown
 from fmu_models.base.table import Table
 from fmu_models.base.version import version
@@ -128,7 +127,6 @@ def rendered(template: str, data: Mapping[str, Any], **parts: Any) -> str:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["shown"] = tables.shown
-    environment.filters["html"] = html
     return environment.get_template(template).render(
         version=version(),
         date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),

@@ -11,7 +11,6 @@ import numpy as np
 
 from fmu_models.base.digits import like_sd
 from fmu_models.base.files import write_whole
-from fmu_models.base.html_table import html
 from fmu_models.base.table import Cell, Table
 from fmu_models.base.table import table as made_table
 from fmu_models.base.version import version
@@ -90,7 +89,7 @@ def write_page(path: Path, state: State, folder: Path, refresh: float) -> None:
         fitted=len(fitted),
         calls=[(one.name, call) for one in state.entries for call in one.calls],
         svg=inline_svg(watch_figure(state), "watch", "Parameters against time") if fitted else "",
-        table=html(watch_table(state)),
+        table=watch_table(state).html(),
         refresh=max(round(refresh), 1),
         version=version(),
         date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),

@@ -29,11 +29,12 @@ from numba import njit  # pyright: ignore[reportMissingImports]
 from pynamicalsys import ContinuousDynamicalSystem, DiscreteDynamicalSystem  # pyright: ignore[reportMissingImports]
 
 from fmu_models import maps
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.iteration import Iteration
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.families.execution import Execution
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.strobe import Strobe
 
 C, F0, KS, CS, G, OMEGA = 0.05, 0.5, 10.0, 0.3, 4.0, 1.18
 PERIOD, PERIODS, LANES = 2.0 * math.pi / OMEGA, 60, 4
@@ -111,7 +112,9 @@ def exponents() -> dict[str, Callable[[], np.ndarray]]:
     other = DiscreteDynamicalSystem(model="henon map")
     start, parameters = [0.1, 0.1], [1.4, 0.3]
     return {
-        "stickslip": lambda: lyapunov(henon, periods=STEPS, transient=100, motions=1000, workers=1).values,
+        "stickslip": lambda: (
+            lyapunov(henon, periods=STEPS, transient=100, motions=1000, execution=Execution(workers=1)).values
+        ),
         "pynamicalsys": lambda: np.asarray(other.lyapunov(start, STEPS, parameters=parameters, transient_time=100)),
     }
 

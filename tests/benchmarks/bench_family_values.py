@@ -19,9 +19,9 @@ import numpy as np
 from closed_forms import hinge_strobes, support_strobe
 
 from fmu_models.analyses.basins import basins
-from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.fmu.load import load
+from fmu_models.sections.strobe import Strobe
 
 TABLE_2 = {"ks": 300.0, "cs": 0.6, "g": 1.6}
 FIGURE_10 = {"ks": 1000.0, "cs": 0.6, "g": 2.0, "f0": 0.7}

@@ -19,9 +19,9 @@ import numpy as np
 from bench_lanes import FAMILIES, GO, MOTIONS, PERIODS, seconds
 from numpy.typing import NDArray
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
+from fmu_models.sections.strobe import Strobe
 
 Vector = NDArray[np.float64]
 # s, in which an event that has just been met is not met again

@@ -20,10 +20,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
+from fmu_models.sections.strobe import Strobe
 
 MOTIONS, PERIODS = 256, 300
 FAMILIES = {

@@ -9,7 +9,6 @@ import pytest
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
-from fmu_models.analyses.iteration import Iteration, iterate
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import FMI_VERSIONS, export_map
 from fmu_models.fmu.fmu import Fmu
@@ -17,6 +16,7 @@ from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.maps import Map
 from fmu_models.language.quantities import Parameter, State
 from fmu_models.maps import MAPS
+from fmu_models.sections.iteration import Iteration, iterate
 
 STEPS, PERIOD = 40, 0.1
 # a version each, in turn: what differs between them is the same for all maps

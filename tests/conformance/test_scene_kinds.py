@@ -24,8 +24,8 @@ AXES = {
 }
 
 
-# of special points, of bodies at rest, of a map over one state: shipped scenes of their own, which are judged as such
-OWN = ("curves", "equilibria", "reduced_map")
+# of special points, of bodies at rest, of saddles, of a map over one state: they have shipped scenes, judged as such
+OWN = ("curves", "equilibria", "manifolds", "reduced_map")
 
 
 def test_kinds_that_need_scenes_of_their_own_have_them() -> None:

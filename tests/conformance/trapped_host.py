@@ -13,8 +13,8 @@ from careless_importer import Habits, Importer
 from faces import face
 
 from fmu_models import SensitiveRun, Strobe, oscillators, simulate, simulate_any
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.codegen.package import built
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 
 INVALID, DIVBYZERO, OVERFLOW = 1, 4, 8  # of x86's <fenv.h>

@@ -14,7 +14,7 @@ from typing import Annotated, ClassVar
 import pandas
 
 from fmu_models.analyses.declaration import Analysis, Option
-from fmu_models.analyses.jobs import Jobs
+from fmu_models.families.jobs import Jobs
 from fmu_models.base.shown import Pictured, draw
 
 

@@ -271,14 +271,14 @@ def test_every_command_that_reads_such_documents_has_the_option():
 
 # what parses files or texts of others, and why nothing in them runs; one that names code belongs among the cases above
 PARSERS = {
-    "fmu_models/analyses/continuation/kept.py": "nodes of a store: numbers, and classes of a list",
-    "fmu_models/analyses/store.py": "what a store was made of is compared; Zarr of version 3 has no codec of objects",
+    "fmu_models/continuation/kept.py": "nodes of a store: numbers, and classes of a list",
+    "fmu_models/families/store.py": "what a store was made of is compared; Zarr of version 3 has no codec of objects",
     "fmu_models/base/job_server.py": "what this program sends to its own child",
     "fmu_models/base/processes.py": "what its own child sends back",
     "fmu_models/base/toml_document.py": "code is named by Document.reference alone: cases",
     "fmu_models/base/plain_values.py": "numbers and texts",
     "fmu_models/base/unit_names.py": "our own cache",
-    "fmu_models/commands/branch.py": "start values: numbers by name",
+    "fmu_models/commands/families.py": "start values: numbers by name",
     "fmu_models/commands/data.py": "titles of what comes along",
     "fmu_models/commands/listing.py": "our own cache",
     "fmu_models/commands/scene.py": "scenes that come along",

@@ -12,15 +12,17 @@ from scipy.linalg import expm
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.fmu_section import FmuSection
-from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.lyapunov import lyapunov
-from fmu_models.analyses.periodic import PeriodicMotion, find_cycles, motion_at
 from fmu_models.analyses.spectrum import line_spectrum
 from fmu_models.base.errors import StickslipError
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.oscillator import FmuSection
+from fmu_models.sections.periodic import PeriodicMotion, find_cycles, motion_at
+from fmu_models.sections.strobe import Strobe
 
 D, F, OMEGA = 0.1, 0.5, 1.3
 PERIOD = 2.0 * math.pi / OMEGA

@@ -30,12 +30,12 @@ from oracle.motion import GRAZES, Run, run
 from oracle.random_declarations import declaration, pruned, values
 from quick_export import quick_export
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.base.errors import StickslipError
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
 from fmu_models.lanes.library import has_lanes
+from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.accuracy import simulate_with_error
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun

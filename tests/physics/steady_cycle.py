@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from fmu_models.analyses.cycles import Cycle, last_cycle
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.cycles import Cycle, last_cycle
 
 
 def disc_rig(contacts: tuple[str, ...]) -> Fmu:

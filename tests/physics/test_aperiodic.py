@@ -12,13 +12,13 @@ from fmu_models import Automaton, Fmu, Iteration, Parameter, State, Strobe, Swit
 from fmu_models.analyses.aperiodic import CHAOS, CYCLE, NOT_DECIDED, TORUS, judged, sign_of
 from fmu_models.analyses.basins import Basins, Cloud
 from fmu_models.analyses.chart import chart
-from fmu_models.analyses.execution import Execution
-from fmu_models.analyses.iteration import iterate
 from fmu_models.codegen.package import built_of
+from fmu_models.families.execution import Execution, Runner
 from fmu_models.language.maps import Map
 from fmu_models.lowering.lower import lower
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
+from fmu_models.sections.iteration import iterate
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -63,7 +63,7 @@ def kinds(found: Basins) -> list[str]:
 )
 def test_kinds_of_maps(system, kind, exponent):
     point = iterate(system, system.start({"x": 0.3}), 3000)[-1]
-    verdict = judged(Execution(system), system, point)
+    verdict = judged(Runner(system), system, point)
     assert verdict.kind == kind, verdict
     if exponent is not None:
         assert abs(verdict.exponent - exponent) < 5.0 * verdict.error + 1e-3
@@ -102,7 +102,9 @@ def chua() -> Automaton:
 def test_two_mirror_cycles_are_no_clouds_of_chaos(autonomous):
     """Their period is 2.25 to 6 digits, so that each start sees nine places of them in steps of 1 s."""
     system = Strobe(Fmu.open(built_of(lower(chua()))), period=1.0, autonomous=autonomous)
-    found = basins(system, x=np.linspace(-2, 2, 5), y=np.linspace(-0.5, 0.5, 5), start={"z": 0.1}, workers=1)
+    found = basins(
+        system, x=np.linspace(-2, 2, 5), y=np.linspace(-0.5, 0.5, 5), start={"z": 0.1}, execution=Execution(workers=1)
+    )
     assert kinds(found) == [CYCLE, CYCLE]
     one, other = found.attractors
     assert one.points.min(axis=0) == pytest.approx(-other.points.max(axis=0), abs=0.01)
@@ -115,7 +117,7 @@ def test_two_mirror_cycles_are_no_clouds_of_chaos(autonomous):
 def test_chaos_of_what_nothing_forces_stays_chaos():
     """alpha = 9, the double scroll: published exponents .23, 0, -1.78 are per unit of the circuit, .7 of this one."""
     system = Strobe(Fmu.open(built_of(lower(chua()))), period=1.0, autonomous=True, parameters={"al": 9.0})
-    found = basins(system, x=np.linspace(-1, 1, 3), start={"z": 0.1}, workers=1)
+    found = basins(system, x=np.linspace(-1, 1, 3), start={"z": 0.1}, execution=Execution(workers=1))
     assert kinds(found) == [CHAOS]
     (cloud,) = found.attractors
     assert isinstance(cloud, Cloud)

@@ -24,8 +24,9 @@ from fmu_models import (
     load,
     lyapunov,
 )
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.codegen.package import built_of
+from fmu_models.families.execution import Execution
+from fmu_models.families.jobs import Jobs
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.lower import lower
 
@@ -70,7 +71,7 @@ def test_a_level_is_crossed_as_often_with_tangents_as_without():
 )
 def test_exponents_of_lorenz(section, known):
     """The contracting one too, of which a step leaves less than rounding beside the growing one: exp(-77) in 5 s."""
-    found = lyapunov(section(), ON, periods=6000, transient=50, workers=1)
+    found = lyapunov(section(), ON, periods=6000, transient=50, execution=Execution(workers=1))
     assert found.lost == 0
     assert found.zero == (1 if len(known) == 3 else None)
     assert (np.abs(found.per_time - known) <= 4.0 * found.per_time_errors + 1e-4).all(), found

@@ -13,9 +13,9 @@ import pytest
 from bounces import CHATTERING, CLOSED, OPEN, at_impacts, fly, predicted_map
 from closed_form import root
 
-from fmu_models.analyses.orbits import find_orbit, orbit_at
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 

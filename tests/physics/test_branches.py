@@ -12,8 +12,8 @@ import pytest
 from scipy.optimize import root
 
 from fmu_models import Iteration, Map, Parameter, State, StickslipError, Strobe, branch, branches, load, simulate
-from fmu_models.analyses.continuation.discontinuous import shrinking
-from fmu_models.analyses.continuation.growing_multiplier import why_huge
+from fmu_models.continuation.special.discontinuous import shrinking
+from fmu_models.continuation.special.growing_multiplier import why_huge
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
 POINTS = [

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmu_models import Crossing, Iteration, StickslipError, Strobe, branch, branches, load, orbit_diagram, reduced_map
-from fmu_models.analyses.continuation.lost_motions import lost_motions
-from fmu_models.analyses.continuation.same_motion import between
+from fmu_models.continuation.lost_motions import lost_motions
+from fmu_models.continuation.step.same_motion import between
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
 

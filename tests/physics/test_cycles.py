@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from fmu_models.analyses.cycles import last_cycle
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.cycles import last_cycle
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import crossings
 

@@ -174,7 +174,7 @@ def test_period_3_motion_returns_to_its_start():
 
 def test_period_3_motion_ends_where_it_grazes():
     """Followed up from 0.92, one of its maxima reaches g at omega = 0.9289664625404 (slope about -0.3 per rad/s)."""
-    from fmu_models.analyses.orbits import find_orbit
+    from fmu_models.sections.orbits import find_orbit
 
     start = {"x": 1.140362014614650, "v": -0.270093925370817}
     graze = 0.9289664625404

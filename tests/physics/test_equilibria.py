@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from fmu_models import Automaton, Fmu, Parameter, State, StickslipError, Switch, equilibria, load, simulate
-from fmu_models.analyses.continuation.branch import Branch
 from fmu_models.codegen.package import built_of
+from fmu_models.continuation.branch import Branch
 from fmu_models.lowering.lower import lower
 
 POINTS = json.loads(Path(__file__).with_name("branches_reference.json").read_text())["points"]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from forty_digits import Field, Guard, Mode, follow
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
+from fmu_models.sections.strobe import Strobe
 
 GO = np.zeros(1, np.int32)
 PERIODS = 10

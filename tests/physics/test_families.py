@@ -20,16 +20,18 @@ from fmu_models.analyses.basins import basins
 from fmu_models.analyses.bifurcation import find_bifurcations
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
-from fmu_models.analyses.iteration import Iteration
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.lyapunov import Exponents, lyapunov
-from fmu_models.analyses.periodic import PeriodicMotion, find_cycles, motion_at
-from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.analyses.rotation import rotation_number
 from fmu_models.analyses.spectrum import spectrum
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.periodic import PeriodicMotion, find_cycles, motion_at
+from fmu_models.sections.return_map import ReturnMap
+from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.sections import Section
 
 REFERENCE = json.loads((Path(__file__).parent / "families_reference.json").read_text("utf-8"))

@@ -9,10 +9,11 @@ from fmu_models import maps
 from fmu_models.analyses.basins import FAILED, INFINITE, basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.fmu_sections import Crossing, Strobe
-from fmu_models.analyses.iteration import Iteration
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.strobe import Strobe
 
 
 @pytest.fixture(scope="module")

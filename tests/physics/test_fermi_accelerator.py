@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from bounces import at_impacts, fly, just_after, predicted_map
 
-from fmu_models.analyses.orbits import find_orbit, orbit_at
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from stroboscope import after_transient, entries, period
 
-from fmu_models.analyses.orbits import find_orbit
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.hinge_clearance_dimensional import scaled
+from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
 
 HINGE = Fmu.open(built("hinge_clearance"))

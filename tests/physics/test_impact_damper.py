@@ -22,10 +22,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fmu_models.analyses.orbits import find_orbit, orbit_at
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 
 DAMPER = Fmu.open(built("impact_damper"))

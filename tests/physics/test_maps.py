@@ -10,9 +10,9 @@ import pytest
 
 from fmu_models import maps
 from fmu_models.analyses.bifurcation import Bifurcation, find_bifurcations
-from fmu_models.analyses.iteration import Iteration, find_iterate_crossings, iterate
 from fmu_models.analyses.lyapunov import lyapunov
-from fmu_models.analyses.periodic import PeriodicMotion, find_periodic
+from fmu_models.sections.iteration import Iteration, find_iterate_crossings, iterate
+from fmu_models.sections.periodic import PeriodicMotion, find_periodic
 
 EXACT = 1e-12
 

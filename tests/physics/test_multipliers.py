@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmu_models.analyses.orbits import find_orbit, orbit_at
-from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.orbits import find_orbit, orbit_at
+from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section
 from fmu_models.simulation.sensitivity import SensitiveRun

@@ -11,10 +11,10 @@ import sympy
 from planar import extremes, jacobian
 from scipy.linalg import expm
 
-from fmu_models.analyses.orbits import Orbit, find_orbit
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.planar_hopf import MODEL
+from fmu_models.sections.orbits import Orbit, find_orbit
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 

@@ -13,11 +13,11 @@ import pytest
 import sympy
 from planar import jacobian, symbols
 
-from fmu_models.analyses.orbits import find_orbit
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.lowering.lower import lower
 from fmu_models.oscillators.planar_multiple_crossing_smooth import MODEL
+from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 

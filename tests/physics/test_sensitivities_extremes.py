@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick_export import quick_export
 
-from fmu_models.analyses.orbits import orbit_at
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.sections.orbits import orbit_at
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.tangent import flow_derivative
 

@@ -17,12 +17,12 @@ import woodpecker_impacts as wp
 from quick_export import quick_export
 from scipy.optimize import brentq
 
-from fmu_models.analyses.crossings import find_crossings
-from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.oscillators.woodpecker import MODEL
+from fmu_models.sections.diagonal import find_crossings
+from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section, SectionPoint, crossings
 

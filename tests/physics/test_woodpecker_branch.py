@@ -11,7 +11,7 @@ import woodpecker_flows as flows
 from mpmath import mpf
 
 from fmu_models import Strobe, branch, last_cycle, load
-from fmu_models.analyses.return_map import ReturnMap
+from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.sections import Section, crossings
 
 LISTED = [

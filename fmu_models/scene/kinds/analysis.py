@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from fmu_models.analyses.declaration import VALUES, Analysis
+from fmu_models.analyses.declaration import EITHER, OSCILLATOR, RANGE, SECTION, Analysis
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, section_of, strobe_of
+from fmu_models.scene.kinds.kind import Kind, Row, constants_of, section_of, strobe_of
 from fmu_models.scene.scene import Scene
 
 
@@ -16,24 +16,46 @@ def kind_of(analysis: Analysis) -> Kind:
 
     def compute(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row | tuple[Row, ...]:
         how = scene.compute
-        settings: dict[str, Any] = dict(how.settings)
-        if analysis.of_run is None:
-            system: Any = section_of(scene, fmu, run["parameters"], run["inputs"])
+        settings: dict[str, Any] = {**differing, **how.settings}
+        subject: Any = fmu
+        section = how.forcing or how.period or how.level or how.impacts
+        if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not section):
+            settings["parameters"] = constants_of(scene, run)
+        elif analysis.of_run is None:
+            subject = section_of(scene, fmu, run["parameters"], run["inputs"])
         else:
-            system, count = strobe_of(scene, fmu, run)
+            subject, count = strobe_of(scene, fmu, run)
             settings |= analysis.of_run(count)
-        axes = {str(how.over): how.values} if analysis.axes == VALUES else how.axes
-        result = analysis.run(system, axes, start=run["start"], **settings)
-        numbers = analysis.numbers(result)
+        axes: Mapping[str, Any] = {str(how.over): how.values} if analysis.sweeps else how.axes
+        if analysis.axes == RANGE:
+            low, high = min(how.values), max(how.values)
+            axes = {str(how.over): (low, high)}
+            subject, settings = _inside(subject, settings, str(how.over), low, high)
+        result = analysis.run(subject, axes, start=run["start"], **settings)
+        numbers = analysis.numbers(result, *((how.values,) if analysis.axes == RANGE else ()))
         if isinstance(numbers, Mapping):
             return Row(None, numbers, family=result)
         return tuple(Row(at, values, family=result) for at, values in numbers)
 
+    own = {} if analysis.of_run else {n: declared for n, declared in analysis.options.items() if not declared.range}
+    differing = {name: declared.in_scene for name, declared in own.items() if declared.option.in_scene is not None}
     return Kind(
         compute,
-        periodic=True,
-        anywhere=analysis.of_run is None,
-        sweeps=analysis.axes == VALUES,
-        axes="" if analysis.axes == VALUES else analysis.axes,
-        settings={} if analysis.of_run else {name: one.default for name, one in analysis.options.items()},
+        periodic=analysis.subject == SECTION,
+        anywhere=analysis.of_run is None and analysis.axes != RANGE,
+        sweeps=analysis.sweeps,
+        axes="" if analysis.sweeps else analysis.axes,
+        settings={name: declared.in_scene for name, declared in own.items()},
     )
+
+
+def _inside(subject: Any, settings: dict[str, Any], over: str, low: float, high: float) -> tuple[Any, dict[str, Any]]:
+    """What is followed over a range begins in it."""
+    constants = settings.get("parameters")
+    fmu, known = (subject.fmu, subject.values) if constants is None else (subject, constants)
+    present = known.get(over)
+    present = float(fmu.variables[over].start or 0.0) if present is None else float(present)
+    inside = {over: min(max(present, low), high)}
+    if constants is None:
+        return subject.at(**inside), settings
+    return subject, {**settings, "parameters": {**constants, **inside}}

@@ -7,10 +7,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from fmu_models.analyses.continuation.branches import branch, branches
-from fmu_models.analyses.continuation.curve import closed_form_of
 from fmu_models.analyses.declaration import PARAMETERS
 from fmu_models.base.formula import Formula
+from fmu_models.continuation.branches import branch, branches
+from fmu_models.continuation.curves.curve import closed_form_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, section_of
 from fmu_models.scene.scene import Scene

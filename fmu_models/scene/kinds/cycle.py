@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.cycles import last_cycle
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row
 from fmu_models.scene.kinds.trajectory import run_row
 from fmu_models.scene.scene import Scene
+from fmu_models.sections.cycles import last_cycle
 from fmu_models.simulation.run import simulate
 
 

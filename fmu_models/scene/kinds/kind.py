@@ -7,11 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.scene import Scene
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.trajectory import Trajectory
 
 

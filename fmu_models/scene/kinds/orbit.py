@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.orbits import find_orbit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, period
 from fmu_models.scene.scene import Scene
+from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
 
 

@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
-from fmu_models.base.html_table import html
 from fmu_models.base.table import Cell, Column, Table, table
-from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.bench.run import Comparison, Row
 
 if TYPE_CHECKING:
@@ -80,7 +78,7 @@ def _cells(row: Row) -> list[str | Cell]:
 def print_table(made: Sequence[Comparison], out: Console) -> None:
     """For people at a terminal."""
     for one in made:
-        out.print(terminal(comparison_table(one)))
+        out.print(comparison_table(one))
         out.print(f"Reference: {one.reference}.", markup=False)
         if one.shortened:
             out.print(one.shortened)
@@ -162,7 +160,7 @@ def _section(one: Comparison, prefix: str) -> list[str]:
         inline_svg(draw(one), prefix, f"{one.title}: error against cost by method")
         if one.rows
         else "<p>No method has finished.</p>",
-        html(comparison_table(one)),
+        comparison_table(one).html(),
         f"<h3>Without a result</h3><ul>{left}</ul>" if left else "",
         "<p>Interrupted: not everything was run.</p>" if one.interrupted else "",
     ]

@@ -14,13 +14,13 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import FINISHED, Jobs
 from fmu_models.codegen.lane_tables import lane_obstacles
+from fmu_models.families.jobs import FINISHED, Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.lanes.library import has_lanes
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.piecewise_linear import Lifted
+from fmu_models.sections.strobe import Strobe
 from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs
 
 INSTEAD = "Use event-driven Taylor."

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.table import Table, number, table
-from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
 from fmu_models.validation.stress.random_cases import RANDOM, command_line
 
@@ -64,7 +63,7 @@ def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool
     """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
     for model in dict.fromkeys(cell.case.model for cell in cells):
         own = [cell for cell in cells if cell.case.model == model]
-        out.print(terminal(groups_table(model, own)))
+        out.print(groups_table(model, own))
         for cell in own:
             if every or cell.verdict != "accurate":
                 out.print(f"  {sentence(cell)}", markup=False)

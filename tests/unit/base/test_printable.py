@@ -13,12 +13,10 @@ from hypothesis import strategies as st
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.html_table import html
 from fmu_models.base.printable import in_line, printable, printable_json
 from fmu_models.base.printable_console import PrintableConsole
 from fmu_models.base.shown import Shown
 from fmu_models.base.table import Cell, table
-from fmu_models.base.terminal_table import terminal
 
 EVIL = [
     *("\x1b[2J", "\x1b]0;title\x07", "\x9b31m", "a\rb", "\x08\x08", "\x7f", "\u202egpj.exe", "\u2066", "\u200b"),
@@ -63,7 +61,7 @@ def test_nothing_passes_the_console(text, is_terminal):
     out = PrintableConsole(file=file, force_terminal=is_terminal, width=60, highlight=False, color_system="standard")
     rows = console.table("name", ">value", title=text)
     rows.add_row(text, text)
-    for shown in (console.plain(text, "bold red"), rows, terminal(table(text, [text], [[Cell(text)]]))):
+    for shown in (console.plain(text, "bold red"), rows, table(text, [text], [[Cell(text)]])):
         out.print(shown)
     out.print(text, markup=False)
     assert not commands(re.sub(r"\x1b\[[0-9;]*m", "", file.getvalue()))
@@ -76,7 +74,7 @@ def test_nothing_passes_a_repr_or_a_page(text):
             return {text: text, "other": [text]}
 
     assert not commands(repr(Result()))
-    page = html(table(text, [text], [[Cell(text)]]))
+    page = table(text, [text], [[Cell(text)]]).html()
     assert "<script" not in page and "<b>" not in page and "</script" not in page
 
 

@@ -10,16 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from fmu_models.base.html_table import html
 from fmu_models.base.table import Cell, Column, interval, known_to, measured, number, sd, table, verdict
-from fmu_models.base.terminal_table import terminal
 
 WIDTHS = (60, 80, 200)
 
 
 def printed(made, width: int) -> str:
     console = Console(width=width, file=io.StringIO(), record=True)
-    console.print(terminal(made))
+    console.print(made)
     return console.export_text()
 
 
@@ -98,14 +96,14 @@ def test_no_number_breaks(width, values):
 
 def test_verdicts_and_what_others_wrote():
     made = table("<t>", ("log", "verdict"), [["a <b>\x1b[31m[bold]", verdict(False)], ["c", verdict(True)]])
-    page, text = html(made), printed(made, 80)
+    page, text = made.html(), printed(made, 80)
     assert '<td class="fail">FAIL</td>' in page and "<td>pass</td>" in page and "&lt;t&gt;" in page
     assert "\x1b" not in text and "[31m[bold]" in text and "a &lt;b&gt;" in page
 
 
 def test_both_renderers_show_the_same():
     made = parameters()
-    page, text = html(made), printed(made, 300)
+    page, text = made.html(), printed(made, 300)
     for row in made.rows:
         for cell in row:
             assert cell.words in page and cell.words in text

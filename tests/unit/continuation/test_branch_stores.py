@@ -13,10 +13,10 @@ import pytest
 from checkout import ROOT
 from store_content import content
 
-from fmu_models import StickslipError, Strobe, load
-from fmu_models.analyses.continuation import begin as begins
-from fmu_models.analyses.continuation.branches import Branches, all_branches, branch
-from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models import Execution, StickslipError, Strobe, load
+from fmu_models.continuation import begin as begins
+from fmu_models.continuation.branches import Branches, all_branches, branch
+from fmu_models.continuation.problem.flow import FlowProblem
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
@@ -29,9 +29,14 @@ def support() -> Strobe:
     return Strobe(FMU, forcing="omega", parameters={"ks": 300.0, "omega": 0.93})
 
 
-def followed(**how: Any) -> Branches:
+def quiet(fraction: float) -> None: ...
+
+
+def followed(progress: Any = quiet, **execution: Any) -> Branches:
     """Over a flip and a grazing, and the branch of twice the period."""
-    return all_branches(support(), "omega", (0.93, 0.98), longest=2, **how)
+    return all_branches(
+        support(), "omega", (0.93, 0.98), longest=2, execution=Execution(**execution), progress=progress
+    )
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +71,7 @@ def test_what_is_killed_goes_on_to_the_same_bytes(whole, tmp_path):
         "import os, sys\n"
         f"sys.path[:0] = {[str(Path(__file__).parent), str(ROOT), str(ROOT / 'tests/helpers')]!r}\n"
         "import test_branch_stores as t\n"
-        "from fmu_models.analyses.continuation.way import Way\n"
+        "from fmu_models.continuation.step.way import Way\n"
         "told, add = [], Way.add\n"
         "def counted(self, node):\n"
         "    told.append(add(self, node))\n"
@@ -127,6 +132,6 @@ def test_a_finished_store_is_read(whole, monkeypatch):
 
 def test_a_store_of_another_branch_is_refused(whole):
     with pytest.raises(StickslipError, match=r"between = \[0\.93, 0\.98\] there, \[0\.93, 0\.99\] here"):
-        all_branches(support(), "omega", (0.93, 0.99), longest=2, store=whole)
+        all_branches(support(), "omega", (0.93, 0.99), longest=2, execution=Execution(store=whole))
     with pytest.raises(StickslipError, match="switch = true there, false here"):
-        branch(support(), "omega", (0.93, 0.98), store=whole)
+        branch(support(), "omega", (0.93, 0.98), execution=Execution(store=whole))

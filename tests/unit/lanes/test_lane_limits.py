@@ -11,10 +11,9 @@ import pytest
 import sympy
 from quick_export import quick_export
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import ESCAPED, FINISHED, Jobs
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.lane_tables import lane_obstacles
+from fmu_models.families.jobs import ESCAPED, FINISHED, Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from fmu_models.language.impacts import Impact, Newton
@@ -22,6 +21,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Parameter
 from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
+from fmu_models.sections.strobe import Strobe
 
 GO = np.zeros(1, np.int32)
 

@@ -9,11 +9,11 @@ import pytest
 from test_lanes import FAMILIES, GO, family
 
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
+from fmu_models.sections.strobe import Strobe
 
 
 @pytest.mark.parametrize("name", FAMILIES)

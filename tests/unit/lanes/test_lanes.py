@@ -14,10 +14,9 @@ from benchmark_scripts import benchmark_script
 from lane_mechanisms import opened
 
 from fmu_models.analyses.basins import basins
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import ESCAPED, Jobs
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.lane_tables import lane_obstacles
+from fmu_models.families.jobs import ESCAPED, Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
 from fmu_models.language.automaton import Automaton, Switch
@@ -27,6 +26,7 @@ from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
 from fmu_models.oscillators import load as declaration
 from fmu_models.report.model_sheet import sheet
+from fmu_models.sections.strobe import Strobe
 
 T = 2.0 * math.pi
 GO = np.zeros(1, np.int32)

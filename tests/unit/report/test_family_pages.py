@@ -15,11 +15,11 @@ from fmu_models import maps
 from fmu_models.analyses.basins import Basins, basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.interactive import traces, write_page
 from fmu_models.report.views import SWEEPS
+from fmu_models.sections.iteration import Iteration
 
 HENON = Iteration.of(maps.load("henon"))
 

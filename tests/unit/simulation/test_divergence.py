@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fmu_models import maps
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.fmu.load import load
 from fmu_models.language.contact_kinds import TOUCHING
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative

@@ -10,20 +10,22 @@ import numpy as np
 import pytest
 
 from fmu_models import maps
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed, targets_of
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
-from fmu_models.analyses.iteration import Iteration, iterate
-from fmu_models.analyses.jobs import Jobs
-from fmu_models.analyses.periodic import find_cycles, motion_at
 from fmu_models.analyses.rotation import rotation_number
 from fmu_models.analyses.section import poincare_section
 from fmu_models.analyses.spectrum import spectrum
 from fmu_models.base.errors import StickslipError
+from fmu_models.families import jobs as families
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.iteration import Iteration, iterate
+from fmu_models.sections.periodic import find_cycles, motion_at
+from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import crossings
 from fmu_models.simulation.tangent import flow_derivative

@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipk, ellipkinc
 
-from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built, export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import RUN
 from fmu_models.simulation.run import simulate

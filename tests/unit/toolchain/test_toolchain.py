@@ -11,12 +11,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import pytest
 
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.analyses.jobs import Jobs
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
+from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes import library as lanes
+from fmu_models.sections.strobe import Strobe
 from fmu_models.toolchain import compiler as toolchain
 from fmu_models.toolchain import platforms
 from fmu_models.toolchain.compiler import compile_shared

@@ -1,0 +1,175 @@
+"""The branch of a periodic motion, with what leaves it, and curves of what is special on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+
+from fmu_models.analyses.declaration import RANGE, Analysis, Option, Range
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.formula import Formula
+from fmu_models.base.shown import Pictured
+from fmu_models.continuation.branches import Branches, all_branches
+from fmu_models.continuation.curves.curve import Curve, Curves, closed_form_of
+from fmu_models.continuation.equilibrium_branch import EquilibriumBranch
+from fmu_models.families.execution import IN_MEMORY, Execution
+from fmu_models.sections.system import SectionSystem
+
+
+@dataclass(frozen=True, eq=False)
+class Followed(Pictured):
+    """What was followed over a parameter.
+
+    Attributes:
+        branch: Motions or equilibria, and what is special among them.
+        curves: The special points as curves in a second parameter, where these were asked for. Then they are shown.
+    """
+
+    branch: Branches | EquilibriumBranch
+    curves: Curves | None = None
+
+    @property
+    def shown(self) -> Branches | EquilibriumBranch | Curves:
+        """What a picture and a table show."""
+        return self.curves or self.branch
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the keyboard ended it early."""
+        curves = self.curves.curves if self.curves else ()
+        return self.branch.interrupted or any(kind == "interrupted" for curve in curves for kind, _ in curve.ends)
+
+    @property
+    def how(self) -> str:
+        """Where rates and steps come from; see ``SectionSystem.how``."""
+        return "" if self.curves else self.branch.how
+
+    @property
+    def frame(self) -> Any:
+        """One row per point."""
+        return self.shown.frame
+
+    def to_xarray(self) -> Any:
+        """The points as a data set."""
+        return self.shown.to_xarray()
+
+    def record(self) -> dict[str, Any]:
+        """Everything as JSON."""
+        content = {**self.branch.record(), "not_followed": list(self.curves.failures) if self.curves else []}
+        if self.curves or self.interrupted:
+            content["curves"] = [self._curve(curve) for curve in self.curves.curves] if self.curves else []
+        return content
+
+    def _curve(self, curve: Curve) -> dict[str, Any]:
+        form = self.curves.closed_form if self.curves else None
+        error = np.nan if form is None else form.error(curve)
+        return {**curve.record(), "from_closed_form": error if np.isfinite(error) else None}
+
+    def _heading(self) -> str:
+        return self.shown._heading()
+
+    def _contents(self) -> Mapping[str, Any]:
+        return self.shown._contents()
+
+
+def follow_branch(
+    system: SectionSystem,
+    over: str,
+    between: tuple[float, float],
+    *,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    settle: Annotated[bool, Option("Run to a motion from the start first.", in_scene=True)] = False,
+    switch: Annotated[
+        bool, Option("Branches that leave the first one to follow too: none, all.", words=("none", "all"))
+    ] = False,
+    longest: Annotated[int, Option("With --switch all: period, in those of the forcing.", minimum=1)] = 8,
+    curve: Annotated[Range | None, Option("Each special point as a curve in this parameter too.")] = None,
+    closed_form: Annotated[
+        str | None,
+        Option("With --curve: NAME as it is known of one, by the first parameter.", metavar="FORMULA"),
+    ] = None,
+    points: Annotated[int, Option("Motions in each direction, at most.", minimum=2)] = 2000,
+    of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,
+    execution: Execution = IN_MEMORY,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Followed:
+    """Follow a periodic motion over a parameter, stable or not, through every bifurcation.
+
+    Args:
+        others: as for ``all_branches``.
+        curve: name, least and largest value of a second parameter.
+
+    Raises:
+        StickslipError: a closed form without curves, and as ``all_branches`` and ``Branches.curves``.
+    """
+    if closed_form and curve is None:
+        raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
+    formula = Formula.read(closed_form) if closed_form else None
+    branches = all_branches(
+        system,
+        over,
+        between,
+        start=start,
+        settle=settle,
+        points=points,
+        switch=switch,
+        longest=longest,
+        of=of,
+        execution=execution,
+        progress=progress,
+    )
+    if curve is None or branches.interrupted:
+        return Followed(branches)
+    curves = branches.curves(curve[0], curve[1:])
+    form = closed_form_of(curves.curves[0], formula, {}) if formula else None
+    return Followed(branches, replace(curves, closed_form=form))
+
+
+def special_values(specials: Sequence[Any]) -> dict[str, float]:
+    """Values of the parameter at special points, by kind and number."""
+    numbers: dict[str, int] = {}
+    values = {}
+    for special in specials:
+        kind = special.kind.replace(", ", "_").replace(" ", "_")
+        numbers[kind] = numbers.get(kind, 0) + 1
+        values[f"{kind}_{numbers[kind]}"] = special.value
+    return values
+
+
+def numbers_at(
+    branches: Sequence[Any], values: Sequence[float], name: str, special: Mapping[str, float]
+) -> list[tuple[float, dict[str, float]]]:
+    """How many points of branches there are at each value, and how many stable ones; first the special points too."""
+    rows: list[tuple[float, dict[str, float]]] = []
+    for value in values:
+        count = stable = 0
+        for branch in branches:
+            before, after = branch.values[:-1] - value, branch.values[1:] - value
+            for i in np.flatnonzero((before <= 0.0) != (after <= 0.0)):
+                count += 1
+                stable += bool(branch.stable[i] and branch.stable[i + 1])
+        rows.append((value, {name: float(count), "stable": float(stable), **({} if rows else special)}))
+    return rows
+
+
+def _numbers(followed: Followed, values: Sequence[float]) -> list[tuple[float, dict[str, float]]]:
+    branches: Any = followed.branch
+    return numbers_at(branches.branches, values, "motions", special_values(branches.special))
+
+
+ANALYSIS = Analysis(
+    function=follow_branch,
+    numbers=_numbers,
+    results=(
+        "a row per value: `motions`, how many there are, and how many are `stable`. The first has what is special too, "
+        "`fold_1`, `flip_1`: values of the parameter"
+    ),
+    example="discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png",
+    label="following",
+    axes=RANGE,
+    without=("level", "down", "impacts", "workers", "scheduler"),
+    page=False,
+)

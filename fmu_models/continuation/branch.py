@@ -1,0 +1,217 @@
+"""Branches: periodic motions followed over a parameter, stable or not, through every bifurcation on the way.
+
+Semantics.
+
+    a branch     motions z(s), smooth in s within one word of events
+    its points   value, state, period, multipliers, stability, word
+    its specials kinds as in ``special.Special``; found once each, in the order of the branch
+    its ends     "range"       the parameter leaves its range
+                 "closed"      the branch is back at its begin, up to whole periods of the forcing
+                 "flip"        a motion of twice the period has come to the flip of its parent
+                 "parent"      the same, where the word changes
+                 "start"       where it branched off another one
+                 "jump"        the motion touches something, and what then happens does not go on from it; or it depends
+                               on which of two events that come at once is the first
+                 "chatter"     impacts are added without end, or infinitely many no longer come to rest
+                 "equilibrium" a cycle has shrunk to nothing
+                 "bounds"      the parameter comes to where there is no such model
+                 "points"      as many as were asked for
+                 "infinity"    the states grow beyond all bounds
+                 "interrupted" by the keyboard
+                 "unresolved"  says why
+
+    begin   correct the start by Newton's method; move the strobe into a free arc
+    follow  forward and, unless that closed, backward (follow.py)
+    switch  at a flip: twice the period, along the eigenvector of -1; at a branch point: along the other null vector;
+            where the word changes: the motion of twice the period that has the event in one of its halves alone
+
+Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), for the set-valued multipliers;
+Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo-arclength, test functions, switching.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.shown import Pictured
+from fmu_models.continuation.kept import Keeper
+from fmu_models.continuation.leaving import leaving
+from fmu_models.continuation.problem.imported import ImportedProblem
+from fmu_models.continuation.problem.node import Node
+from fmu_models.continuation.problem.problem import Problem, Vector, Word
+from fmu_models.continuation.special.special import Special, special_of, state_at
+from fmu_models.continuation.step.follow import Follower
+from fmu_models.continuation.step.imported import ImportedFollower
+from fmu_models.continuation.step.same_motion import passes
+from fmu_models.continuation.step.way import Found, Way
+
+# what a picture shows in place of a state
+MULTIPLIER, PERIOD = "multiplier", "period"
+
+
+@dataclass(frozen=True, eq=False)
+class Branch(Pictured):
+    """Of m points, n states.
+
+    Attributes:
+        model, over: names of the model and of the parameter.
+        states: names.
+        values: (m,) of the parameter.
+        points: (m, n) states at phase 0 of the forcing; where nothing forces the motion, somewhere on it.
+        periods: (m,) s.
+        multipliers: (m, n) largest first.
+        stable: (m,).
+        words: of each point.
+        special: what was met, in order.
+        places: (len(special),) number of points before each.
+        ends: kind and a sentence, of both ends.
+        every: periods of the forcing in one of the motion.
+        seconds: CPU time.
+        how: where motions come from, and how near they are, where that is not a matter of course.
+        units: of states and of the parameter.
+    """
+
+    RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
+
+    model: str
+    over: str
+    states: tuple[str, ...]
+    values: Vector
+    points: Vector
+    periods: Vector
+    multipliers: NDArray[np.complex128]
+    stable: NDArray[np.bool_]
+    words: tuple[Word, ...]
+    special: tuple[Special, ...]
+    places: tuple[int, ...]
+    ends: tuple[tuple[str, str], tuple[str, str]]
+    every: int = 1
+    seconds: float = 0.0
+    how: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+    nodes: tuple[Any, ...] = field(default=(), repr=False)
+    between: tuple[float, float] = (-np.inf, np.inf)
+
+    @property
+    def named_ends(self) -> list[dict[str, str]]:
+        """``ends`` with names."""
+        return [{"kind": kind, "why": why} for kind, why in self.ends]
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.values)
+
+    @property
+    def frame(self) -> Any:
+        """One row per point."""
+        import pandas
+
+        columns: dict[str, Any] = {self.over: self.values}
+        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
+        columns |= {"period": self.periods, "stable": self.stable}
+        for i in range(self.multipliers.shape[1]):
+            columns[f"multiplier{i + 1}_real"] = self.multipliers[:, i].real
+            columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
+        columns["word"] = [word_text(word) for word in self.words]
+        return pandas.DataFrame(columns)
+
+    @property
+    def of(self) -> str:
+        """What a picture shows: the first state; where nothing forces the motion the period, which has no phase."""
+        return PERIOD if self.nodes and self.nodes[0].problem.autonomous else self.states[0]
+
+    @cached_property
+    def images(self) -> Vector:
+        """(every, m, n) points at phases 0, 1, ... of the forcing."""
+        if self.every == 1 or not self.nodes:
+            return self.points[None]
+        others = [[state_at(node, float(turn)) for node in self.nodes] for turn in range(1, self.every)]
+        return np.stack([self.points, *np.array(others)])
+
+    def passes(self, other: Branch) -> bool:
+        """Whether this branch runs through the middle of another one."""
+        return passes(self.nodes, other.nodes[len(other.nodes) // 2])
+
+    def _heading(self) -> str:
+        return f"Branch of {self.model} over {self.over}: {len(self.values)} motions, {len(self.special)} special"
+
+    def _contents(self) -> Mapping[str, Any]:
+        met = [f"{one.kind} {one.value:.9g}" for one in self.special]
+        return {self.over: self.values, "special": met, "ends": [kind for kind, _ in self.ends]}
+
+
+def word_text(word: Word) -> str:
+    """Events in a line: contact, state before and after."""
+    return " ".join(f"{contact}:{before}>{after}" for contact, before, after in word)
+
+
+def joined(
+    forward: Way, backward: Way | None
+) -> tuple[list[Node], list[tuple[int, Found, bool]], tuple[tuple[str, str], tuple[str, str]]]:
+    """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
+    was met the other way round), both ends."""
+    nodes = list(forward.nodes)
+    found = [(place, one, False) for place, one in forward.found]
+    both = forward.end[0] in ("closed", "interrupted")
+    first = forward.end if both else ("start", "where it leaves another branch")
+    if backward is not None:
+        first, k = backward.end, len(backward.nodes)
+        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
+        turned = [(k - place, replace(one, before=one.after, after=one.before), True) for place, one in backward.found]
+        found = list(reversed(turned)) + [(place + k - 1, one, False) for place, one, _ in found]
+    return nodes, found, (first, forward.end)
+
+
+def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
+    """The branch of one way, or of two from the same begin."""
+    nodes, found, ends = joined(forward, backward)
+    autonomous = problem.autonomous
+    states = np.array([_shown(node, autonomous) for node in nodes])
+    return Branch(
+        problem.name,
+        problem.over,
+        problem.states,
+        np.array([node.value for node in nodes]),
+        states,
+        np.array([node.seen.length for node in nodes]),
+        np.array([node.multipliers for node in nodes]),
+        np.array([node.stable for node in nodes]),
+        tuple(node.word for node in nodes),
+        tuple(special_of(one, between, _switched) for _, one, _ in found),
+        tuple(place for place, *_ in found),
+        ends,
+        problem.turns,
+        seconds,
+        problem.how(nodes[0].z, nodes[0].seen),
+        problem.units,
+        tuple(nodes),
+        between,
+    )
+
+
+def _shown(node: Node, autonomous: bool) -> Vector:
+    return node.z[: len(node.problem.states)] if autonomous else state_at(node, 0.0)
+
+
+def _switched(special: Special, points: int) -> tuple[Branch, ...]:
+    return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
+
+
+def follower_of(begin: Node) -> type[Follower]:
+    """What follows motions of its kind."""
+    return ImportedFollower if isinstance(begin.problem, ImportedProblem) else Follower
+
+
+def followed_from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
+    """The branch that begins beside another one."""
+    clock = time.process_time()
+    way = follower_of(begin)(begin, between, points, pieces=keeper.pieces() if keeper else None).follow()
+    return made(begin.problem, way, None, between, time.process_time() - clock)

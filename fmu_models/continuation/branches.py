@@ -1,0 +1,277 @@
+"""Branches followed from a start, with all that leave them and one another."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Pictured
+from fmu_models.continuation.begin import begin_of, problem_of
+from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch, followed_from, follower_of, made
+from fmu_models.continuation.curves.curve import Curve, Curves
+from fmu_models.continuation.kept import Keeper
+from fmu_models.continuation.leaving import leaving
+from fmu_models.continuation.problem.node import Node
+from fmu_models.continuation.special.special import Special
+from fmu_models.continuation.step.same_motion import passes
+from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.sections.system import SectionSystem
+
+# special points of two branches that lie no further apart are one
+SAME = 1e-9
+
+
+def branch(
+    system: SectionSystem,
+    over: str,
+    between: tuple[float, float],
+    *,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    settle: bool = False,
+    points: int = 2000,
+    execution: Execution = IN_MEMORY,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Branch:
+    """Follow the periodic motion near a start over a parameter, both ways.
+
+    Args:
+        system: a strobe, whose parameters are those of the start, or a map. ``every`` of the strobe is the number of
+            periods of the forcing in one of the motion; where nothing forces the motion, ``period`` is about its own.
+        over: name of a parameter or input.
+        between: its least and largest value.
+        start: states at phase 0 near the motion; as the declaration says what is left out.
+        settle: run for a while from the start first.
+        points: motions in each direction, at most.
+        execution: Where they are kept as they are found.
+        progress: called with the share of the range that is behind, or less.
+
+    Raises:
+        StickslipError: no such parameter, a range that is none or does not hold its value at the start, a section that
+            is no strobe, or no motion near the start; as ``Runner``.
+    """
+    how: dict[str, Any] = {"start": start, "settle": settle, "points": points, "progress": progress}
+    return all_branches(system, over, between, switch=False, execution=execution, **how).branches[0]
+
+
+def all_branches(
+    system: SectionSystem,
+    over: str,
+    between: tuple[float, float],
+    *,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    settle: bool = False,
+    points: int = 2000,
+    switch: bool = True,
+    longest: int = 8,
+    of: str | None = None,
+    execution: Execution = IN_MEMORY,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Branches:
+    """The branch of the motion near a start, and all that leave it and one another.
+
+    Args:
+        others: of ``branch`` and ``branches``.
+
+    Raises:
+        StickslipError: as these.
+    """
+    low, high = sorted(float(one) for one in between)
+    if not low < high or not np.isfinite([low, high]).all():
+        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
+    system.check(over, np.array([low, high]))
+    problem = problem_of(system, over)
+    _check_shown(of, problem.states, problem.name)
+    plan: dict[str, Any] = {"analysis": "branch", "over": over, "between": [low, high], "start": system.start(start)}
+    plan |= {"settle": settle, "points": points, "switch": switch} | ({"longest": longest} if switch else {})
+    with Runner(system, plan, execution) as runner:
+        keeper = Keeper(runner.store, problem)
+        first_piece = keeper.pieces()
+        if not first_piece.known:
+            first_piece.put(begin_of(system, problem, (low, high), start, settle))
+        clock = time.process_time()
+
+        def tell(node: Node) -> None:
+            progress((node.value - low) / (high - low))
+
+        begin = first_piece.known[0]
+        forward = follower_of(begin)(begin, (low, high), points, tell, keeper.pieces()).follow()
+        backward = None
+        if forward.end[0] not in ("closed", "interrupted"):
+            backward = follower_of(begin)(begin.turned(), (low, high), points, tell, keeper.pieces()).follow()
+        first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
+        found = _with_others(first, longest, points, of, switch, keeper)
+        if not found.interrupted:
+            runner.finish(found)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Branches(Pictured):
+    """A branch and those that leave it.
+
+    Attributes:
+        of: the state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
+        branches: the first, and the others in the order in which they were found.
+        interrupted: by the keyboard: others may be missing.
+    """
+
+    RECORD: ClassVar = ("model", "over", "branches")
+
+    of: str
+    branches: tuple[Branch, ...]
+    interrupted: bool = False
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.branches[0].model
+
+    @property
+    def over(self) -> str:
+        """Name of the parameter."""
+        return self.branches[0].over
+
+    @property
+    def how(self) -> str:
+        """Where motions come from; see ``Branch``."""
+        return self.branches[0].how
+
+    @property
+    def frame(self) -> Any:
+        """One row per point; ``branch`` is the number of its branch."""
+        import pandas
+
+        return pandas.concat([one.frame.assign(branch=i) for i, one in enumerate(self.branches)], ignore_index=True)
+
+    @property
+    def special(self) -> tuple[Special, ...]:
+        """Of all branches."""
+        return tuple(special for one in self.branches for special in one.special)
+
+    def to_xarray(self) -> Any:
+        """The points, and what is special beside them."""
+        of = [i for i, one in enumerate(self.branches) for _ in one.special]
+        places = [place for one in self.branches for place in one.places]
+        columns = {
+            "kind": np.array([one.kind for one in self.special], dtype=object),
+            "value": np.array([one.value for one in self.special]),
+            "contact": np.array([one.contact for one in self.special], dtype=object),
+            "branch": np.array(of, dtype=int),
+            "place": np.array(places, dtype=int),
+        }
+        return super().to_xarray().assign({f"special_{name}": ("special", one) for name, one in columns.items()})
+
+    def curves(
+        self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
+    ) -> Curves:
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once; where one
+        could not be followed, the others say why.
+
+        Args:
+            only: the kind of those that are followed.
+
+        Raises:
+            StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
+                present value.
+        """
+        found: list[Curve] = []
+        failures: list[str] = []
+        known: list[Special] = []
+        for one in self.special:
+            if only is not None and one.kind != only:
+                continue
+            if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
+                continue
+            known.append(one)
+            try:
+                found.append(one.curve(second, between, points))
+            except StickslipError as error:
+                failures.append(f"{one.kind} at {self.over} = {one.value:.9g}: {error}")
+                continue
+            if any(kind == "interrupted" for kind, _ in found[-1].ends):
+                break
+        if failures and not found:
+            raise StickslipError(failures[0])
+        if not found:
+            kinds = ", ".join(sorted({one.kind for one in self.special})) or "none"
+            raise StickslipError(
+                f"There is no {only or 'special point'} of {self.model} to follow over '{second}'; it has: {kinds}."
+            )
+        return Curves(tuple(found), failures=tuple(failures))
+
+    def _heading(self) -> str:
+        return f"{len(self.branches)} branches of {self.model} over {self.over}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {f"branch {i}": f"{len(one.values)} motions" for i, one in enumerate(self.branches)}
+
+
+def branches(
+    first: Branch, *, longest: int = 8, points: int = 2000, of: str | None = None, switch: bool = True
+) -> Branches:
+    """A branch and all that leave it and one another, up to a period of so many of the forcing.
+
+    Args:
+        longest: period of a motion, in periods of the forcing.
+        points: of each, at most.
+        of: the state that a picture shows; that of the first branch if left out. "multiplier": the real part of the
+            largest one that may change; "period".
+        switch: without, the branch alone.
+
+    Raises:
+        StickslipError: no such state.
+    """
+    _check_shown(of, first.states, first.model)
+    return _with_others(first, longest, points, of, switch)
+
+
+def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
+    if of not in (None, MULTIPLIER, PERIOD, *states):
+        raise StickslipError(
+            f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' and '{PERIOD}' are drawn, too."
+        )
+
+
+def _with_others(
+    first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper | None = None
+) -> Branches:
+    known = [first]
+    interrupted = spread(known, longest, points, keeper) if switch else _interrupted(first)
+    return Branches(of or first.of, tuple(known), interrupted)
+
+
+def spread(known: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:
+    """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
+    if _interrupted(known[-1]):
+        return True
+    try:
+        for one in _switched_at(known, longest, points, keeper):
+            known.append(one)
+            if _interrupted(one):
+                return True
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _interrupted(one: Branch) -> bool:
+    return any(kind == "interrupted" for kind, _ in one.ends)
+
+
+def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:
+    """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
+    for one in islice(known, len(known) - 1, None):
+        for special in one.special:
+            if one.every * (2 if special.kind == "flip" else 1) > longest:
+                continue
+            for begin in leaving(special):
+                if begin.problem.turns <= longest and not any(
+                    other.every == begin.problem.turns and passes(other.nodes, begin) for other in known
+                ):
+                    yield followed_from(begin, one.between, points, keeper)

@@ -1,0 +1,212 @@
+"""A special point as a curve in two parameters, as it was found; how, says trace.py."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.formula import Formula
+from fmu_models.base.shown import Pictured, Shown
+from fmu_models.continuation.curves.condition import pinned
+from fmu_models.continuation.problem.node import Lost, Node
+from fmu_models.continuation.problem.problem import Vector
+
+ROUNDING = 1e-12  # of the end of a range, in the scale of its parameter
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePoint(Shown):
+    """One motion on a curve.
+
+    Attributes:
+        kind: of the point of codimension 2; that of the curve at others.
+        parameters: values of both, by name.
+        period: s; points of the motion of a map.
+        state: by name, at phase 0 of the forcing.
+        multipliers: (n,) without the event, where the word changes.
+    """
+
+    RECORD: ClassVar = ("kind", "parameters", "period", "state", "multipliers")
+
+    kind: str
+    parameters: Mapping[str, float]
+    period: float
+    state: Mapping[str, float]
+    multipliers: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve(Pictured):
+    """Of m points, n states.
+
+    Attributes:
+        kind: of the special point.
+        model, over, second: names of the model and of the two parameters.
+        states: names.
+        values, seconds: (m,) of both parameters.
+        points: (m, n) states at phase 0 of the forcing.
+        periods: (m,) s.
+        multipliers: (m, n) largest first; without the event, where the word changes.
+        meetings: points of codimension 2, in order.
+        ends: kind and a sentence, of both ends.
+        units: of states and parameters.
+        called: what the multipliers are: of equilibria they are eigenvalues, 1/s.
+    """
+
+    RECORD: ClassVar = (
+        *("kind", "over", "second", "points=pairs", "states=columns", "periods", "multipliers", "meetings"),
+        "ends=named_ends",
+    )
+
+    kind: str
+    model: str
+    over: str
+    second: str
+    states: tuple[str, ...]
+    values: Vector
+    seconds: Vector
+    points: Vector
+    periods: Vector
+    multipliers: NDArray[np.complex128]
+    meetings: tuple[CurvePoint, ...]
+    ends: tuple[tuple[str, str], tuple[str, str]]
+    units: Mapping[str, str] = field(default_factory=dict)
+    nodes: tuple[Node, ...] = field(default=(), repr=False)
+    condition: Any = field(default=None, repr=False)
+    called: str = "multipliers"
+
+    @property
+    def named_ends(self) -> list[dict[str, str]]:
+        """``ends`` with names."""
+        return [{"kind": kind, "why": why} for kind, why in self.ends]
+
+    @property
+    def pairs(self) -> Vector:
+        """(m, 2) values of the second parameter and of the first."""
+        return np.stack([self.seconds, self.values], axis=1)
+
+    @property
+    def columns(self) -> dict[str, Vector]:
+        """(m,) of every state."""
+        return {name: self.points[:, i] for i, name in enumerate(self.states)}
+
+    @property
+    def frame(self) -> Any:
+        """One row per point."""
+        import pandas
+
+        columns: dict[str, Any] = {self.second: self.seconds, self.over: self.values}
+        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
+        return pandas.DataFrame(columns | {"period": self.periods})
+
+    def at(self, second: float) -> tuple[CurvePoint, ...]:
+        """The points of the curve at a value of the second parameter."""
+        place = len(self.states)
+        found = []
+        end = min((self.nodes[k].z[place] for k in (0, -1)), key=lambda one: abs(one - second))
+        # an end of the curve is at that of its range but for rounding
+        there = end if abs(end - second) <= ROUNDING * self.nodes[0].scales[place] else second
+        for before, after in pairwise(self.nodes):
+            low, high = before.z[place], after.z[place]
+            if not min(low, high) <= there <= max(low, high) or (there == high and after is not self.nodes[-1]):
+                continue
+            share = (there - low) / (high - low) if high != low else 0.0
+            near = before if share < 0.5 or before.problem is not after.problem else after
+            guess = near.u + (second - near.z[place]) / near.scales[place] * near.tangent / near.tangent[place]
+            step = float(np.linalg.norm(guess - near.u))
+            try:
+                node = self.condition.solved(near, guess, pinned(place, second), step)
+            except Lost:
+                continue
+            found.append(told(self.kind, node, self.condition.place(node, place)))
+        return tuple(found)
+
+    def _heading(self) -> str:
+        return f"Curve of {self.kind} of {self.model} over {self.second}, {self.over}: {len(self.values)} points"
+
+    def _contents(self) -> Mapping[str, Any]:
+        met = [one.kind for one in self.meetings]
+        return {self.second: self.seconds, self.over: self.values, "meetings": met, "ends": [e for e, _ in self.ends]}
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """The second parameter as a formula of the first, for one of the curves.
+
+    Attributes:
+        formula: of the first and of other parameters.
+        parameters: their values.
+    """
+
+    formula: Formula
+    parameters: Mapping[str, float]
+
+    def at(self, over: str, values: Vector) -> Vector:
+        """(m,) of the second parameter at values (m,) of the first."""
+        return np.broadcast_to(self.formula({**self.parameters, over: values}), np.shape(values))
+
+    def error(self, curve: Curve) -> float:
+        """The largest difference to it along a curve; nan where it has no value."""
+        return float(np.abs(self.at(curve.over, curve.values) - curve.seconds).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Curves(Pictured):
+    """Those of several special points, in the same two parameters.
+
+    Attributes:
+        curves: of one at least.
+        closed_form: of one kind of them, drawn beside them; None if none is known.
+        failures: what could not be followed, and why.
+    """
+
+    curves: tuple[Curve, ...]
+    closed_form: ClosedForm | None = None
+    failures: tuple[str, ...] = ()
+
+    @property
+    def frame(self) -> Any:
+        """One row per point; ``curve`` is the number of its curve."""
+        import pandas
+
+        frames = [one.frame.assign(curve=i, kind=one.kind) for i, one in enumerate(self.curves)]
+        return pandas.concat(frames, ignore_index=True)
+
+    def _heading(self) -> str:
+        first = self.curves[0]
+        return f"{len(self.curves)} curves of {first.model} over {first.second}, {first.over}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {f"curve {i}": f"{one.kind}, {len(one.values)} points" for i, one in enumerate(self.curves)}
+
+
+def told(kind: str, node: Node, z: Vector) -> CurvePoint:
+    problem = node.problem
+    x = z if problem.autonomous else problem.shifted(z, node.seen, 0.0)
+    state = dict(zip(problem.states, x[: len(problem.states)].tolist(), strict=True))
+    return CurvePoint(kind, problem.values(z), node.seen.length, state, node.multipliers)
+
+
+def closed_form_of(curve: Curve, formula: Formula, parameters: Mapping[str, float]) -> ClosedForm:
+    """A formula for a curve, with values of the parameters in it that are not given as the curve has them.
+
+    Raises:
+        StickslipError: a name that is no parameter, or the parameter that it is to be of.
+    """
+    problem, known = curve.nodes[0].problem, dict(parameters)
+    for name in formula.names:
+        if name == curve.second:
+            raise StickslipError(f"'{formula.text}' is to say '{name}' by '{curve.over}', and not by itself.")
+        if name == curve.over or name in known:
+            continue
+        known_ones = problem.system.parameters
+        if name not in known_ones:
+            raise StickslipError(f"'{problem.name}' has no parameter '{name}'.{nearest(name, known_ones)}")
+        known[name] = problem.present(name)
+    return ClosedForm(formula, known)

@@ -1,0 +1,298 @@
+"""A special point of a branch as a curve in two parameters.
+
+    residual(x, [T], p, q) = 0    the motion is periodic
+    condition = 0                 it is that of a fold, a flip, ... (condition.py)
+
+by pseudo-arclength, both ways from the point. Where another multiplier passes +1, -1 or the circle, the curve has a
+point of codimension 2, which is located by Brent's method and named.
+
+Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 8.1, 9.1, 10.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.curves.codimension import REAL, Function, functions, holds
+from fmu_models.continuation.curves.condition import Condition, Determinant, Miss, Rank, pinned
+from fmu_models.continuation.curves.curve import Curve, told
+from fmu_models.continuation.curves.meeting import met
+from fmu_models.continuation.problem.node import Lost, Node, arclength, look
+from fmu_models.continuation.problem.problem import Vector
+from fmu_models.continuation.special.discontinuous import repeats
+
+# kinds of branches' specials, and the determinant that vanishes all along their curves
+SMOOTH = {"fold": "fold", "flip": "flip", "Neimark-Sacker": "Neimark-Sacker", "Hopf": "Neimark-Sacker"}
+# those at which two branches cross, or one ends at another
+CROSSING = ("pitchfork", "branch point", "flip of the parent")
+# steps, in u: the first, the longest, the shortest
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-6
+# states beyond so many times their scale, or their begin, are on their way to infinity
+LARGE = 50.0
+# least cosine between tangents of neighbours
+STRAIGHT = 0.95
+
+
+def curve_of(
+    kind: str,
+    node: Node,
+    miss: Any,
+    second: str,
+    between: tuple[float, float] | None,
+    within: tuple[float, float],
+    points: int,
+) -> Curve:
+    """The curve of a special point.
+
+    Args:
+        node, miss: the motion there, and the near miss where the word changes, else None.
+        second, between: the other parameter and its range; half to twice its value if left out.
+        within: range of the first.
+        points: in each direction, at most.
+
+    Raises:
+        StickslipError: a kind that has no curve, no such parameter, a range that does not hold the present value.
+    """
+    if second == node.problem.over:
+        raise StickslipError(f"The branch is followed over '{second}' already; name another parameter.")
+    if kind not in (*SMOOTH, *CROSSING) and miss is None:
+        raise StickslipError(f"A {kind} of an FMU of others has no curve: folds, flips and other smooth points have.")
+    problem = node.problem.opened(second)
+    value, n = problem.present(second), len(problem.states)
+    low, high = sorted(float(one) for one in between or (value / 2, 2 * value))
+    if not (low <= value <= high and low < high and np.isfinite([low, high]).all()):
+        raise StickslipError(
+            f"The branch has {second} = {value:g}: give a range that holds it, found {low:g} to {high:g}."
+        )
+    scales, z = np.insert(node.scales, n, high - low), np.insert(node.z, n, value)
+    seen = problem.see(z)
+    condition = _condition(kind, node, miss)
+    begin = replace_node(node, problem, scales, z, seen)
+    box = {n: (low, high), len(z) - 1: (min(within), max(within))}
+    try:
+        begin = condition.solved(begin, begin.u, pinned(n, value), 0.0)
+        begin = condition.directed(begin, None)
+    except Lost as error:
+        raise StickslipError(f"The curve of the {kind} could not be begun: {error}.") from None
+    forward = _Way(kind, condition, begin, box, points).follow()
+    once = forward.end[0] in ("closed", "interrupted")
+    backward = None if once else _Way(kind, condition, begin.turned(), box, points)
+    return _made(kind, condition, forward, backward.follow() if backward else None)
+
+
+def _condition(kind: str, node: Node, miss: Any) -> Condition:
+    if miss is not None:
+        return Miss(miss, node.word)
+    return Rank(node.word) if kind in CROSSING else Determinant(SMOOTH[kind], node.word)
+
+
+def replace_node(node: Node, problem: Any, scales: Vector, z: Vector, seen: Any) -> Node:
+    """A node of the same motion over two parameters."""
+    return Node(problem, scales, z, seen, np.zeros_like(z))
+
+
+class _Way:
+    """One direction of a curve."""
+
+    def __init__(
+        self, kind: str, condition: Condition, begin: Node, box: Mapping[int, tuple[float, float]], points: int
+    ) -> None:
+        self.kind, self.condition, self.begin, self.box, self.points = kind, condition, begin, box, points
+        self.functions = functions(kind, condition)
+        self.nodes: list[Node] = [begin]
+        self.met: list[tuple[int, str, Node]] = []
+        self.end = ("points", f"{points} were followed; ask for more")
+
+    def follow(self) -> _Way:
+        try:
+            self._follow()
+        except KeyboardInterrupt:
+            self.end = ("interrupted", "what was found until then is kept")
+        return self
+
+    def _follow(self) -> None:
+        node, step = self.begin, FIRST
+        while len(self.nodes) < self.points:
+            place = self._outward(node)
+            if place is not None:
+                name, value = node.problem.parameters[place != len(node.problem.states)], node.z[place]
+                self.end = ("range", f"{name} = {value:g} is the end of its range")
+                return
+            try:
+                after = self._step(node, step)
+            except Lost as error:
+                if self._touches(node, step):
+                    return
+                step /= 2
+                if step < SHORTEST:
+                    values = node.problem.values(node.z).items()
+                    at = ", ".join(f"{name} = {value:.9g}" for name, value in values)
+                    self.end = ("unresolved", f"the curve goes no further at {at}: {error}")
+                    return
+                continue
+            if self._is_parent(after):
+                return
+            for kind, one in self._meetings(node, after):
+                self.met.append((len(self.nodes), kind, one))
+                if kind in REAL and self.condition.kind == "Neimark-Sacker":
+                    self.nodes.append(one)
+                    self.end = (kind, "the pair of multipliers becomes real")
+                    return
+            self.nodes.append(after)
+            if self._ended(node, after):
+                return
+            step = min(LONGEST, step * (1.5 if after.iterations <= 4 else 0.8))
+            node = self.nodes[-1] = self._placed(after)
+
+    def _step(self, node: Node, step: float) -> Node:
+        """The next point of the curve, or the end of a range."""
+        way = step * node.tangent
+        end = self._end(node, way)
+        if end is not None:
+            after = self._solved_at(end, node, way)
+        else:
+            after = self.condition.solved(node, node.u + way, arclength(node.u, node.tangent, node.scales, step), step)
+            # a bent curve leaves the range where its tangent does not
+            end = self._end(node, after.u - node.u)
+            after = after if end is None else self._solved_at(end, node, after.u - node.u)
+        after = self.condition.directed(after, node.tangent)
+        if after.tangent @ node.tangent < STRAIGHT:
+            raise Lost("it turns too fast")
+        return after
+
+    def _end(self, node: Node, way: Vector) -> tuple[float, int, float] | None:
+        """The share of a way in u after which it first leaves a range, and the place of that and its bound."""
+        ends = []
+        for place, (low, high) in self.box.items():
+            value = (node.u[place] + way[place]) * node.scales[place]
+            if not low <= value <= high:
+                bound = min(max(value, low), high)
+                ends.append(((bound / node.scales[place] - node.u[place]) / way[place], place, bound))
+        return min(ends, default=None)
+
+    def _solved_at(self, end: tuple[float, int, float], node: Node, way: Vector) -> Node:
+        """The point of the curve at that bound."""
+        share, place, bound = end
+        step = share * float(np.linalg.norm(way))
+        return self.condition.solved(node, node.u + share * way, pinned(place, bound), step)
+
+    def _is_parent(self, node: Node) -> bool:
+        """Whether the motion has become that of half its period; the curve ends there."""
+        if not repeats(node) or repeats(self.begin):
+            return False
+        self.end = ("parent", "the motion is that of half its period: it has come to a curve of its parent")
+        return True
+
+    def _touches(self, node: Node, step: float) -> bool:
+        """Whether another event comes or goes within a step; the curve ends there."""
+        found = met(self.kind, self.condition, node, step)
+        if found is None:
+            return False
+        name, contact, last = found
+        if self._is_parent(last):
+            return True
+        self.met.append((len(self.nodes), name, last))
+        self.nodes.append(last)
+        self.end = (name, f"an event of '{contact}' comes or goes")
+        return True
+
+    def at(self, node: Node, step: float) -> Node:
+        """The point of the curve so far from a node along its tangent."""
+        pin = arclength(node.u, node.tangent, node.scales, step)
+        found = self.condition.solved(node, node.u + step * node.tangent, pin, step)
+        return self.condition.directed(found, node.tangent)
+
+    def _outward(self, node: Node) -> int | None:
+        """The place of a parameter that is at the end of its range and leaves it."""
+        for place, (low, high) in self.box.items():
+            at_end = min(abs(node.z[place] - low), abs(node.z[place] - high)) <= 1e-12 * (high - low)
+            if at_end and node.tangent[place] * (node.z[place] - (low + high) / 2) > 0.0:
+                return place
+        return None
+
+    def _ended(self, node: Node, after: Node) -> bool:
+        n = len(node.problem.states)
+        if np.abs(after.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+            self.end = ("infinity", "the states grow without end")
+            return True
+        if self._closed(node, after):
+            self.end = ("closed", "the curve is back at its begin")
+            return True
+        return False
+
+    def _closed(self, node: Node, after: Node) -> bool:
+        if len(self.nodes) < 6 or after.problem is not self.begin.problem:
+            return False
+        back, chord = self.begin.u - node.u, after.u - node.u
+        share = float(back @ chord / (chord @ chord))
+        return bool(0.0 < share <= 1.0 and np.linalg.norm(back - share * chord) < 0.1 * np.linalg.norm(chord))
+
+    def _placed(self, node: Node) -> Node:
+        """At another phase, where an event is near the strobe."""
+        moved = node.problem.rephased(node.z, node.seen)
+        if moved is None:
+            return node
+        problem, z = moved
+        seen, n = look(problem, z), len(node.problem.states)
+        if seen is None:
+            return node
+        try:
+            placed = replace_node(node, problem, node.scales, z, seen)
+            placed = self.condition.solved(placed, placed.u, pinned(n, float(z[n])), 0.0)
+            placed = self.condition.directed(placed, None)
+        except Lost:
+            return node
+        return placed if placed.tangent[[n, -1]] @ node.tangent[[n, -1]] >= 0.0 else placed.turned()
+
+    def _meetings(self, before: Node, after: Node) -> list[tuple[str, Node]]:
+        """Points of codimension 2 between neighbours."""
+        found = []
+        whole = float(before.tangent @ (after.u - before.u))
+        for name, function in self.functions.items():
+            ends = function(before, before), function(after, before)
+            if not ends[0] * ends[1] < 0.0:
+                continue
+
+            def test(place: float, function: Function = function) -> float:
+                return function(self.at(before, place) if place else before, before)
+
+            try:
+                place = float(np.asarray(brentq(test, 0.0, whole, xtol=1e-13)))
+                node = self.at(before, place)
+                if holds(name, function(node, before), ends, node, before):
+                    found.append((place, name, node))
+            except (Lost, ValueError):
+                continue
+        return [(name, node) for _, name, node in sorted(found, key=lambda one: one[0])]
+
+
+def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None) -> Curve:
+    nodes, met, ends = list(forward.nodes), list(forward.met), [forward.end, forward.end]
+    if backward is not None:
+        ends[0] = backward.end
+        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
+        met = list(reversed(backward.met)) + met
+    problem = nodes[0].problem
+    all_told = [told(kind, node, condition.place(node)) for node in nodes]
+    return Curve(
+        kind,
+        problem.name,
+        problem.over,
+        problem.second,
+        problem.states,
+        np.array([one.parameters[problem.over] for one in all_told]),
+        np.array([one.parameters[problem.second] for one in all_told]),
+        np.array([list(one.state.values()) for one in all_told]),
+        np.array([one.period for one in all_told]),
+        np.array([one.multipliers for one in all_told]),
+        tuple(told(one, node, condition.place(node)) for _, one, node in met),
+        (ends[0], ends[1]),
+        problem.units,
+        tuple(nodes),
+        condition,
+    )

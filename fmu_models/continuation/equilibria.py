@@ -1,0 +1,126 @@
+"""Branches of equilibria: followed over a parameter, stable or not, with the paths of their eigenvalues.
+
+    smooth  folds, branch points, Hopf points (with the first Lyapunov coefficient), as for motions (smooth.py)
+    where the branch meets a switching surface (boundary.py) the eigenvalues are a set, (1 - q) J- + q J+, and what
+    crosses the imaginary axis names the point:
+
+        "discontinuous Hopf"    a pair
+        "discontinuous fold"    one through zero
+        "multiple crossing"     more than one of these
+        "boundary equilibrium"  none: the equilibrium changes sides
+        "end at a surface"      the rates jump there, and no equilibrium goes on
+
+    where a contact sticks the equilibria beside one are as good: the branch is one of sets (sticking_set.py)
+
+Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2; Kuznetsov, Elements of
+Applied Bifurcation Theory (2004), chapters 5 and 10.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.equilibrium_begin import begin_of, start_of
+from fmu_models.continuation.equilibrium_branch import (
+    EIGENVALUES,
+    EquilibriumBranch,
+    branch_of_sets,
+    branch_of_ways,
+)
+from fmu_models.continuation.problem.equilibrium import ZERO
+from fmu_models.continuation.problem.node import Lost, Node
+from fmu_models.continuation.special.sticking_set import StickingSet, followed, set_at
+from fmu_models.continuation.step.equilibrium import EquilibriumFollower
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
+
+
+def _check_of(model: str, of: str, states: Sequence[str]) -> None:
+    """Raises StickslipError: neither a state nor "eigenvalues"."""
+    if of not in (*states, EIGENVALUES):
+        raise StickslipError(
+            f"'{model}' has no state '{of}'. A picture shows one of {', '.join(states)}, or eigenvalues."
+        )
+
+
+def equilibria(
+    fmu: Fmu,
+    over: str,
+    between: tuple[float, float],
+    *,
+    start: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    of: str | None = None,
+    points: int = 2000,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> EquilibriumBranch:
+    """Follow the equilibrium near a start over a parameter, both ways; where a contact sticks, the set that it is of.
+
+    Args:
+        fmu: of this suite, or of others and for Model Exchange: by differences of its rates, see ``how``.
+        over: name of a parameter or input.
+        between: its least and largest value; its present one lies between them.
+        start: states near the equilibrium; as the declaration says what is left out.
+        parameters: values of parameters and inputs that are not at their default.
+        of: what a picture shows, a state (the first if left out) or "eigenvalues".
+        points: equilibria in each direction, at most.
+        progress: called with the share of the range that is behind, or less.
+
+    Raises:
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced, no
+            equilibrium near the start, or none that stands alone.
+    """
+    clock = time.process_time()
+    low, high = sorted(float(one) for one in between)
+    if not low < high or not np.isfinite([low, high]).all():
+        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
+    problem, z = start_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
+    _check_of(problem.name, of or problem.states[0], problem.states)
+    scales = problem.scales(z, (low, high))
+
+    def tell(node: Node) -> None:
+        progress((node.value - low) / (high - low))
+
+    sticking = None
+    with suppress(Lost):  # nothing sticks, or what does has no such set
+        sticking = set_at(problem, scales, z)
+    if sticking is not None:
+        found = _sets(sticking, (low, high), points, tell, clock)
+        return replace(found, of=of or found.of)
+    begin = begin_of(problem, z, scales)
+    forward = EquilibriumFollower(begin, (low, high), points, tell).follow()
+    backward = None
+    if forward.end[0] not in ("closed", "interrupted"):
+        backward = EquilibriumFollower(begin.turned(), (low, high), points, tell).follow()
+    found = branch_of_ways(forward, backward, (low, high), time.process_time() - clock)
+    return replace(found, of=of or found.of)
+
+
+def _sets(
+    begin: StickingSet, between: tuple[float, float], points: int, tell: Callable[[Node], None], clock: float
+) -> EquilibriumBranch:
+    """The branch of the sets of what sticks, from one of them both ways.
+
+    Raises:
+        StickslipError: they are there at one value of the parameter alone.
+    """
+    forward, last = followed(begin, between, 1.0, points, tell)
+    backward, first = ([begin], last) if last[0] == "interrupted" else followed(begin, between, -1.0, points, tell)
+    if len(forward) == len(backward) == 1 and {first[0], last[0]} == {"unresolved"}:
+        problem = begin.middle.problem
+        held = ", ".join(name for name, state, _ in begin.middle.seen.word if state == STICK)
+        names = [one for one, e in zip(problem.states, begin.along, strict=True) if abs(e) > ZERO]
+        ends = ["; ".join(f"{one} = {end[problem.states.index(one)]:.9g}" for one in names) for end in begin.ends]
+        raise StickslipError(
+            f"The equilibrium of '{problem.name}' at the start does not stand alone: {held} sticks, from {ends[0]} to "
+            f"{ends[1]}, and it does so at {problem.over} = {begin.middle.value:g} alone. Follow it over another "
+            "parameter."
+        )
+    return branch_of_sets([*reversed(backward[1:]), *forward], (first, last), time.process_time() - clock)

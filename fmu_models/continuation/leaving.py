@@ -1,0 +1,68 @@
+"""Motions beside a special, on the branches that leave a branch there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmu_models.continuation.problem.node import Lost, Node, look, tangent_of
+from fmu_models.continuation.problem.problem import Vector
+from fmu_models.continuation.special.discontinuous import repeats
+from fmu_models.continuation.special.several import other_words
+from fmu_models.continuation.special.special import Special, beside, other_direction
+
+# how far from a special a branch begins that is switched to, in u; nearer where its word ends before
+BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7)
+
+
+def leaving(special: Special) -> list[Node]:
+    """Motions beside a special on branches that leave there; their tangents lead away."""
+    node: Node = special.node
+    if special.kind == "flip":
+        return _doubled(node)[:1]
+    if special.kind in ("pitchfork", "branch point"):
+        return beside_branch_point(node)
+    return _at_touch(special) if special.touch is not None else []
+
+
+def _at_touch(special: Special) -> list[Node]:
+    """Motions with some of the events that come at a touch: of the same period where several come at once, of twice and
+    three times it where a multiplier passes -1 or the circle between both sides, or is infinite on one."""
+    if repeats(special.touch.node):  # they leave its parent, and are found there
+        return []
+    rigid = not np.isnan(special.slope)
+    found = [one for one in other_words(special.touch) if one.word not in special.words]
+    for times, crossing in ((2, "-1"), (3, "circle")):
+        if rigid or crossing in special.crossings:
+            found += other_words(special.touch, times)
+    return found
+
+
+def beside_branch_point(node: Node) -> list[Node]:
+    """Motions on both sides of the branch that crosses at a branch point."""
+    direction = other_direction(node)
+    return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
+
+
+def _doubled(node: Node) -> list[Node]:
+    """Motions of twice the period on both sides of a flip."""
+    problem, n = node.problem.folded(2), len(node.problem.states)
+    scales, z = node.problem.unfolded(node.scales, 2), node.problem.unfolded(node.z, 2)
+    seen = look(problem, z)
+    if seen is None:
+        return []
+    values, vectors = np.linalg.eig(node.seen.monodromy)
+    along = np.zeros_like(z)
+    along[:n] = np.real(vectors[:, np.abs(values + 1.0).argmin()])
+    along /= scales
+    along /= np.linalg.norm(along)
+    at = Node(problem, scales, z, seen, tangent_of(seen, scales))
+    return [one for one in (_aside(at, along), _aside(at, -along)) if one is not None]
+
+
+def _aside(node: Node, direction: Vector) -> Node | None:
+    for distance in BESIDE:
+        try:
+            return beside(node, direction, distance)
+        except Lost:
+            continue
+    return None

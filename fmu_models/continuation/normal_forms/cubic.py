@@ -1,0 +1,226 @@
+"""Whether a bifurcation is super- or subcritical, from the cubic term of its normal form.
+
+With A the monodromy matrix of the map x -> P(x) of the strobe, B and C its second and third derivatives, A q = mu q,
+A' p = conj(mu) p, |q| = 1, <p, q> = 1, <.,.> conjugating its first argument:
+
+    flip           c = 1/6 <p, C(q, q, q)> + 1/2 <p, B(q, (1 - A)^-1 B(q, q))>      x -> -x + c x^3, supercritical c > 0
+    pitchfork      the same, the inverse taken across q                           x -> x + c x^3, supercritical c < 0
+    Neimark-Sacker l1 = 1/2 Re(conj(mu) (<p, C(q, q, q*)> + 2 <p, B(q, (1 - A)^-1 B(q, q*))>
+                        + <p, B(q*, (mu^2 - A)^-1 B(q, q))>))                      supercritical l1 < 0
+
+A run gives A exactly; B and C are central differences of it, of two widths, extrapolated, which tell the error too; it
+is not below that of rounding, which third differences magnify. A coefficient that is not above its error has no sign:
+at mu = 0 van der Pol's equation is linear, all its motions are cycles, and l1 = 0. Of an equilibrium, with A the
+derivative of the rates, A q = i omega q:
+
+    Hopf           l1 = 1/(2 omega) Re(<p, C(q, q, q*)> - 2 <p, B(q, A^-1 B(q, q*))>
+                        + <p, B(q*, (2 i omega - A)^-1 B(q, q))>)               supercritical l1 < 0
+
+Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 3.5, 5.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.continuation.problem.flow import FlowProblem
+from fmu_models.continuation.problem.node import Lost, Node, look
+from fmu_models.continuation.problem.problem import Problem, Vector, cyclic
+
+KINDS = ("flip", "pitchfork", "Neimark-Sacker")
+# differences, in scales of the states: the first at which no event comes or goes, and two widths agree as well as that
+WIDTHS, AGREE = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6), 0.05
+# in inverse squares of the scale of the states
+LEAST = 1e-2
+EPSILON = float(np.finfo(float).eps)
+# what is said where a coefficient may vanish
+UNDECIDED = "degenerate or undecided"
+
+
+class Coefficient(NamedTuple):
+    """A cubic coefficient and its error."""
+
+    value: float
+    error: float
+
+
+class _Cubic(NamedTuple):
+    """A coefficient, and the vectors p, with the factor of <p, C(q, q, q)>, and q that it is of."""
+
+    value: float
+    p: NDArray[Any]
+    q: NDArray[Any]
+
+
+UNKNOWN = Coefficient(np.nan, np.nan)
+
+
+def coefficient(kind: str, node: Node) -> Coefficient:
+    """The cubic coefficient of a flip, a pitchfork (c), a Neimark-Sacker or a Hopf point (l1), states at phase 0 in
+    their units; nan where it is not known: no event may begin at once, and the motion must be forced or still.
+
+    Args:
+        kind: one of ``KINDS``, or "Hopf", of an equilibrium or of its motion over a short time.
+        node: the motion there.
+    """
+    if kind == "Hopf" and node.problem.still:
+        # where it vanishes two widths do not agree in parts of it
+        least = LEAST / float(node.scales[: len(node.problem.states)].max()) ** 2
+        return _settled(node.problem, node.z, node.scales, _first_lyapunov, least)
+    problem, z = _at_zero(node)
+    if problem.autonomous:
+        return UNKNOWN
+    kind = "Neimark-Sacker" if kind == "Hopf" else kind
+    return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(kind, a, b, c))
+
+
+def _settled(
+    problem: Problem,
+    z: Vector,
+    scales: Vector,
+    of: Callable[[Vector, Vector, Vector], _Cubic | None],
+    least: float = 0.0,
+) -> Coefficient:
+    """A function of the derivatives, of the first differences of two widths that agree, in parts of the value or of the
+    least one that counts."""
+    n = len(problem.states)
+    for width in WIDTHS:
+        widths = width * scales[:n]
+        try:
+            derivatives, wider = (_derivatives(problem, z, share * widths) for share in (1.0, 2.0))
+        except Lost:
+            continue
+        near, far = of(*derivatives), of(*wider)
+        if near is None or far is None:
+            return UNKNOWN
+        apart = abs(far.value - near.value)
+        if apart <= AGREE * max(abs(near.value), least):
+            error = max(apart / AGREE, _rounding(derivatives[0], near, widths))
+            return Coefficient((4.0 * near.value - far.value) / 3.0, error)
+    return UNKNOWN
+
+
+def _rounding(a: Vector, cubic: _Cubic, widths: Vector) -> float:
+    """Of a coefficient: four numbers as large as those of A make a third derivative."""
+    largest = float((np.abs(a) * widths / widths[:, None]).max())
+    return float(4.0 * EPSILON * largest * (np.abs(cubic.p) @ widths) * (np.abs(cubic.q) / widths).sum() ** 3)
+
+
+def criticality(kind: str, found: Coefficient) -> str:
+    """ "supercritical" or "subcritical", by the coefficient, `UNDECIDED` if that is not above its error; "" if there is
+    none."""
+    if np.isnan(found.value):
+        return ""
+    if abs(found.value) <= found.error:
+        return UNDECIDED
+    return "supercritical" if (found.value > 0.0) == (kind == "flip") else "subcritical"
+
+
+def _at_zero(node: Node) -> tuple[Problem, Vector]:
+    """At phase 0 of the forcing, unless an event is near it."""
+    problem = node.problem
+    if isinstance(problem, FlowProblem) and problem.phase:
+        moved, z = replace(problem, phase=0.0), problem.shifted(node.z, node.seen, 0.0)
+        seen = look(moved, z)
+        if seen is not None and cyclic(seen.word) == node.word and moved.rephased(z, seen) is None:
+            return moved, z
+    return problem, node.z
+
+
+def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> _Cubic | None:
+    eigen: Any = np.linalg.eig(a)
+    values, rights = eigen
+    paired = np.flatnonzero(values.imag > 0.0)
+    if not len(paired):  # a saddle whose eigenvalues add up to zero
+        return None
+    place = paired[np.abs(values.real[paired]).argmin()]
+    omega, q, p = values[place].imag, rights[:, place], np.linalg.inv(rights)[place]
+    second, third = _forms(b, c)
+    q = q / np.linalg.norm(q)
+    p, other = p / (p @ q), q.conj()
+    whole = third(q, q, other) - 2.0 * second(q, np.linalg.solve(a, second(q, other)))
+    whole += second(other, np.linalg.solve(2j * omega * np.eye(len(a)) - a, second(q, q)))
+    p = p / (2.0 * omega)
+    return _Cubic(float(np.real(p @ whole)), p, q)
+
+
+def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
+    n = len(a)
+    eigen: Any = np.linalg.eig(a)
+    values, rights = eigen
+    target: Any = {"flip": -1.0, "pitchfork": 1.0}.get(kind)
+    if target is None:
+        paired = np.flatnonzero(values.imag > 0.0)
+        if not len(paired):
+            return None
+        place = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
+    else:
+        place = np.abs(values - target).argmin()
+    mu, q = values[place], rights[:, place]
+    p = np.linalg.inv(rights)[place]  # a row, <p, .> with its conjugate taken already
+    q = q / np.linalg.norm(q)
+    p = p / (p @ q)
+    second, third = _forms(b, c)
+    one = np.eye(n)
+    if kind == "Neimark-Sacker":
+        other = q.conj()
+        slow = np.linalg.solve(one - a, second(q, other))
+        fast = np.linalg.solve(mu**2 * one - a, second(q, q))
+        whole = p @ (third(q, q, other) + 2.0 * second(q, slow) + second(other, fast))
+        return _Cubic(float(np.real(np.conj(mu) / abs(mu) * whole)) / 2.0, p / 2.0, q)
+    if kind == "pitchfork":
+        bordered = np.block([[one - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
+        slow = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
+    else:
+        slow = np.linalg.solve(one - a, second(q, q))
+    return _Cubic(float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0))), p / 6.0, q)
+
+
+def _forms(b: Vector, c: Vector) -> tuple[Callable[..., NDArray[Any]], Callable[..., NDArray[Any]]]:
+    """The second and the third derivative along vectors."""
+
+    def second(u: NDArray[Any], v: NDArray[Any]) -> NDArray[Any]:
+        return np.einsum("ijk,j,k->i", b, u, v)
+
+    def third(u: NDArray[Any], v: NDArray[Any], w: NDArray[Any]) -> NDArray[Any]:
+        return np.einsum("ijkl,j,k,l->i", c, u, v, w)
+
+    return second, third
+
+
+def _derivatives(problem: Problem, z: Vector, widths: Vector) -> tuple[Vector, Vector, Vector]:
+    """A (n, n), B (n, n, n), C (n, n, n, n) of the map at z.
+
+    Raises:
+        Lost: an event comes or goes within the widths.
+    """
+    n = len(widths)
+    word = None
+
+    def matrix(*steps: tuple[int, int]) -> Vector:
+        nonlocal word
+        x = z.copy()
+        for k, sign in steps:
+            x[k] += sign * widths[k]
+        seen = look(problem, x)
+        word = seen.word if word is None and seen is not None else word
+        if seen is None or seen.word != word:
+            raise Lost("an event comes or goes")
+        return seen.monodromy
+
+    a = matrix()
+    ups, downs = [matrix((k, 1)) for k in range(n)], [matrix((k, -1)) for k in range(n)]
+    b, c = np.empty((n, n, n)), np.empty((n, n, n, n))
+    for k in range(n):
+        b[:, :, k] = (ups[k] - downs[k]) / (2.0 * widths[k])
+        c[:, :, k, k] = (ups[k] - 2.0 * a + downs[k]) / widths[k] ** 2
+        for m in range(k):
+            signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+            mixed = sum((i * j * matrix((k, i), (m, j)) for i, j in signs), np.zeros((n, n)))
+            c[:, :, k, m] = c[:, :, m, k] = mixed / (4.0 * widths[k] * widths[m])
+    return a, b, c

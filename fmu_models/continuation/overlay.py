@@ -1,0 +1,76 @@
+"""Branches through motions that a sweep has found, to be laid over its diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.branch import Branch
+from fmu_models.continuation.branches import Branches, branch, spread
+from fmu_models.continuation.problem.problem import Vector
+from fmu_models.sections.strobe import Strobe
+
+# of a branch, in each direction: more do not show
+POINTS = 500
+# value of the parameter, period in steps of the section, and a point (n,)
+Motion = tuple[float, int, Vector]
+# of what the states span on a branch: a motion no further from it, between its points, is on it
+NEAR = 0.02
+
+
+def branches_through(
+    system: Any, over: str, motions: Iterable[Motion], between: tuple[float, float], longest: int, of: str | None
+) -> Branches:
+    """Those of the motions, and all that leave them and one another.
+
+    Args:
+        system: a strobe or a map.
+        longest: period of a motion that is followed, in steps of the section.
+
+    Raises:
+        StickslipError: there is no motion of such a period, or none can be followed.
+    """
+    known: list[Branch] = []
+    why = ""
+    interrupted = False
+    every = system.every if isinstance(system, Strobe) else 1
+    for value, period, point in motions:
+        if interrupted or period > longest or any(_is_on(one, value, period * every, point) for one in known):
+            continue
+        section = system.at(**{over: value})
+        if isinstance(section, Strobe):
+            section = section.folded(period)
+        elif period > 1:  # cycles of a map are met where they leave those of one point
+            continue
+        try:
+            known.append(branch(section, over, between, start=point.tolist(), points=POINTS))
+        except StickslipError as error:
+            why = str(error)
+            continue
+        interrupted = spread(known, longest * every, POINTS)
+    if not known:
+        said = f": {why}" if why else f": none of period {longest} or less was found"
+        raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{said}.")
+    return Branches(of or system.states[0], tuple(known), interrupted)
+
+
+def _is_on(one: Branch, value: float, every: int, point: Vector) -> bool:
+    """Whether a motion is one of a branch, as near as its points tell."""
+    return one.every == every and bool(segments_near(one, value, [point]))
+
+
+def segments_near(one: Branch, value: float, points: Sequence[Vector]) -> list[int]:
+    """Between which neighbours of a branch, by the number of the first, all points at a value lie near it."""
+    n = len(one.states)
+    size = np.ptp(one.images, axis=(0, 1)) + np.abs(one.images).max(axis=(0, 1)) * 1e-3 + 1e-300
+    low, high = one.values[:-1], one.values[1:]
+    near: list[int] = []
+    for i in np.flatnonzero((low - value) * (high - value) <= 0.0).tolist():
+        share = (value - low[i]) / (high[i] - low[i]) if high[i] != low[i] else 0.0
+        between = (1.0 - share) * one.images[:, i] + share * one.images[:, i + 1]
+        if points and all((np.abs(between - p[:n]) <= NEAR * size).all(axis=1).any() for p in points):
+            near.append(i)
+    return near

@@ -1,0 +1,283 @@
+"""What a branch of an oscillator is followed of: the periodic motions of a strobe."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
+from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK, TOUCHING
+from fmu_models.sections.strobe import Strobe
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.trajectory import Event
+
+# share of the orbit's length that an event must keep from the strobe, beyond which the strobe moves to another phase
+CLEAR = 0.01
+
+
+def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool, float, float]]:
+    """Pauses of a period with these events: whether a contact holds, sticks or remembers, begin and length; longest
+    first, those in which one does last."""
+    times = [one.time for one in events]
+    last = {one.contact: one.after for one in events}
+    gaps = []
+    for i, one in enumerate(events):
+        last[one.contact] = one.after
+        after = times[i + 1] if i + 1 < len(times) else times[0] + length
+        gaps.append((_held(last.values()), times[i] - after, times[i]))
+    return [(held, begin, -negative) for held, negative, begin in sorted(gaps)]
+
+
+def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
+    """Times between an event and the next one, of another contact, with their derivatives."""
+    instants = [i for i, one in enumerate(events) if i == 0 or one.time > events[i - 1].time]
+    return tuple(
+        Passing(
+            events[j].contact, TIE, 0, events[j].before, events[j].after, events[j].time,
+            events[j].time - events[i].time, gradients[j] - gradients[i],
+        )
+        for i, j in pairwise(instants)
+        if events[i].contact != events[j].contact and np.isfinite(gradients[j] - gradients[i]).all()
+    )  # fmt: skip
+
+
+def _counted(word: Word) -> Word:
+    """Without the impacts right before a chatter that is completed: they have no number."""
+    kept: list[tuple[str, int, int]] = []
+    for one in word:
+        if one[2] == CHATTERING:
+            while kept and kept[-1] == (one[0], OPEN, OPEN):
+                kept.pop()
+        kept.append(one)
+    return tuple(kept)
+
+
+def held_at_start(events: Sequence[Passing | Event]) -> bool:
+    """Whether a period with these events begins in a contact that closes, sticks or remembers."""
+    return _held({one.contact: one.after for one in events}.values())
+
+
+def _held(states: Iterable[int]) -> bool:
+    return any(state in (STICK, TOUCHING) for state in states)
+
+
+@dataclass(frozen=True, eq=False)
+class FlowProblem(Problem):
+    """Of an oscillator: periodic motions of a strobe, whose phase may be moved.
+
+    Args:
+        strobe: how many periods of the forcing there are in one of the motion, and the values of all parameters.
+        phase: of the start, in periods of the forcing.
+        second: name of the other parameter of a curve.
+        kept: the instance of the FMU and what belongs to it, once it is there.
+    """
+
+    strobe: Strobe
+    over: str = ""
+    second: str = ""
+    phase: float = 0.0
+    kept: list[Any] = field(default_factory=list, repr=False)
+
+    @property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override]
+        return tuple(self.strobe.fmu.states)
+
+    @property
+    def autonomous(self) -> bool:  # type: ignore[override]
+        return self.strobe.autonomous
+
+    @cached_property
+    def cyclic(self) -> list[int]:
+        """Places of the states upon which nothing depends."""
+        return [self.states.index(name) for name in self.strobe.fmu.cyclic]
+
+    @property
+    def neutral(self) -> int:  # type: ignore[override]
+        return self.autonomous + len(self.cyclic)
+
+    @property
+    def system(self) -> Strobe:
+        return self.strobe
+
+    def opened(self, second: str) -> Problem:
+        self.strobe.check(second, np.array([self.present(second)]) if second in self.strobe.parameters else np.zeros(1))
+        return replace(self, second=second, kept=[])
+
+    def present(self, name: str) -> float:
+        known = self.strobe.values.get(name)
+        return float(self.strobe.fmu.variables[name].start or 0.0) if known is None else float(known)
+
+    def _run(self, z: Vector, start: float, stop: float) -> Any:
+        if not self.kept:
+            fmu = self.strobe.fmu
+            engine, variables = engine_of(fmu), fmu.variables
+            references = np.array(
+                [variables[name].valueReference for name in (*self.states, *self.parameters)], np.uint32
+            )
+            instance = engine.take()
+            made = whole_run.Differentiator(engine, instance, references, len(self.states))
+            weakref.finalize(made, engine.give, instance)
+            constants = {variables[name].valueReference: one for name, one in self.strobe.values.items()}
+            self.kept.extend([made, references, constants])
+        made, references, constants = self.kept
+        request = whole_run.Request(np.array([start, stop]), references[: len(self.states)])
+        given = [*z[: len(self.states)].tolist(), *self.values(z).values()]
+        initial = {**constants, **dict(zip(references.tolist(), given, strict=True))}
+        result, derivatives, event_derivatives, one_sided = made.run(request, initial, start, self.strobe.tolerance)
+        return result, derivatives[1], event_derivatives, one_sided, made.passage
+
+    def length(self, z: Vector) -> float:
+        """Of the period of the motion at z, s."""
+        if self.autonomous:
+            return float(z[-2])
+        with np.errstate(divide="ignore"):  # a guess may be of no frequency, which has no motion
+            periods = self.strobe.periods({name: np.array([one]) for name, one in self.values(z).items()}, 1)
+        return self.strobe.every * float(periods[0])
+
+    def see(self, z: Vector) -> Seen:
+        """One run with tangents along states and parameters."""
+        n = len(self.states)
+        whole = self.length(z)
+        if not (whole > 0.0 and math.isfinite(whole)):
+            raise StickslipError(f"A period of {whole:g} s is none.")
+        start = 0.0 if self.autonomous else self.phase * whole / self.strobe.every
+        result, by, by_times, one_sided, passage = self._run(z, start, start + whole)
+        f0, f1 = passage.rates
+        monodromy = by[:, :n]
+        # by how much start and length change with a parameter, where that is the frequency
+        rates = np.array([-1.0 / one if name == self.strobe.forcing else 0.0 for name, one in self.values(z).items()])
+        by_values = by[:, n:] + f1[:, None] * (rates * (start + whole)) - (monodromy @ f0)[:, None] * (rates * start)
+        residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
+        jacobian[:n, :n] = monodromy
+        jacobian.flat[: n * self.size : self.size + 1] -= 1.0
+        if self.cyclic:
+            residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic, :n] = 0.0, 0.0, np.eye(n)[self.cyclic]
+        jacobian[:n, n : n + len(rates) - 1], jacobian[:n, -1] = by_values[:, :-1], by_values[:, -1]
+        if self.autonomous:
+            f0[self.cyclic] = f1[self.cyclic] = 0.0
+            jacobian[:n, -2], jacobian[n, :n] = f1, f0
+            residual = np.append(residual, 0.0)
+
+        names, columns = self.strobe.contacts, (result.events[name].tolist() for name in ("contact", "before", "after"))
+        word = _counted(tuple((names[contact], before, after) for contact, before, after in zip(*columns, strict=True)))
+
+        def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+            return self._passings(result.events, by_times, passage, start, (f0, rates))
+
+        return Seen(residual, jacobian, monodromy, whole, word, passings, one_sided)
+
+    def _passings(
+        self, rows: Any, by_times: Vector, passage: Any, start: float, moving: tuple[Vector, Vector]
+    ) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        """Events and misses of a run that starts at a time, the start moved by parameters so: rates there, and by how
+        much."""
+        n, names = len(self.states), self.strobe.contacts
+        f0, rates = moving
+
+        def gradients(found: Vector) -> Vector:
+            whole = np.zeros((len(found), self.size))
+            whole[:, :n] = found[:, :n]
+            by_parameters = found[:, n:] - (found[:, :n] @ f0)[:, None] * rates * start
+            whole[:, -1] = by_parameters[:, -1]
+            if self.second:
+                whole[:, n] = by_parameters[:, 0]
+            return whole
+
+        begun = zip(rows, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
+        events = tuple(
+            Passing(
+                names[row["contact"]], EVENT, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
+                speed, gradient,
+            )
+            for row, speed, gradient in begun
+        )  # fmt: skip
+        misses = tuple(
+            Passing(
+                names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
+                float(row["time"]) - start, float(row["value"]), gradient,
+                bool(row["slope"] != 0.0), bool(row["begins"]),
+            )
+            for row, gradient in zip(passage.misses, gradients(passage.miss_derivatives), strict=True)
+        )  # fmt: skip
+        return events, misses + _ties(events, gradients(by_times))
+
+    def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
+        """What the states do over a period."""
+        whole, point = self.length(z), np.zeros(len(self.strobe.states))
+        point[: len(self.states)] = z[: len(self.states)]
+        moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, whole, 65))
+        sizes = np.array([np.ptp(moved[name]) / 2 or abs(moved[name]).max() or 1.0 for name in self.states])
+        return np.array([*sizes, *([whole] if self.autonomous else []), abs(between[1] - between[0])])
+
+    def folded(self, times: int) -> Problem:
+        """So many periods of this one."""
+        return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
+
+    def told(self) -> dict[str, Any]:
+        known = self.strobe
+        return {
+            "phase": self.phase,
+            "every": known.every,
+            "period": known.period,
+            "forcing": known.forcing,
+            "autonomous": known.autonomous,
+        }
+
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        known = self.strobe
+        named = {name: told[name] for name in ("every", "period", "forcing", "autonomous")}
+        strobe = Strobe(known.fmu, parameters=known.values, tolerance=known.tolerance, **named)
+        return replace(self, phase=told["phase"], strobe=strobe, kept=self.kept)
+
+    def part(self, z: Vector, seen: Seen) -> Vector:
+        return self._after(z, seen.length / 2)
+
+    def unfolded(self, z: Vector, times: int) -> Vector:
+        return np.append(z[:-2], [times * z[-2], z[-1]]) if self.autonomous else z
+
+    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
+        near = CLEAR * seen.length
+        crowded = any(one.time < near or one.time > seen.length - near for one in seen.events)
+        if not crowded and not held_at_start(seen.events):
+            return None
+        gaps = pauses(seen.events, seen.length)
+        if not gaps:
+            return None
+        _, begin, pause = gaps[0]
+        later = (begin + pause / 2) % seen.length
+        if pause < 2 * near or min(later, seen.length - later) < near / 4:
+            return None
+        return self.later(z, seen, later)
+
+    def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
+        forcing = seen.length / self.strobe.every
+        phase = seconds if self.autonomous else (self.phase + seconds / forcing) % self.strobe.every
+        return replace(self, phase=0.0 if self.autonomous else phase), self._after(z, seconds)
+
+    @property
+    def turns(self) -> int:
+        return 1 if self.autonomous else self.strobe.every
+
+    def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
+        turns = (phase - self.phase) % self.strobe.every
+        return self._after(z, turns * seen.length / self.strobe.every)
+
+    def _after(self, z: Vector, later: float) -> Vector:
+        """z of the same motion, so many seconds later."""
+        if later == 0.0:
+            return z
+        n = len(self.states)
+        start = 0.0 if self.autonomous else self.phase * self.length(z) / self.strobe.every
+        result, *_ = self._run(z, start, start + later)
+        moved = np.append(result.values[1], z[n:])
+        moved[self.cyclic] = z[self.cyclic]
+        return moved

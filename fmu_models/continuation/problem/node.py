@@ -1,0 +1,236 @@
+"""One motion of a branch, and Newton's method to it.
+
+A motion is a root of n (n + 1) equations in one unknown more, so that one equation is free: the border. It fixes how
+far along the branch to look (pseudo-arclength), the parameter, or a function of the events that is to have a value: the
+speed of an impact, the least gap of a miss. Unknowns are measured by their scales: u = z / scales.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.problem.problem import Problem, Seen, Vector, Word, cyclic
+
+# the residual of a root, in scales, and of one that rounding does not let come nearer
+ROOT, ROUNDED = 1e-13, 1e-9
+STEPS = 12
+
+# of z and what is seen there: its value, and its derivative by z, or several; None where it has none
+Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
+
+
+class Lost(Exception):
+    """Newton's method found no motion; at the unknowns ``nearest`` it was missed by least, if by any."""
+
+    def __init__(self, why: str, nearest: Vector | None = None) -> None:
+        super().__init__(why)
+        self.nearest = nearest
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A motion on a branch.
+
+    Attributes:
+        problem: whose motion it is.
+        scales: of z.
+        z: unknowns.
+        seen: the run from there.
+        tangent: unit vector along the branch, of u.
+        iterations: of Newton's method.
+    """
+
+    problem: Problem
+    scales: Vector
+    z: Vector
+    seen: Seen
+    tangent: Vector
+    iterations: int = 0
+
+    @property
+    def u(self) -> Vector:
+        """Unknowns in their scales."""
+        return self.z / self.scales
+
+    @property
+    def value(self) -> float:
+        """Of the parameter."""
+        return float(self.z[-1])
+
+    @cached_property
+    def word(self) -> Word:
+        """Of events, from whichever of them makes it least."""
+        return cyclic(self.seen.word)
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Largest first."""
+        return self.problem.multipliers(self.seen.monodromy)
+
+    @cached_property
+    def stable(self) -> bool:
+        """Whether all multipliers that count lie inside the unit circle."""
+        return bool((np.abs(self.problem.own(self.multipliers)) < 1.0).all())
+
+    @cached_property
+    def tests(self) -> dict[str, float]:
+        """Functions that change their sign at a fold, a branch point, a flip, a Neimark-Sacker point."""
+        own = self.problem.own(self.multipliers)
+        pairs = [own[i] * own[j] for i in range(len(own)) for j in range(i)]
+        return {
+            "fold": float(self.tangent[-1]),
+            "branch point": float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
+            "flip": float(np.prod(own + 1.0).real),
+            "Neimark-Sacker": float(np.prod(np.array(pairs) - 1.0).real) if pairs else 1.0,
+        }
+
+    def turned(self) -> Node:
+        """The same, met from the other side."""
+        return Node(self.problem, self.scales, self.z, self.seen, -self.tangent, self.iterations)
+
+    def along(self, gradient: Vector) -> float:
+        """Derivative along the branch, by u, of what has a gradient by z."""
+        return float((gradient * self.scales) @ self.tangent)
+
+
+def scaled(node: Node) -> Vector:
+    """The Jacobian by u, its rows measured alike."""
+    return _scaled(node.seen, node.scales)
+
+
+def _scaled(seen: Seen, scales: Vector) -> Vector:
+    rows = scales[: len(seen.residual)].copy()
+    jacobian = seen.jacobian * scales
+    if len(seen.monodromy) < len(rows):  # a step of u along the motion is what the equation of the phase forbids
+        jacobian[-1] = seen.jacobian[-1] / scales
+        rows[-1] = np.abs(jacobian[-1]).max() or 1.0
+    return jacobian / rows[:, None]
+
+
+def tangent_of(seen: Seen, scales: Vector, towards: Vector | None = None) -> Vector:
+    """Unit vector of u along the branch; nearest to a given one, or with a growing parameter."""
+    _, _, whole = np.linalg.svd(_scaled(seen, scales))
+    tangent = whole[-1]
+    sense = tangent[-1] if towards is None else tangent @ towards
+    return tangent if sense >= 0.0 else -tangent
+
+
+def look(problem: Problem, z: Vector) -> Seen | None:
+    """The run from z, None where there is none."""
+    try:
+        seen = problem.see(z)
+    except StickslipError:
+        return None
+    return seen if np.isfinite(seen.residual).all() and np.isfinite(seen.jacobian).all() else None
+
+
+def solved(
+    problem: Problem,
+    scales: Vector,
+    guess: Vector,
+    border: Border,
+    *,
+    towards: Vector | None = None,
+    reach: float = 0.3,
+    word: Word | None = None,
+    halvings: int = 4,
+) -> Node:
+    """The motion at a guess of u that has the border at zero, of more equations than one too, if they go together.
+
+    Args:
+        towards: the sense of its tangent.
+        reach: how far from the guess it may be, in u.
+        word: which runs on the way must have, if it is known; a step that leads out of it is halved.
+        halvings: of a step into a run that there is none of, at most.
+
+    Raises:
+        Lost: no convergence, or another word.
+    """
+    u, step, last = guess.copy(), np.zeros_like(guess), np.inf
+    least, nearest = np.inf, None
+    previous: Vector | None = None
+    for iteration in range(STEPS):
+        found = _evaluated(problem, scales, u, border, word)
+        for _ in range(halvings if previous is not None else 0):
+            if found is not None:
+                break
+            step = step / 2
+            assert previous is not None
+            u = previous - step
+            found = _evaluated(problem, scales, u, border, word)
+        if found is None:
+            raise Lost("there is no such run", nearest)
+        seen, residual, matrix = found
+        size = float(np.abs(residual).max())
+        if size < least:
+            least, nearest = size, u * scales
+        done = size <= ROOT or (size <= ROUNDED and size > 0.3 * last)
+        if done:
+            return Node(problem, scales, u * scales, seen, tangent_of(seen, scales, towards), iteration)
+        if size > 100.0 * last and iteration > 2:
+            break
+        last = size
+        try:
+            square = matrix.shape[0] == matrix.shape[1]
+            step = np.linalg.solve(matrix, residual) if square else np.linalg.lstsq(matrix, residual)[0]
+        except np.linalg.LinAlgError:
+            break
+        previous, u = u, u - step
+        if not np.abs(u - guess).max() <= reach:
+            break
+    raise Lost("Newton's method does not converge", nearest)
+
+
+def _evaluated(
+    problem: Problem, scales: Vector, u: Vector, border: Border, word: Word | None
+) -> tuple[Seen, Vector, Vector] | None:
+    seen = look(problem, u * scales)
+    if seen is None or (word is not None and cyclic(seen.word) != word):
+        return None
+    bound = border(u * scales, seen)
+    if bound is None:
+        return None
+    jacobian = _scaled(seen, scales)
+    rows = np.append(scales[: len(seen.monodromy)], np.ones(len(seen.residual) - len(seen.monodromy)))
+    value, gradient = bound
+    gradient = np.atleast_2d(gradient) * scales
+    size = np.abs(gradient).max(axis=1)
+    size[size == 0.0] = 1.0
+    residual = np.append(seen.residual / rows, value / size)
+    return seen, residual, np.vstack([jacobian, gradient / size[:, None]])
+
+
+def arclength(u: Vector, tangent: Vector, scales: Vector, distance: float) -> Border:
+    """At a distance along a tangent from u."""
+
+    def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
+        return float(tangent @ (z / scales - u)) - distance, tangent / scales
+
+    return border
+
+
+def parameter(value: float) -> Border:
+    """At a value of the parameter."""
+
+    def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
+        gradient = np.zeros_like(z)
+        gradient[-1] = 1.0
+        return float(z[-1]) - value, gradient
+
+    return border
+
+
+def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
+    """The polynomial through values (k, ...) at places (k,), at 0."""
+    places = np.asarray(at, dtype=float)
+    total = np.zeros_like(values[0])
+    for i, place in enumerate(places):
+        others = np.delete(places, i)
+        total = total + values[i] * np.prod(others / (others - place))
+    return total

@@ -1,0 +1,241 @@
+"""What a branch is followed of: a periodic motion as the root of equations in unknowns z, with all derivatives exact.
+
+    z = (x, [q,] [T,] p) state at the strobe phase, second parameter of a curve, period where nothing forces the motion,
+                         parameter
+    P(x; T, p) - x = 0   and, where nothing forces it,   f(x) . dx = 0   (a step along the motion is none)
+
+A coordinate upon which nothing depends need not come back, as the height of what falls on and on: instead of its
+equation it stays where it is at the strobe.
+
+One run with tangents along x, q and p gives it all: end state, monodromy matrix, the derivative by p. Where p is the
+frequency of the forcing, or the period is unknown, the run's start t0 and length T change too; then
+
+    dP/dT = f(end),    dP/dt0 = f(end) - M f(start)
+
+and whatever else depends on the start, as a miss or the time of an event, changes by its derivative along -f(start).
+The cyclic word of events belongs to the motion, and so does how near it comes to having another one: the speed at which
+the indicator of each event falls, and the least value of every pending indicator between events.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.sections.system import SectionSystem
+
+Vector = NDArray[np.float64]
+Word = tuple[tuple[str, int, int], ...]
+
+
+# slots of passings that are those of no indicator: an event, the time between two of them
+EVENT, TIE = -1, 2
+
+
+def cyclic(word: Word) -> Word:
+    """The rotation of a word that comes first: two words are one motion's if these are equal."""
+    return min((word[i:] + word[:i] for i in range(len(word))), default=word)
+
+
+@dataclass(frozen=True)
+class Passing:
+    """An event, or a near miss.
+
+    Attributes:
+        contact: its name.
+        slot: 0 the normal indicator, 1 the tangential one, ``TIE`` the time since an event of another contact; of a
+            miss. Of an event ``EVENT``.
+        side: of the margin of what sticks; of a miss.
+        before, after: states of the contact; of a miss both are the present one.
+        time: s, from the start of the run.
+        value: speed at which the indicator falls (per s), or the least value of one that does not.
+        gradient: (len(z),) derivative of that.
+        turned: of a miss: an event of another contact turns what fell.
+        begins: of a miss: the force, or the acceleration, with which a state begins after an impact without rebound.
+    """
+
+    contact: str
+    slot: int
+    side: int
+    before: int
+    after: int
+    time: float
+    value: float
+    gradient: Vector
+    turned: bool = False
+    begins: bool = False
+
+    @property
+    def key(self) -> tuple[str, int, int, int, bool]:
+        """What it has in common with the same one of a neighbour, but for its time."""
+        return self.contact, self.slot, self.side, self.before, self.begins
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a run over one period has shown.
+
+    Attributes:
+        residual: (n,) or, where nothing forces the motion, (n + 1,) of the equations.
+        jacobian: the derivative of that by z.
+        monodromy: (n, n) derivative of the end by the start.
+        length: s, of the run.
+        word: events on the way, one after the other.
+        passings: gives events and misses, with their derivatives.
+        one_sided: events at one instant: the derivatives hold on one side.
+    """
+
+    residual: Vector
+    jacobian: Vector
+    monodromy: Vector
+    length: float
+    word: Word = ()
+    passings: Callable[[], tuple[tuple[Passing, ...], tuple[Passing, ...]]] = lambda: ((), ())
+    one_sided: bool = False
+
+    @cached_property
+    def _told(self) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        return self.passings()  # most runs of Newton's method are not asked for them
+
+    @property
+    def events(self) -> tuple[Passing, ...]:
+        """In order of time."""
+        return self._told[0]
+
+    @property
+    def misses(self) -> tuple[Passing, ...]:
+        """Least values of pending indicators, and what else may become an event."""
+        return self._told[1]
+
+
+class Problem(ABC):
+    """A family of periodic motions over one parameter.
+
+    Attributes:
+        over: name of the parameter.
+        second: name of the second one; "" for a branch.
+        size: number of unknowns.
+        states: names of the numbers of x.
+        still: motions are equilibria, and what is seen as their monodromy matrix is the derivative of their rates.
+        neutral: how many multipliers are 1 of every motion: of a step along one that nothing forces, of a coordinate
+            upon which nothing depends.
+    """
+
+    over: str
+    states: tuple[str, ...]
+    second: str = ""
+    autonomous: bool = False
+    still: bool = False
+    neutral: int = 0
+    phase: float = 0.0
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns z."""
+        return len(self.states) + self.autonomous + len(self.parameters)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names, as they come in z."""
+        return (self.second, self.over) if self.second else (self.over,)
+
+    def values(self, z: Vector) -> dict[str, float]:
+        """Of the parameters."""
+        last = {self.over: float(z[-1])}
+        return {self.second: float(z[len(self.states)]), **last} if self.second else last
+
+    @property
+    @abstractmethod
+    def system(self) -> SectionSystem:
+        """Whose motions they are."""
+
+    @property
+    def name(self) -> str:
+        """Of the model."""
+        return self.system.name
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Of states and parameters."""
+        return {name: self.system.unit_of(name) for name in (*self.states, *self.parameters)}
+
+    @abstractmethod
+    def opened(self, second: str) -> Problem:
+        """The same over two parameters.
+
+        Raises:
+            StickslipError: no such parameter.
+        """
+
+    @abstractmethod
+    def present(self, name: str) -> float:
+        """The value of a parameter that is not an unknown."""
+
+    @abstractmethod
+    def see(self, z: Vector) -> Seen:
+        """The run from z.
+
+        Raises:
+            StickslipError: there is none, or it has no derivative.
+        """
+
+    def how(self, z: Vector, seen: Seen) -> str:
+        """Where motions and derivatives come from, where that is not a matter of course, and how near they are."""
+        return ""
+
+    @abstractmethod
+    def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
+        """(len(z),) by which unknowns are measured."""
+
+    @abstractmethod
+    def folded(self, times: int) -> Problem:
+        """The same, of a period that is so many times as long."""
+
+    def told(self) -> dict[str, Any]:
+        """What tells this one from others of the same family, if there are others."""
+        return {}
+
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        """The one of the family that was told."""
+        return self
+
+    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
+        """The problem at another phase, and z there, where an event is too near to the strobe; None if none is."""
+        return None
+
+    def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
+        """The problem that begins so much later, and z there."""
+        return self, z
+
+    @property
+    @abstractmethod
+    def turns(self) -> int:
+        """Periods of the forcing in one of the motion: from so many starts it is the same motion."""
+
+    def part(self, z: Vector, seen: Seen) -> Vector:
+        """z half a period later."""
+        return self.shifted(z, seen, self.phase + self.turns / 2)
+
+    def unfolded(self, z: Vector, times: int) -> Vector:
+        """z of the same motion, so many periods of it taken for one."""
+        return z
+
+    def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
+        """z of the same motion at another phase, or so many steps later."""
+        return z
+
+    def multipliers(self, monodromy: Vector) -> NDArray[np.complex128]:
+        """(n,) largest first."""
+        found: NDArray[np.complex128] = np.linalg.eigvals(monodromy).astype(complex)
+        return found[np.lexsort((-np.real(found), -np.abs(found)))]
+
+    def own(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """(..., n - neutral): those that may change."""
+        kept = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
+        return np.take_along_axis(multipliers, kept, axis=-1)

@@ -1,0 +1,365 @@
+"""Where the word of a branch changes: a touch, the first stick, a tie.
+
+On one side of such a point there is an event, whose indicator falls at a speed v > 0; on the other a near miss, whose
+least value is h > 0. The point has v = h = 0.
+
+    from the side of the miss   everything is smooth up to the point: Newton's method with the border h = target, the
+                                target shrinking geometrically; from the last one, so near that the rest is linear, to 0
+    from the side of the event  v = target, shrinking too; the motions are a smooth function of v, and polynomials in v
+                                go to v = 0: multipliers with the event, and a guess for the side of the miss
+                                (lost_event.py)
+    the other side              a displacement of the start against the gradient of h makes the event happen; what the
+                                event then does to the end, b, gives the motion with that event to first order:
+                                    [J; grad h] dz = -(b, h)
+                                and Newton's method with the border v = target the motion itself
+
+No derivative is ever taken at the point: there the event has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+
+from fmu_models.continuation.problem.flow import FlowProblem
+from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
+from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector
+from fmu_models.continuation.step.same_motion import begun_at
+from fmu_models.language.contact_kinds import AWAY, STICK
+
+# the least value of a miss, in its change by a unit of u, from where the rest is linear
+LEAST_MISS = 1e-9
+# of the period: a passing of a neighbour that is further from this in time is another one
+SAME_TIME = 0.1
+# displacements of a start, in u, by which an event is made to happen
+DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+# by which the speed of an event shrinks, from motion to motion, to see whether they come to a point; curvature may
+# take the event away half-way
+SHRINKS = (0.5, 0.8, 0.93)
+# how far beyond a point, in u, the motion is looked for that goes on by other events
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
+# so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
+HALF, SAME = 1e-4, 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """A motion that has an event or not.
+
+    Attributes:
+        node: with a miss that is so near that the rest is linear; its word has no event.
+        z: of the point itself, h = 0.
+        miss: the near miss of the node.
+        event_side: motions with the event, of growing speed; empty if none is known.
+        value_from_event: of the parameter, from the other side; nan if none.
+        monodromy: (n, n) its limit there, where it is not that of the node.
+        trail: motions on the way to it, where the multipliers change fast there; the last one is the node.
+    """
+
+    node: Node
+    z: Vector
+    miss: Passing
+    event_side: tuple[Node, ...] = ()
+    value_from_event: float = np.nan
+    monodromy: Vector | None = None
+    trail: tuple[Node, ...] = ()
+
+    @property
+    def u(self) -> Vector:
+        """Unknowns of the point in their scales."""
+        return self.z / self.node.scales
+
+
+def nearest(passings: Sequence[Passing], like: Passing, time: float, length: float) -> Passing | None:
+    """The one that is the same as another one, nearest in time around the period."""
+    same = [one for one in passings if one.contact == like.contact and one.key == like.key]
+
+    def apart(one: Passing) -> float:
+        turn = abs(one.time - time) / length % 1.0
+        return min(turn, 1.0 - turn)
+
+    found = min(same, key=apart, default=None)
+    return found if found is not None and apart(found) <= SAME_TIME else None
+
+
+def found_again(seen: Seen, like: Passing, time: float) -> Passing | None:
+    """The same event, or miss, of another run, about at a time."""
+    return nearest(seen.events if like.slot == EVENT else seen.misses, like, time, seen.length)
+
+
+def value_border(like: Passing, target: float, time: list[float]) -> Border:
+    """The speed of an event, or the least value of a miss, at a value; ``time`` (1,) follows it."""
+
+    def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
+        found = found_again(seen, like, time[0])
+        if found is None or not np.isfinite(found.gradient).all():
+            return None
+        time[0] = found.time
+        return found.value - target, found.gradient
+
+    return border
+
+
+def shrinking(start: Node, passing: Passing, through: int, least: float = 0.0) -> Iterator[tuple[Passing, Node]]:
+    """Motions of a shrinking value of an event or a miss, that at the start first; the passing, and the motion.
+
+    Args:
+        through: motions through which a polynomial in the value goes to the next one.
+        least: value at which it ends; it also ends where no motion of the same word follows.
+    """
+    node, own, shrink = start, passing, 0.5
+    passed = [(passing, start)]
+    yield passing, start
+    while own.value > least:
+        target = max(own.value * shrink, 0.99 * least)
+        if len(passed) > 1:
+            values = np.array([one.value for one, _ in passed[-through:]])
+            guess = extrapolated(values - target, np.array([one.u for _, one in passed[-through:]]))
+        else:
+            guess = node.u + node.tangent * (target - own.value) / (node.along(own.gradient) or np.inf)
+        try:
+            border = value_border(own, target, [own.time])
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+        except Lost:
+            if shrink > 0.9:
+                return
+            shrink = shrink**0.5
+            continue
+        found = found_again(after.seen, own, own.time)
+        if found is None:
+            return
+        node, own, shrink = after, found, max(0.25, shrink * 0.8)
+        passed.append((own, node))
+        yield own, node
+
+
+def size_of(passing: Passing, scales: Vector) -> float:
+    """How much a value changes by a unit of u."""
+    return float(np.linalg.norm(passing.gradient * scales)) or 1.0
+
+
+def far_speed(event: Passing, scales: Vector) -> float:
+    """What the speed of an event becomes a unit of u away, its square growing as it does here."""
+    return float(np.sqrt(2.0 * event.value * size_of(event, scales)))
+
+
+def from_miss(start: Node, miss: Passing) -> Touch:
+    """The point where a miss of a motion becomes an event.
+
+    Raises:
+        Lost: the way there leaves the word of the motion.
+    """
+    node, time = start, [miss.time]
+    while True:
+        found = nearest(node.seen.misses, miss, time[0], node.seen.length)
+        if found is None:
+            raise Lost("the near miss is gone")
+        least = LEAST_MISS * size_of(found, node.scales)
+        if found.value <= 1.5 * least:
+            break
+        dz, target = _towards(node, found), max(least, 0.03 * found.value)
+        for _ in range(8):
+            guess = node.u + dz * (target - found.value)
+            try:
+                border = value_border(miss, target, [found.time])
+                after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+                break
+            except Lost:
+                target = (found.value + target) / 2
+        else:
+            raise Lost("the near miss does not become an event")
+        node = after
+    u = node.u - _towards(node, found) * found.value
+    return Touch(node, u * node.scales, found)
+
+
+def begun_after(node: Node, time: float) -> Node:
+    """The same motion, begun in the longest pause of the fourth of its period after a time.
+
+    Raises:
+        Lost: Newton's method does not find it there.
+    """
+    length = node.seen.length
+    passings = (one.time for one in (*node.seen.events, *node.seen.misses))
+    marks = sorted({0.0, length / 4, *(turn for one in passings if (turn := (one - time) % length) < length / 4)})
+    begin, end = max(pairwise(marks), key=lambda one: one[1] - one[0])
+    problem, z = node.problem.later(node.z, node.seen, (time + (begin + end) / 2) % length)
+    return begun_at(node, problem, z)
+
+
+def _towards(node: Node, passing: Passing) -> Vector:
+    """Change of u along the branch by the value of a passing."""
+    rate = node.along(passing.gradient)
+    if abs(rate) < 1e-12 * size_of(passing, node.scales):
+        raise Lost("the miss does not change along the branch")
+    return node.tangent / rate
+
+
+def other_word(touch: Touch) -> Node:
+    """The motion that has the event, at a small speed of it; its tangent leads away.
+
+    Raises:
+        Lost: none is near.
+    """
+    for depth, event, jump in _jumps(touch):
+        step = stepped(touch.node, touch.miss, jump, depth)
+        guesses = (touch.u + step - share * depth * _down(touch) for share in (0.0, 2.0, 10.0))
+        for guess in (_deep(touch, touch.u + step, depth), *guesses):
+            found = with_speed(touch.node.problem, touch.node.scales, guess, event, touch)
+            if found is not None:
+                return found
+    raise Lost("no motion with that event goes on from it")
+
+
+def _deep(touch: Touch, u: Vector, depth: float) -> Vector:
+    """u, or where it misses what it is to touch, which it may to second order, a place near it that does not."""
+    node = touch.node
+    for _ in range(4):
+        seen = look(node.problem, u * node.scales)
+        if seen is None or new_event(seen, node.seen, touch.miss) is not None:
+            break
+        missed = nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
+        if missed is None:
+            break
+        down = _down(touch)
+        u = u - down * (missed.value / float(down @ (missed.gradient * node.scales)) + depth)
+    return u
+
+
+def repeats(node: Node, within: float = HALF) -> bool:
+    """Whether a motion of an even number of periods repeats itself after half of them."""
+    if node.problem.turns % 2 and not node.problem.autonomous:
+        return False
+    half = node.problem.part(node.z, node.seen)
+    return bool(np.abs((half - node.z) / node.scales).max() < within)
+
+
+def _down(touch: Touch) -> Vector:
+    """Unit vector of u, of the states alone, along which the miss shrinks fastest."""
+    down = touch.miss.gradient * touch.node.scales
+    down[len(touch.node.problem.states) :] = 0.0
+    size = float(np.linalg.norm(down))
+    if size == 0.0:
+        raise Lost("the miss does not depend on the state")
+    return down / size
+
+
+def _jumps(touch: Touch) -> Iterator[tuple[float, Passing, Vector]]:
+    """Displacements of the start against the miss, the event there, and what it does to the end to first order."""
+    node, scales, down = touch.node, touch.node.scales, _down(touch)
+    for depth in DEPTHS:
+        moved = touch.u - down * depth
+        seen = look(node.problem, moved * scales)
+        event = None if seen is None else new_event(seen, node.seen, touch.miss)
+        if seen is None or event is None or not np.isfinite(event.gradient).all():
+            continue
+        yield depth, event, relative(node, seen, moved - touch.u)
+
+
+def relative(node: Node, seen: Seen, displacement: Vector) -> Vector:
+    """What a run beside a motion, its start displaced, misses in scaled rows beyond the linear part."""
+    at_point = node.seen.residual / _row_sizes(node, node.seen)
+    return seen.residual / _row_sizes(node, seen) - at_point - _scaled(node.seen, node.scales) @ displacement
+
+
+def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
+    """Change of u to the motion with an event that makes such a jump, to first order."""
+    down = miss.gradient * node.scales
+    size = float(np.linalg.norm(down[: len(node.problem.states)]))
+    try:
+        found: Any = np.linalg.solve(np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth))
+        return found
+    except np.linalg.LinAlgError:
+        raise Lost("the miss does not change along the branch") from None
+
+
+def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
+    """The motion near a guess that has the event at its speed, and goes on from the point."""
+    try:
+        found = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
+        own = nearest(found.seen.events, event, event.time, found.seen.length)
+        if own is None or found.word == touch.node.word or not _meets(touch, found, own):
+            return None
+        return growing(found, own)
+    except Lost:
+        return None
+
+
+def exchanged(touch: Touch) -> Node:
+    """The motion beyond a point where one event takes the place of another: that is of another word, and begins with no
+    event that is weak.
+
+    Raises:
+        Lost: none is near.
+    """
+    node = touch.node
+    straight = np.zeros_like(touch.u)
+    straight[-1] = np.sign(node.tangent[-1])
+    for distance, way in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
+        guess = touch.u + distance * way
+        try:
+            border = parameter(float(guess[-1] * node.scales[-1]))
+            found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
+        except Lost:
+            continue
+        outward = found.tangent[-1] * node.tangent[-1] > 0.0
+        found = found if outward else found.turned()
+        if found.word != node.word:
+            return found
+    raise Lost("no motion of other events is near")
+
+
+def _meets(touch: Touch, node: Node, event: Passing) -> bool:
+    """Whether the motions with the event come to the point as its speed vanishes."""
+    far = np.abs(node.u - touch.u).max()
+    for shrink in SHRINKS:
+        half, value = node, event.value
+        try:
+            while value > 0.55 * event.value:
+                value *= shrink
+                border = value_border(event, value, [event.time])
+                guess = touch.u + shrink * (half.u - touch.u)
+                half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+        except Lost:
+            continue
+        return bool(np.abs(half.u - touch.u).max() <= 0.75 * far + 1e-9)
+    raise Lost("the event goes before it is weaker")
+
+
+def _row_sizes(node: Node, seen: Seen) -> Vector:
+    n = len(seen.monodromy)
+    extra = np.abs((seen.jacobian * node.scales)[n:]).max(axis=1, initial=0.0)
+    return np.append(node.scales[:n], np.where(extra > 0.0, extra, 1.0))
+
+
+def new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
+    """The event that a miss has become."""
+    near = [one for one in seen.events if one.contact == miss.contact and one.before == miss.before]
+    known = [one.time for one in without.events if one.contact == miss.contact and one.before == miss.before]
+    if len(near) <= len(known):
+        return None
+    return min(near, key=lambda one: abs(one.time - miss.time), default=None)
+
+
+def growing(node: Node, event: Passing) -> Node:
+    """With the tangent along which the event grows stronger."""
+    own = nearest(node.seen.events, event, event.time, node.seen.length)
+    return node.turned() if own is not None and node.along(own.gradient) < 0.0 else node
+
+
+def is_rigid(problem: Problem, contact: str) -> bool:
+    """Whether a contact impacts."""
+    return isinstance(problem, FlowProblem) and contact in problem.strobe.fmu.impacts
+
+
+def event_kind(problem: Problem, event: Passing) -> str:
+    """What it is called that an event comes or goes."""
+    if is_rigid(problem, event.contact):
+        return "grazing, rigid"
+    if event.before == AWAY:
+        return "grazing, compliant"
+    return "grazing-sliding corner" if event.after == STICK else "touch"

@@ -1,0 +1,65 @@
+"""Why a branch comes no further where its largest multiplier grows: what is near is told by what changes with it.
+
+    rigid grazing    multiplier ~ 1/v of the impact that weakens (Nordmark's square root)
+    homoclinic       log(multiplier) ~ period: a cycle that stays ever longer near a saddle, whose rate is their slope
+    else             motions part fast all along: a stiff system
+
+A run that begins beside the motion is wrong by the multiplier times as much after one period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import log, log10
+
+import numpy as np
+
+from fmu_models.continuation.problem.node import Node
+from fmu_models.continuation.special.discontinuous import found_again
+
+# multiplier from which on something is said of it
+HUGE = 1e3
+# motions back to which it is compared, at most, and by how much it has grown since, at least
+BACK, GROWN = 40, 1.5
+# how well a power law holds, in logarithms; how much longer a period has become that grows
+ALIKE, LONGER = 0.3, 0.01
+
+
+def why_huge(nodes: Sequence[Node]) -> str:
+    """A sentence on the largest multiplier of the last motion, begun by a semicolon; "" where it is not huge."""
+    last = nodes[-1]
+    size = 0.0 if last.problem.still else _largest(last)
+    if not (np.isfinite(size) and size >= HUGE):
+        return ""
+    back = [one for one in nodes[-BACK:] if one.word == last.word]
+    said = f"; the largest multiplier is {size:.2g}, and {log10(size):.0f} digits of a run are lost in one period: "
+    if size > GROWN * _largest(back[0]):
+        cause = _grazing(back[0], last) or _homoclinic(back[0], last)
+        if cause:
+            return said + cause
+    return f"{said}motions beside it part e times in {last.seen.length / log(size):.3g} s, as those of stiff systems do"
+
+
+def _largest(node: Node) -> float:
+    return float(np.abs(node.problem.own(node.multipliers)).max(initial=0.0))
+
+
+def _grazing(first: Node, last: Node) -> str:
+    grown = log(_largest(last) / _largest(first))
+    for event in last.seen.events:
+        before = found_again(first.seen, event, event.time)
+        weaker = 0.0 if before is None or not 0.0 < event.value < before.value else log(before.value / event.value)
+        if abs(weaker - grown) <= ALIKE * grown:
+            return f"it grows as an event of '{event.contact}' weakens, to {event.value:.2g}: a grazing is near"
+    return ""
+
+
+def _homoclinic(first: Node, last: Node) -> str:
+    longer = last.seen.length - first.seen.length
+    if not last.problem.autonomous or longer < LONGER * first.seen.length:
+        return ""
+    rate = log(_largest(last) / _largest(first)) / longer
+    return (
+        f"it grows with the period, which is {last.seen.length:.6g} s, as beside a saddle whose rates add up to about "
+        f"{rate:.2g} 1/s: a homoclinic motion is near"
+    )

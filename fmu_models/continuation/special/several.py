@@ -1,0 +1,298 @@
+"""Where a motion comes to several events at once, and the motions beyond that have some of them.
+
+A motion with a symmetry touches in both its halves at one value of the parameter; every motion taken n times touches n
+times. Each of these touches may become an event or not: of m touches in n periods there are 2^(mn) words. Of those that
+differ by more than where they begin, and are not of a shorter period, each is tried:
+
+    displacement of the start by which the chosen misses become events, and the others more of a miss: what the events
+    then do to the end, b, period by period, gives the motion with these events to first order
+
+        total = sum over the periods c of M^(n - 1 - c) b_c        [J; grad h] dz = -(total, h)
+
+    and Newton's method with the speed of the first of them as border the motion itself (discontinuous.py).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+
+from fmu_models.continuation.problem.node import Lost, Node, look, tangent_of
+from fmu_models.continuation.problem.problem import TIE, Passing, Seen, Vector
+from fmu_models.continuation.special.discontinuous import (
+    DEPTHS,
+    Touch,
+    begun_after,
+    from_miss,
+    nearest,
+    new_event,
+    relative,
+    repeats,
+    size_of,
+    stepped,
+    with_speed,
+)
+from fmu_models.continuation.step.same_motion import images
+
+# misses are at once that are all so small, in their change by a unit of u
+TOGETHER = 1e-6
+# speeds of the impacts that a motion with all of them begins with
+SPEEDS = (1e-3, 3e-3, 1e-2)
+# letters of a word: which of the misses of a period become events
+Letters = tuple[tuple[int, ...], ...]
+
+
+def at_once(touch: Touch) -> list[Passing]:
+    """All near misses that become events at the point, that of the touch first."""
+    node = touch.node
+    n = len(node.problem.states)
+
+    def comes(one: Passing) -> bool:
+        """Whether it becomes an event at the point, and would not at once beside it, wherever that is."""
+        value = one.value + float(one.gradient @ (touch.z - node.z))
+        plain = one.slot != TIE and not one.turned and not one.begins and one.gradient[:n].any()
+        return bool(plain and abs(value) <= TOGETHER * size_of(one, node.scales))
+
+    others = [one for one in node.seen.misses if one is not touch.miss and comes(one)]
+    return [touch.miss, *others] if comes(touch.miss) else [touch.miss]
+
+
+def other_words(touch: Touch, times: int = 1) -> Iterator[Node]:
+    """Motions beside the point, so many periods long, that have some of the events; those with most of them first.
+
+    Each has a small speed of its first event, and a tangent that leads away.
+    """
+    misses = at_once(touch)
+    jumps = _Jumps(touch, misses)
+    for letters in _words(len(misses), times):
+        if times == 1 and len(misses) > len(letters[0]) == 1:
+            placed = _placed(touch, misses[letters[0][0]])
+            found = None if placed is None else _alone(placed)
+        else:
+            found = _with_events(touch, misses, letters, jumps)
+        if found is not None:
+            yield found
+
+
+def _placed(touch: Touch, miss: Passing) -> Touch | None:
+    """The touch of one of the misses, begun after it: then none of the others comes after it."""
+    try:
+        node = begun_after(touch.node, miss.time)
+        same = nearest(
+            node.seen.misses, miss, (miss.time - touch.node.seen.length) % node.seen.length, node.seen.length
+        )
+        own = max((one for one in node.seen.misses if one.key == miss.key), key=lambda one: one.time, default=same)
+        return None if own is None else from_miss(node, own)
+    except Lost:
+        return None
+
+
+def _alone(touch: Touch) -> Node | None:
+    misses = at_once(touch)
+    return _with_events(touch, misses, ((0,),), _Jumps(touch, misses))
+
+
+def _words(misses: int, times: int) -> list[Letters]:
+    """Letters of all words, one each of those that differ in their begin alone, none that repeats a shorter one."""
+    subsets = [tuple(i for i in range(misses) if mask >> i & 1) for mask in range(2**misses)]
+    found = []
+    for word in product(subsets, repeat=times):
+        turns = [word[i:] + word[:i] for i in range(times)]
+        if word == max(turns) and word not in turns[1:] and any(word):
+            found.append(word)
+    return sorted(found, key=lambda word: -sum(map(len, word)))
+
+
+def with_all(touch: Touch) -> Node | None:
+    """The motion of the same period that has all of the events; None if none is found."""
+    misses = at_once(touch)
+    found = _with_events(touch, misses, (tuple(range(len(misses))),), _Jumps(touch, misses))
+    return found or _superposed(touch, misses)
+
+
+def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
+    """The motion with all of several impacts, from those with one each; None if none is found.
+
+    An impact of speed v moves what comes after by v, and a miss that comes after becomes an impact of a speed like the
+    root of v, unless the start makes up for it. To first order in the speeds v the motions add up, and along the branch
+    by t:
+
+        u = u0 + sum_i a_i v_i + t tangent        h_j = sum over i other than j of c_ji v_i + t dh_j = 0
+
+    with a_i and c_ji, what the miss j becomes, of the motion that has the impact i alone.
+    """
+    node, problem, scales = touch.node, touch.node.problem, touch.node.scales
+    many = len(misses)
+    ways, rates = np.empty((many, len(touch.u))), np.zeros((many, many + 1))
+    for i, miss in enumerate(misses):
+        placed = _placed(touch, miss)
+        alone = None if placed is None else _alone(placed)
+        if alone is None:
+            return None
+        z = min(images(alone, problem), key=lambda one: float(np.abs(one / scales - touch.u).max()))
+        seen = look(problem, z)
+        event = None if seen is None else new_event(seen, node.seen, miss)
+        if seen is None or event is None:
+            return None
+        ways[i] = (z / scales - touch.u) / event.value
+        rates[i, many] = node.along(miss.gradient)
+        for j in set(range(many)) - {i}:
+            left = nearest(seen.misses, misses[j], misses[j].time, seen.length)
+            if left is None:
+                return None
+            rates[j, i] = left.value / event.value
+    shares = np.linalg.svd(rates)[2][-1]
+    shares *= np.sign(shares[0]) / np.abs(shares[:many]).max()
+    if shares[:many].min() <= 0.0:
+        return None
+    for speed in SPEEDS:
+        v = shares * speed
+        made = _of_speeds(touch, misses, touch.u + v[:many] @ ways + v[many] * node.tangent, v[:many])
+        found = None if made is None else with_speed(problem, scales, *made, touch)
+        if found is not None and _begun(found, misses) - _begun(node, misses) == _begun_of(misses):
+            return found
+    return None
+
+
+def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vector) -> tuple[Vector, Passing] | None:
+    """A start near u whose run has all events at their speeds, and the first of them; by Newton's method for the
+    squares of the speeds, which are smooth where an event begins."""
+    problem, scales, n = touch.node.problem, touch.node.scales, len(touch.node.problem.states)
+    rows = np.array([one.gradient[:n] * scales[:n] for one in misses])
+
+    def of(u: Vector) -> list[Passing] | None:
+        seen = look(problem, u * scales)
+        events = [new_event(seen, touch.node.seen, one) for one in misses] if seen is not None else [None]
+        return None if None in events else [one for one in events if one is not None]
+
+    down = np.zeros_like(u)
+    down[:n] = np.linalg.lstsq(rows, speeds**2, rcond=None)[0]
+    begins = ((u - depth * down, of(u - depth * down)) for depth in (0.5, 1.0, 2.0, 4.0))
+    u, events = next(((one, seen) for one, seen in begins if seen is not None), (u, None))
+    for _ in range(20):
+        if events is None:
+            return None
+        off = np.array([one.value for one in events]) ** 2 - speeds**2
+        if np.abs(off).max() <= 1e-6 * speeds.min() ** 2:
+            return u, events[0]
+        slopes = np.array([2.0 * one.value * one.gradient[:n] * scales[:n] for one in events])
+        step = np.zeros_like(u)
+        step[:n] = np.linalg.lstsq(slopes, off, rcond=None)[0]
+        ways = ((u - step / 2**k, of(u - step / 2**k)) for k in range(12))
+        u, events = next(((one, seen) for one, seen in ways if seen is not None), (u, None))
+    return None
+
+
+def is_part(touch: Touch, node: Node) -> bool:
+    """Whether a motion beside the point has some of the events that come there, and not all."""
+    misses = at_once(touch)
+    new = _begun(node, misses) - _begun(touch.node, misses)
+    return len(misses) > 1 and new.total() < len(misses)
+
+
+class _Jumps:
+    """What events do to the end of a period, by which of the misses become events and how deep; made once each."""
+
+    def __init__(self, touch: Touch, misses: Sequence[Passing]) -> None:
+        self.touch, self.misses = touch, misses
+        self._known: dict[tuple[tuple[int, ...], float], tuple[list[Passing], Vector] | None] = {}
+
+    def of(self, chosen: tuple[int, ...], depth: float) -> tuple[list[Passing], Vector] | None:
+        """The events, and the jump in the rows of the scaled residual."""
+        key = chosen, depth
+        if key not in self._known:
+            self._known[key] = self._made(chosen, depth)
+        return self._known[key]
+
+    def _made(self, chosen: tuple[int, ...], depth: float) -> tuple[list[Passing], Vector] | None:
+        node, scales = self.touch.node, self.touch.node.scales
+        if not chosen:
+            return [], np.zeros(len(node.seen.residual))
+        n = len(node.problem.states)
+        rows = np.array([one.gradient[:n] * scales[:n] for one in self.misses])
+        rows /= np.linalg.norm(rows, axis=1)[:, None]
+        wanted = np.array([-depth if i in chosen else depth for i in range(len(self.misses))])
+        moved = self.touch.u.copy()
+        moved[:n] += np.linalg.lstsq(rows, wanted, rcond=1e-6)[0]
+        seen = look(node.problem, moved * scales)
+        if seen is None:
+            return None
+        events = [new_event(seen, node.seen, self.misses[i]) for i in chosen]
+        if any(one is None or not np.isfinite(one.gradient).all() for one in events):
+            return None
+        return [one for one in events if one is not None], relative(node, seen, moved - self.touch.u)
+
+
+def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jumps: _Jumps) -> Node | None:
+    """The motion whose periods have these of the events; None if none is found."""
+    times, node = len(letters), touch.node
+    long = _long(touch, times)
+    if long is None:
+        return None
+    n = len(node.seen.monodromy)
+    monodromy = node.seen.monodromy / node.scales[:n, None] * node.scales[:n]
+    wanted = Counter((misses[i].contact, misses[i].before) for letter in letters for i in letter)
+    for depth in DEPTHS:
+        made = [jumps.of(letter, depth) for letter in letters]
+        total, events = np.zeros(len(long.node.seen.residual)), []
+        for c, one in enumerate(made):
+            if one is None:
+                break
+            events += [(c, event) for event in one[0]]
+            total[:n] = monodromy @ total[:n] + one[1][:n]
+            total[n:] += one[1][n:]
+        else:
+            c, first = events[0]
+            later = c * node.seen.length
+            try:
+                step = stepped(long.node, _copy(misses[letters[c][0]], long, later), total, depth)
+            except Lost:
+                return None
+            guess = long.u + step
+            seen = look(long.node.problem, guess * long.node.scales)
+            # its speed is that of the guess, where it has terms of second order
+            event = None if seen is None else nearest(seen.events, first, first.time + later, seen.length)
+            if event is None:
+                continue
+            found = with_speed(long.node.problem, long.node.scales, guess, event, long)
+            if found is None or (times % 2 == 0 and repeats(found)):
+                continue
+            if _begun(found, misses) - _begun(long.node, misses) == wanted:
+                return found
+    return None
+
+
+def _long(touch: Touch, times: int) -> Touch | None:
+    """The touch of the motion taken so many times."""
+    if times == 1:
+        return touch
+    node, problem = touch.node, touch.node.problem.folded(times)
+    scales, z = node.problem.unfolded(node.scales, times), node.problem.unfolded(node.z, times)
+    seen = look(problem, z)
+    miss = None if seen is None else nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
+    if seen is None or miss is None:
+        return None
+    long = Node(problem, scales, z, seen, tangent_of(seen, scales))
+    return Touch(long, node.problem.unfolded(touch.z, times), miss)
+
+
+def _copy(miss: Passing, long: Touch, later: float) -> Passing:
+    """A miss as one of the longer motion, so much later."""
+    seen: Seen = long.node.seen
+    found = nearest(seen.misses, miss, miss.time + later, seen.length)
+    if found is None:
+        raise Lost("the motion cannot be followed for so long")
+    return found
+
+
+def _begun_of(misses: Sequence[Passing]) -> Counter[tuple[str, int]]:
+    return Counter((one.contact, one.before) for one in misses)
+
+
+def _begun(node: Node, like: Sequence[Passing]) -> Counter[tuple[str, int]]:
+    """How often each of some events begins."""
+    kinds = {(one.contact, one.before) for one in like}
+    return Counter((contact, before) for contact, before, _ in node.word if (contact, before) in kinds)

@@ -1,0 +1,57 @@
+"""The equilibrium that a cycle shrinks to, and the Hopf point there.
+
+An equilibrium is a fixed point of the motion over any time. Over a fixed share of the cycle's period its multipliers
+are exp(lambda t), of modulus 1 at the Hopf point: a simple root, where the cycle itself only tends to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import newton
+
+from fmu_models.continuation.problem.flow import FlowProblem
+from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
+from fmu_models.sections.strobe import Strobe
+
+# of the scales of the states: a cycle that is smaller is near its end
+SMALL = 1e-2
+# of the period, over which an equilibrium is looked at: not so much that multipliers come back to 1
+SHARE = 0.25
+# of the range of the parameter: the Hopf point is no farther from a small cycle
+NEAR = 1e-2
+
+
+def amplitude(node: Node) -> float:
+    """How large a cycle is, about, in scales: its speed at the start over its frequency."""
+    n = len(node.problem.states)
+    rates = node.seen.jacobian[-1, :n] / node.scales[:n]
+    return float(np.abs(rates).max()) * node.seen.length / (2.0 * np.pi)
+
+
+def hopf_of(node: Node) -> Node | None:
+    """The equilibrium at the Hopf point where a small cycle ends; None if it does not end there."""
+    cycle = node.problem
+    if not isinstance(cycle, FlowProblem) or not cycle.autonomous or amplitude(node) > SMALL or node.word:
+        return None
+    strobe = cycle.strobe
+    still = Strobe(strobe.fmu, period=SHARE * node.seen.length, parameters=strobe.values, tolerance=strobe.tolerance)
+    problem = replace(cycle, strobe=still, kept=cycle.kept)
+    n = len(cycle.states)
+    scales = np.append(node.scales[:n], node.scales[-1])
+    known: list[Node] = []
+
+    def modulus(value: float) -> float:
+        guess = np.append(node.z[:n] if not known else known[-1].z[:n], value)
+        known.append(solved(problem, scales, guess / scales, parameter(value), reach=1.0))
+        return float(np.abs(known[-1].multipliers).max()) - 1.0
+
+    try:
+        value = float(np.asarray(newton(modulus, node.value, x1=node.value + 1e-4 * scales[-1], tol=1e-15, maxiter=30)))
+    except (Lost, RuntimeError):
+        return None
+    found = known[-1]
+    if abs(found.multipliers[0].imag) < 1e-6 or abs(value - node.value) > NEAR * scales[-1]:
+        return None
+    return found

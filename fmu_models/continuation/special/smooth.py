@@ -1,0 +1,152 @@
+"""Bifurcations of a smooth piece of a branch, between two of its motions.
+
+    fold            the parameter turns: its share of the tangent changes its sign
+    branch point    det [J; t] changes its sign where that does not
+    flip            det(M + 1) = 0
+    Neimark-Sacker  det(M (x) M - 1) = 0, the bialternate product, with a pair of complex multipliers
+
+Their functions of the arclength are brought to zero by Brent's method, every value of them at a motion that Newton's
+method has found. At a branch point that method fails; its function is interpolated from motions around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fmu_models.continuation.problem.node import Lost, Node, arclength, extrapolated, solved
+from fmu_models.continuation.problem.problem import Vector
+
+KINDS = ("fold", "branch point", "flip", "Neimark-Sacker")
+# share of the distance between two motions to which a branch point is narrowed by halving; how far apart, in u and at
+# most in that distance, the motions lie that its function is interpolated from
+NARROW, WIDTHS, SHARES = 0.1, (4e-3, 1e-3), ((0.1, 0.1), (1.0, 1.0))
+# motions through which a polynomial goes to the next one
+NEAREST = 4
+# how near a multiplier is to where it should be
+HOLDS = 1e-4
+
+
+def changes(before: Node, after: Node) -> list[str]:
+    """Kinds of what lies between two neighbours."""
+    found = [kind for kind in KINDS if before.tests[kind] * after.tests[kind] < 0.0]
+    if "branch point" in found and "fold" in found:
+        found.remove("fold")  # the branch that bends at a pitchfork turns there
+    return found
+
+
+def hides(past: Node, before: Node, after: Node) -> bool:
+    """Whether a test that has the same sign at two neighbours may have another one between them: by how it changed
+    before, or by the parabola through all three."""
+    a, b = -float(np.linalg.norm(before.u - past.u)), float(np.linalg.norm(after.u - before.u))
+    for kind in KINDS:
+        x, y, z = past.tests[kind], before.tests[kind], after.tests[kind]
+        if y * z <= 0.0:
+            continue
+        slope = (x - y) / a
+        bend = ((z - y) / b - slope) / (b - a)
+        turn = (a - slope / bend) / 2.0 if bend else np.inf
+        least = y + slope * turn + bend * turn * (turn - a) if 0.0 < turn < b else y
+        if (y + slope * b) * y < 0.0 or least * y < 0.0:
+            return True
+    return False
+
+
+def between(before: Node, after: Node) -> Iterator[tuple[str, Node]]:
+    """What lies between two neighbours on a smooth piece: kinds and motions there, along the way."""
+    found = []
+    for kind in changes(before, after):
+        try:
+            place, node = _located(kind, before, after)
+        except (Lost, ValueError):
+            continue
+        if not _holds(kind, node):
+            continue
+        found.append((place, kind, node))
+    for _, kind, node in sorted(found, key=lambda one: one[0]):
+        yield kind, node
+
+
+def _holds(kind: str, node: Node) -> bool:
+    """Whether a multiplier is where the kind has one: a function may also change its sign by a jump."""
+    own = node.problem.own(node.multipliers)
+    if kind == "Neimark-Sacker":  # not two real ones whose product is 1
+        return bool((np.abs(np.abs(own) - 1.0)[np.abs(own.imag) > 1e-9] < HOLDS).any())
+    return bool(np.abs(own - (-1.0 if kind == "flip" else 1.0)).min() < HOLDS)
+
+
+def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
+    """Arclength from the first of two neighbours, and the motion there."""
+    whole = float(before.tangent @ (after.u - before.u))
+    known: dict[float, Node] = {0.0: before, whole: after}
+
+    def at(place: float) -> Node:
+        nearest = sorted(known, key=lambda one: abs(one - place))[:NEAREST]
+        from_node = known[nearest[0]]
+        if nearest[0] == place:
+            return from_node
+        guess = from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)
+        if len(nearest) == NEAREST:
+            better = extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest]))
+            # through motions that are too near to one another the polynomial goes astray
+            if np.linalg.norm(better - guess) < abs(place - nearest[0]):
+                guess = better
+        border = arclength(before.u, before.tangent, before.scales, place)
+        found = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
+        known[place] = found
+        return found
+
+    def test(place: float) -> float:
+        return at(place).tests[kind]
+
+    if kind == "branch point":
+        return _interpolated(test, at, whole)
+    found: Any = brentq(test, 0.0, whole, xtol=1e-14, full_output=True, disp=False)
+    return float(found[0]), at(float(found[0]))
+
+
+def _interpolated(test: Callable[[float], float], at: Callable[[float], Node], whole: float) -> tuple[float, Node]:
+    """The root of a test that cannot be had near it: from a polynomial through motions on both sides."""
+    low, high, first = 0.0, whole, test(0.0)
+    while high - low > NARROW * whole:
+        middle = (low + high) / 2 + 0.01 * (high - low)
+        low, high = (middle, high) if test(middle) * first > 0.0 else (low, middle)
+    for shares in SHARES:
+        widths = [min(width, share * whole) for width, share in zip(WIDTHS, shares, strict=True)]
+        with suppress(Lost):
+            return _from_around(at, (low + high) / 2, widths)
+    raise Lost("the branch point is not seen from around")
+
+
+def _from_around(at: Callable[[float], Node], root: float, widths: Sequence[float]) -> tuple[float, Node]:
+    """The root near a place, and the motion there."""
+    for width in widths[:-1]:
+        root += width * _root(*_around(at, root, width))
+    shifts, nodes = _around(at, root, widths[-1])
+    shift = _root(shifts, nodes)
+    columns = np.array([node.z for node in nodes]).T
+    z = np.array([np.polynomial.Polynomial.fit(shifts, column, 7)(shift) for column in columns])
+    node = nodes[3]
+    seen = node.problem.see(z)
+    return root + widths[-1] * shift, Node(node.problem, node.scales, z, seen, node.tangent)
+
+
+def _around(at: Callable[[float], Node], root: float, width: float) -> tuple[Vector, list[Node]]:
+    """Motions on both sides of a place, and where they are, in widths."""
+    shifts = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+    return shifts, [at(float(root + width * shift)) for shift in shifts]
+
+
+def _root(shifts: Vector, nodes: list[Node]) -> float:
+    values = [node.tests["branch point"] for node in nodes]
+    if not abs(np.sign(np.diff(values)).sum()) == len(values) - 1:
+        raise Lost("some of them lie on the branch that crosses there")
+    roots = np.polynomial.Polynomial.fit(shifts, values, 7).roots()
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    if not len(real):
+        raise Lost("the branch point is not seen from around")
+    return float(real[np.abs(real).argmin()])

@@ -1,0 +1,263 @@
+"""What is met on a branch: bifurcations, smooth and discontinuous, and the ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
+from fmu_models.continuation.curves.curve import Curve
+from fmu_models.continuation.curves.trace import curve_of
+from fmu_models.continuation.normal_forms.cubic import KINDS, UNKNOWN, Coefficient, coefficient, criticality
+from fmu_models.continuation.normal_forms.set_valued import hull_crossings
+from fmu_models.continuation.problem.node import Lost, Node, _scaled, solved
+from fmu_models.continuation.problem.problem import TIE, Vector, Word
+from fmu_models.continuation.special.discontinuous import Touch, event_kind, is_rigid, repeats
+from fmu_models.continuation.special.lost_event import with_event
+from fmu_models.continuation.step.way import Found
+
+# along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
+ASIDE = (1e-3, 1e-4)
+
+
+@dataclass(frozen=True, eq=False)
+class Special(Shown):
+    """A motion at which something happens.
+
+    Attributes:
+        kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
+            twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
+            "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "detachment", where a contact
+            begins to leave its wall at once after an impact without rebound, or to stay at it; "tie", where two events
+            come at one instant; "jump", where no motion goes on; "grazing", where an indicator of an FMU of others
+            begins to reach zero.
+        parameter, value: name and value of the parameter.
+        period: s; points of the motion of a map.
+        state: by name, at phase 0 of the forcing.
+        words: of events before and after, along the branch; equal at smooth points.
+        multipliers: (n,) of the motion without the event that comes or goes; at smooth points of the motion.
+        multipliers_with_event: (n,) limit from the side with that event; None at smooth points and ties, and after a
+            rigid touch, where the trace grows as the inverse of the speed.
+        crossings: shares q at which a multiplier of (1 - q) M- + q M+ passes "+1", "-1" or, in a pair, the "circle".
+        contact: whose event comes or goes.
+        value_with_event: of the parameter, from the side of the event; nan if that is not how it was found.
+        slope: d value / d speed of the impact on the side of a rigid touch; nan at others.
+        between: range of the parameter on the branch.
+    """
+
+    RECORD: ClassVar = (
+        *("kind", "criticality", "normal_form", "value", "value_with_event", "period", "state", "words"),
+        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope"),
+    )
+
+    kind: str
+    parameter: str
+    value: float
+    period: float
+    state: Mapping[str, float]
+    words: tuple[Word, Word]
+    multipliers: NDArray[np.complex128]
+    multipliers_with_event: NDArray[np.complex128] | None = None
+    crossings: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    contact: str = ""
+    value_with_event: float = np.nan
+    slope: float = np.nan
+    node: Any = field(default=None, repr=False)
+    touch: Any = field(default=None, repr=False)
+    between: tuple[float, float] = (-np.inf, np.inf)
+    follows: Callable[[Special, int], tuple[Any, ...]] = field(default=lambda special, points: (), repr=False)
+
+    def switch(self, points: int = 2000) -> tuple[Any, ...]:
+        """The branches that leave here, each a ``Branch``, over the range of the one that it was met on.
+
+        Args:
+            points: of each, at most.
+
+        Raises:
+            StickslipError: none leaves at a point of this kind, or none was found.
+        """
+        found = self.follows(self, points)
+        if not found:
+            raise StickslipError(
+                f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: one "
+                "leaves at flips, pitchforks, branch points, and where the word changes and a multiplier passes -1."
+            )
+        return found
+
+    def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
+        """The point as a curve in two parameters, the first within the range of the branch.
+
+        Args:
+            second: name of the other parameter or input.
+            between: its least and largest value, its present one between them; half to twice that if left out.
+            points: in each direction, at most.
+
+        Raises:
+            StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
+        """
+        miss = self.touch.miss if self.touch else None
+        return curve_of(self.kind, self.node, miss, second, between, self.between, points)
+
+    @cached_property
+    def _cubic(self) -> Coefficient:
+        return coefficient(self.kind, self.node) if self.kind in KINDS else UNKNOWN
+
+    @property
+    def normal_form(self) -> float:
+        """The cubic coefficient of a flip, pitchfork or Neimark-Sacker point, see normal_form.py; nan where it is none
+        or not known: at other kinds, and where nothing forces the motion."""
+        return self._cubic.value
+
+    @property
+    def criticality(self) -> str:
+        """ "supercritical" or "subcritical", by the normal form; "degenerate or undecided" where that is not above its
+        error, "" where it is not known."""
+        return criticality(self.kind, self._cubic)
+
+    def at(self, turns: float) -> Vector:
+        """(n,) the state at a phase of the forcing, in turns; s where nothing forces the motion."""
+        return state_at(self.node, turns)
+
+    def _contents(self) -> dict[str, object]:
+        shown: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
+        shown |= {"criticality": self.criticality or None}
+        shown |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
+        return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+
+
+def state_at(node: Node, turns: float) -> Vector:
+    """(n,) the state of a motion at a phase of the forcing, in turns."""
+    n = len(node.problem.states)
+    return node.problem.shifted(node.z, node.seen, turns)[:n]
+
+
+def special_of(
+    found: Found, between: tuple[float, float], follows: Callable[[Special, int], tuple[Any, ...]]
+) -> Special:
+    """What was found on a branch over a range, told.
+
+    Args:
+        follows: the branches that leave a special, of so many points at most.
+    """
+    node, touch = found.node, found.touch
+    problem = node.problem
+    kind, value = found.kind, node.value
+    common: dict[str, Any] = {"parameter": problem.over, "period": node.seen.length, "node": node, "touch": touch}
+    common |= {"between": between, "follows": follows}
+    if touch is None:
+        if kind == "branch point":
+            kind = "flip of the parent" if repeats(node) else branch_kind(node)
+        words = (found.before.word if found.before else node.word, found.after.word if found.after else node.word)
+        common["contact"] = found.contact
+    else:
+        value = float(touch.z[-1])
+        before, after = found.before, found.after
+        words = (before.word if before else node.word, after.word if after else node.word)
+        if found.kind != "jump" and touch.miss.turned:
+            kind = "sliding exchange"
+        elif touch.miss.slot == TIE:
+            kind, words = "tie", words if found.kind != "jump" else (node.word, ())
+        elif found.kind != "jump" and touch.miss.begins:
+            kind, more = _detachment(found, touch)
+            common |= more
+        elif found.kind != "jump":
+            kind, more = _discontinuous(found, touch)
+            common |= more
+        else:
+            kind, words = "grazing, rigid" if is_rigid(problem, touch.miss.contact) else "jump", (node.word, ())
+        common["contact"] = touch.miss.contact
+    state = dict(zip(problem.states, state_at(node, 0.0).tolist(), strict=True))
+    common = {"multipliers": node.multipliers, **common}
+    return Special(kind=kind, value=value, state=state, words=words, **common)
+
+
+def _detachment(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
+    node = touch.node
+    sides = sorted([one for one in (touch, found.other) if one], key=lambda one: len(one.node.word))
+    matrices = [one.node.seen.monodromy if one.monodromy is None else one.monodromy for one in sides]
+    multipliers = [node.problem.multipliers(one) for one in matrices]
+    more: dict[str, Any] = {"multipliers": multipliers[0]}
+    if len(sides) > 1:
+        more |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
+        more["crossings"] = hull_crossings(node.problem, *matrices)
+    return "detachment", more
+
+
+def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """The kind of a change of the word, and what is said of its other side."""
+    node = touch.node
+    sides = [one for one in (found.before, found.after) if one is not None]
+    first = touch.event_side[0] if touch.event_side else max(sides, key=lambda one: len(one.word))
+    more: dict[str, Any] = {"value_with_event": touch.value_from_event}
+    name = kind_of(touch, first)
+    if name == "grazing, rigid":
+        return name, more | {"slope": slope_of(touch, first)}
+    try:
+        limit = with_event(touch, first)
+    except Lost:
+        return name, more
+    if limit is not None:
+        more["multipliers_with_event"] = node.problem.multipliers(limit[0])
+        more["crossings"] = hull_crossings(node.problem, node.seen.monodromy, limit[0])
+        if np.isnan(touch.value_from_event):
+            more["value_with_event"] = limit[1]
+    return name, more
+
+
+def kind_of(touch: Touch, first: Node) -> str:
+    """By the event that is there on one side."""
+    return event_kind(touch.node.problem, newest(touch, first))
+
+
+def newest(touch: Touch, first: Node) -> Any:
+    """The event of a motion beside a point that the point has not: the weakest of its kind."""
+    new = [one for one in first.seen.events if one.contact == touch.miss.contact and one.before == touch.miss.before]
+    return min(new, key=lambda one: one.value)
+
+
+def slope_of(touch: Touch, first: Node) -> float:
+    """d parameter / d speed of the impact, from a motion of small speed."""
+    return (first.value - float(touch.z[-1])) / newest(touch, first).value
+
+
+def other_direction(node: Node) -> Vector:
+    """Unit vector of u along the branch that crosses at a branch point."""
+    _, _, whole = np.linalg.svd(_scaled(node.seen, node.scales))
+    plane = whole[-2:]
+    along = plane @ node.tangent
+    across = plane.T @ np.array([-along[1], along[0]])
+    return across / np.linalg.norm(across)
+
+
+def beside(node: Node, direction: Vector, distance: float) -> Node:
+    """The motion on the branch that leaves in a direction, so far along it.
+
+    Raises:
+        Lost: there is none.
+    """
+
+    def border(z: Vector, seen: Any) -> tuple[float, Vector]:
+        return float(direction @ (z / node.scales - node.u)) - distance, direction / node.scales
+
+    towards = direction * np.sign(distance)
+    return solved(node.problem, node.scales, node.u + direction * distance, border, towards=towards, word=node.word)
+
+
+def branch_kind(node: Node) -> str:
+    """A pitchfork, where one of the two branches has its extreme value of the parameter; else a branch point."""
+    for direction, apart in product((other_direction(node), node.tangent), ASIDE):
+        try:
+            sides = [beside(node, direction, one).u[-1] - node.u[-1] for one in (apart, -apart)]
+        except Lost:
+            continue
+        if max(abs(one) for one in sides) < 0.1 * apart and sides[0] * sides[1] > 0.0:
+            return "pitchfork"
+    return "branch point"

@@ -1,0 +1,400 @@
+"""A branch followed in one direction, from a motion to its end.
+
+repeat  step    predict along the tangent, correct at right angles to it; longer or shorter next time
+        smooth  what lies between the last two motions (smooth.py)
+        word    where the step leads into another word, or to no motion at all: which event is lost or comes first, by
+                the speeds of events and the least values of misses along the tangent; locate that point
+                (discontinuous.py, lost_event.py, detachment.py), scan the way back to it once more, since folds and
+                flips hide beside it, and go on in the other word, with steps that grow from nothing
+until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.kept import Pieces
+from fmu_models.continuation.problem.node import Lost, Node, arclength, look, parameter, solved, tangent_of
+from fmu_models.continuation.special import smooth
+from fmu_models.continuation.special.detachment import from_other_side
+from fmu_models.continuation.special.discontinuous import SAME, Touch, repeats
+from fmu_models.continuation.special.growing_multiplier import why_huge
+from fmu_models.continuation.special.several import is_part
+from fmu_models.continuation.special.shrunk_cycle import amplitude, hopf_of
+from fmu_models.continuation.step.same_motion import CLOSED, begun_at, between, images
+from fmu_models.continuation.step.way import Found, Way
+from fmu_models.continuation.step.word_change import Ahead, beyond, next_change
+from fmu_models.language.contact_kinds import CHATTERING
+
+# steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
+# one, at most
+FIRST, LONGEST, SHORTEST, HALVINGS = 0.01, 0.1, 1e-6, 14
+# least cosine between tangents of neighbours
+STRAIGHT = 0.95
+# how far a correction may lead, in parts of its step
+ASIDE = 0.2
+# states beyond so many times their scale, or their begin, are on their way to infinity
+LARGE = 50.0
+# so many changes of the word by one event more each, within so little of the range: there are infinitely many
+CHAIN, TOGETHER = 5, 1e-5
+# from this step on, in u, a test that may have been zero twice on the way is looked at nearer
+WARY = 1e-3
+# motions that are kept at once on the disk, at least
+PIECE = 16
+# how far beyond its last motion, in parts of the range, a parameter is tried that may be out of its bounds
+BESIDE = 1e-4
+# so many short steps in a row that were cut by a change of the word that could not be found
+HIDDEN, SHORT = 4, 3e-5
+
+
+class Follower:
+    """Follows one branch; see the module.
+
+    Args:
+        between: range of the parameter.
+        begin: the motion that it begins at; its tangent says in which direction.
+        points: at most.
+        tell: called with every motion.
+        pieces: where it is kept, if it is, and what is there already.
+    """
+
+    def __init__(
+        self,
+        begin: Node,
+        between: tuple[float, float],
+        points: int,
+        tell: Callable[[Node], None] = lambda node: None,
+        pieces: Pieces | None = None,
+    ) -> None:
+        self.begin, self.between, self.points, self.tell = begin, sorted(between), points, tell
+        self.pieces = pieces or Pieces()
+        self.way = Way()
+        self.hidden = 0
+        self.whole = not repeats(begin, SAME)
+        self._kept = (0, 0)
+
+    def follow(self) -> Way:
+        """To the end, or to where the keyboard interrupts it."""
+        try:
+            how = self._resumed() or self._begun(self.begin)
+            if self.way.end[0] == "unfinished":
+                self._go_on(*how)
+                self._keep(0.0, False, at_least=0)
+        except KeyboardInterrupt:
+            self.way.end = ("interrupted", f"what was found until then is kept{self.pieces.where}")
+        return self.way
+
+    def _resumed(self) -> tuple[float, bool] | None:
+        """The next step after what is kept, and whether steps grow from nothing; None if nothing is."""
+        for nodes, found, *_ in self.pieces.known:
+            self.way.nodes += nodes
+            self.way.found += found
+        if not self.pieces.known:
+            return None
+        self._kept = len(self.way.nodes), len(self.way.found)
+        *_, how, self.hidden, self.way.end = self.pieces.known[-1]
+        return how
+
+    def _keep(self, step: float, grows: bool, at_least: int = PIECE) -> None:
+        """What has been passed since the last piece, if it is so much."""
+        nodes, found = self.way.nodes[self._kept[0] :], self.way.found[self._kept[1] :]
+        if len(nodes) >= at_least:
+            self.pieces.put((nodes, found, (step, grows), self.hidden, self.way.end))
+            self._kept = len(self.way.nodes), len(self.way.found)
+
+    def _begun(self, node: Node) -> tuple[float, bool]:
+        """The begin as the first motion; the first step."""
+        self._add(node if self._leaves(node) else self._placed(node))
+        return FIRST, False
+
+    def _go_on(self, step: float, grows: bool) -> None:
+        node = self.way.nodes[-1]
+        while self.way.end[0] == "unfinished":
+            self._keep(step, grows)
+            if len(self.way.nodes) >= self.points:
+                self.way.end = (
+                    "points",
+                    f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}",
+                )
+                return
+            after = self._stepped(node, step)
+            if isinstance(after, Ahead):
+                crossed = self._across(node, after)
+                if crossed is None:
+                    return
+                node, step = crossed
+                grows = True
+                continue
+            if after is None:
+                return
+            node, used = after
+            self._add(node)
+            if self.way.end[0] != "unfinished" or self._ended(node):
+                return
+            quick = node.iterations <= 4
+            step = used * (2.0 if grows and quick else 1.4 if quick else 0.8)
+            grows = grows and step < FIRST
+            step = min(step, LONGEST)
+            node = self.way.nodes[-1] = self._placed(node)
+            if not grows and step < SHORTEST:
+                self._stuck(node, {"steps": "they become too short"})
+                return
+
+    def _add(self, node: Node) -> None:
+        self.way.add(node)
+        self.tell(node)
+
+    def _placed(self, node: Node) -> Node:
+        """At another phase, where an event is near the strobe."""
+        moved = node.problem.rephased(node.z, node.seen)
+        if moved is None:
+            return node
+        try:
+            return begun_at(node, *moved)
+        except Lost:
+            return node
+
+    def _stepped(self, node: Node, step: float, looks: bool = True) -> tuple[Node, float] | Ahead | None:
+        """The next motion of the same word and how far it is, or the change of the word that comes before; None where
+        there is neither."""
+        reasons: dict[str, str] = {}
+        hidden = False
+        for _ in range(HALVINGS):
+            try:
+                after, made = self._corrected(node, step)
+                if after.word == node.word and self._near(node, after, made) and not self._doubtful(node, after, made):
+                    self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
+                    if self.hidden >= HIDDEN and looks:
+                        break
+                    return after, step
+                lost = after.word != node.word
+            except Lost:
+                lost = True
+            if lost and looks:
+                ahead = self._change(node, step, reasons)
+                if ahead is not None:
+                    return ahead
+                hidden = True
+            step /= 2
+        if looks:
+            self._stuck(node, reasons)
+        return None
+
+    def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
+        at = f"{node.problem.over} = {node.value:.9g}"
+        chattering = [contact for contact, _, after in node.word if after == CHATTERING]
+        refused = self._refused(node)
+        if refused:
+            self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
+        elif chattering:
+            self.way.end = (
+                "chatter",
+                f"no motion in which '{chattering[0]}' comes to rest after infinitely many impacts follows at {at}",
+            )
+        else:
+            said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
+            self.way.end = (
+                "unresolved",
+                f"no motion of the same events follows at {at}, and no change of them explains it"
+                f"{f' ({said})' if said else ''}{why_huge(self.way.nodes)}",
+            )
+
+    def _refused(self, node: Node) -> str:
+        """Why the parameter cannot go on, whatever the motion is; "" if it can."""
+        said = []
+        for one in (node, self.begin):
+            z = one.z.copy()
+            z[-1] = node.value + BESIDE * np.sign(node.tangent[-1]) * node.scales[-1]
+            try:
+                one.problem.see(z)
+                return ""
+            except StickslipError as error:
+                said.append(str(error))
+        return said[0] if said[0] == said[1] else ""
+
+    def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
+        """The motion a step ahead, or at the end of the range, and how long the step became."""
+        low, high = self.between
+        guess = node.u + step * node.tangent
+        reached = guess[-1] * node.scales[-1]
+        if low <= reached <= high:
+            border = arclength(node.u, node.tangent, node.scales, step)
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent)
+            if low <= after.value <= high:
+                return after, step
+            reached = after.value  # a curved branch left the range where its tangent did not
+        value = min(max(reached, low), high)
+        step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
+        guess = node.u + step * node.tangent
+        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
+
+    def _near(self, node: Node, after: Node, step: float) -> bool:
+        """Whether the branch has hardly turned on the way."""
+        turned = after.tangent @ node.tangent
+        if step > FIRST and after.tests["branch point"] * node.tests["branch point"] < 0.0:
+            return False  # a short step does not change over to the branch that crosses there
+        return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < ASIDE * step)
+
+    def _repeats(self, node: Node) -> bool:
+        """Whether a motion is one of half the period, on a branch that began with another one."""
+        half = len(node.seen.word) // 2
+        return self.whole and node.seen.word[:half] == node.seen.word[half:] and repeats(node, SAME)
+
+    def _doubtful(self, node: Node, after: Node, step: float) -> bool:
+        """Whether a step has led over to another branch, or past two zeros of a test."""
+        if self._repeats(after):
+            return True
+        nodes = self.way.nodes
+        if step <= WARY or len(nodes) < 2 or node is not nodes[-1]:
+            return False
+        past = nodes[-2]
+        return past.word == node.word and past.problem is node.problem and smooth.hides(past, node, after)
+
+    def _leaves(self, node: Node) -> bool:
+        """Whether it begins at the end of the range, outward."""
+        low, high = self.between
+        outward = node.tangent[-1] * (node.value - (low + high) / 2) > 0.0
+        if outward and min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
+            self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+            return True
+        return False
+
+    def _ended(self, node: Node) -> bool:
+        low, high = self.between
+        if min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
+            self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+            return True
+        n = len(node.problem.states)
+        if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+            self.way.end = ("infinity", f"the states grow without end towards {node.problem.over} = {node.value:.6g}")
+            return True
+        return self._shrunk(node) or self._closed(node)
+
+    def _shrunk(self, node: Node) -> bool:
+        """Whether the cycle is about to become an equilibrium."""
+        before = self.way.nodes[-2]
+        grows = before.problem is node.problem and amplitude(node) >= amplitude(before)
+        hopf = None if grows else hopf_of(node)
+        if hopf is None:
+            return False
+        self.way.found.append((len(self.way.nodes), Found("Hopf", hopf)))
+        self.way.end = (
+            "equilibrium",
+            f"the cycle shrinks to the equilibrium at {node.problem.over} = {hopf.value:.9g}",
+        )
+        return True
+
+    def _closed(self, node: Node) -> bool:
+        """Whether the last step has passed the begin."""
+        nodes = self.way.nodes
+        if len(nodes) < 8 or node.word != self.begin.word or node.problem is not nodes[-2].problem:
+            return False
+        before = nodes[-2]
+        return self._closes(before, node)
+
+    def _closes(self, before: Node, node: Node) -> bool:
+        """Whether the begin lies between two neighbours."""
+        begins = images(self.begin, node.problem)
+        z = next((one for one in begins if between(before, node, one / node.scales)), None)
+        seen = None if z is None else look(node.problem, z)
+        if z is None or seen is None:
+            return False
+        self.way.nodes[-1] = replace(node, z=z, seen=seen, tangent=tangent_of(seen, node.scales, node.tangent))
+        self.way.end = ("closed", "the branch is back at its begin")
+        return True
+
+    def _change(self, node: Node, step: float, reasons: dict[str, str]) -> Ahead | None:
+        """The next change of the word, if it is seen to come; why not goes to ``reasons``."""
+        return next_change(node, step, self.between, reasons)
+
+    def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
+        """Over a change of the word: a motion beyond it, and the first step from there; None at an end."""
+        kind, touch = ahead.kind, ahead.touch
+        if kind == "event":
+            self._rescan(node, touch)
+            if self.way.end[0] != "unfinished":  # the parent of a doubled branch comes before
+                return None
+            after = touch.node.turned() if touch.node.along(touch.miss.gradient) < 0.0 else touch.node
+            before = touch.event_side[0]
+        else:
+            for one in touch.trail or (touch.node,):
+                self._add(one)
+            before = touch.node
+            try:
+                after, touch = beyond(kind, touch)
+            except Lost as error:
+                self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
+                name = touch.miss.contact
+                reason = f"what follows an event of '{name}' and the one before it depends on which comes first"
+                reason = reason if kind == "tie" else f"the motion begins to touch '{name}' there"
+                self.way.end = ("jump", f"{reason}: {error}")
+                return None
+        other = from_other_side(touch, after) if kind == "begin" else None
+        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after, other)))
+        distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
+        if self._closed_at(touch):
+            return None
+        if kind == "event" and is_part(touch, before):
+            self.way.end = (
+                "parent",
+                "several events come at once there: it has come to the motion without any of them",
+            )
+            return None
+        if self._repeats(after):
+            self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
+            return None
+        for one in reversed(other.trail if other else ()):
+            self._add(one.turned())
+        self._add(after)
+        return None if self._accumulates(touch) else (after, distance)
+
+    def _accumulates(self, touch: Touch) -> bool:
+        """Whether one event after the other is added at values of the parameter that come together."""
+        touches = [one.touch for _, one in self.way.found if one.touch is not None][-CHAIN:]
+        lengths = [len(one.node.word) for one in touches]
+        values = [float(one.u[-1]) for one in touches]
+        if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
+            return False
+        self.way.end = (
+            "chatter",
+            f"impacts of '{touch.miss.contact}' are added without end towards {touch.node.problem.over} = "
+            f"{touch.z[-1]:.9g}: beyond lies a motion with infinitely many",
+        )
+        return True
+
+    def _closed_at(self, touch: Touch) -> bool:
+        """Whether the same point has been passed before."""
+        for _, one in self.way.found[:-1]:
+            same = one.touch is not None and abs(one.touch.u[-1] - touch.u[-1]) < 1e-8
+            if (
+                same
+                and one.node.word == touch.node.word
+                and one.touch is not None
+                and one.touch.miss.contact == touch.miss.contact
+            ):
+                begins = images(one.touch.node, touch.node.problem)
+                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
+                if min(apart) < CLOSED:
+                    self.way.found.pop()
+                    self.way.end = ("closed", "the branch is back at a point that it has passed")
+                    return True
+        return False
+
+    def _rescan(self, node: Node, touch: Touch) -> None:
+        """The last piece of the way to an event that is lost, from that point back and in steps that grow."""
+        nodes, step, at = [touch.event_side[0]], 1e-7, touch.event_side[0]
+        step = max(step, float(np.linalg.norm(at.u - touch.u)))
+        whole = float(np.linalg.norm(node.u - touch.u))
+        while True:
+            made = self._stepped(at, step, looks=False)
+            if not isinstance(made, tuple) or np.linalg.norm(made[0].u - touch.u) >= whole:
+                break
+            at, step = made[0], min(2.0 * made[1], LONGEST)
+            nodes.append(at)
+        for one in reversed(nodes):
+            if self.way.end[0] == "unfinished":
+                self._add(one.turned())

@@ -1,0 +1,85 @@
+"""Whether two motions are the same one, begun at another phase or another period of the forcing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from fmu_models.continuation.problem.node import Lost, Node, arclength, parameter, solved, tangent_of
+from fmu_models.continuation.problem.problem import Problem, Vector
+
+# how far along a branch, in u, its sense is looked up after a change of the phase
+NEXT = 1e-4
+# a branch that comes so near to a motion again has passed it
+CLOSED = 1e-6
+
+
+def turned(after: Problem, node: Node) -> Vector:
+    """The motion of a node at the phase of another problem of the same family."""
+    return node.z if node.problem is after else node.problem.shifted(node.z, node.seen, after.phase)
+
+
+def begun_at(node: Node, problem: Problem, z: Vector) -> Node:
+    """The motion of a node as that of a problem at another phase, z about its unknowns there.
+
+    Raises:
+        Lost: Newton's method does not find it, or with other events.
+    """
+    placed = solved(problem, node.scales, z / node.scales, parameter(node.value), reach=0.05)
+    if placed.word != node.word:
+        raise Lost("another motion begins there")
+    n = len(problem.states)
+    # period and parameter change alike at all phases
+    along = np.append(np.zeros(n), node.tangent[n:])
+    towards = along if problem.autonomous else _ahead(node, problem, placed.u)
+    return replace(placed, tangent=tangent_of(placed.seen, node.scales, towards))
+
+
+def _ahead(node: Node, problem: Problem, here: Vector) -> Vector:
+    """Direction of u ahead of a node, at the phase of another problem, where the node is here."""
+    for distance in (NEXT, -NEXT):  # the branch may end ahead
+        border = arclength(node.u, node.tangent, node.scales, distance)
+        with suppress(Lost):
+            found = solved(node.problem, node.scales, node.u + distance * node.tangent, border, word=node.word)
+            moved = turned(problem, found) / node.scales - here
+            return moved if distance > 0.0 else -moved
+    raise Lost("it has no neighbour")
+
+
+def images(node: Node, problem: Problem) -> Iterator[Vector]:
+    """The same motion at the phase of a problem, begun one period of the forcing later and later."""
+    yield turned(problem, node)
+    for later in range(1, problem.turns):
+        yield node.problem.shifted(node.z, node.seen, problem.phase + later)
+
+
+def between(before: Node, after: Node, u: Vector) -> bool:
+    """Whether a motion u lies on the branch between two neighbours."""
+    step, chord = u - before.u, after.u - before.u
+    share = float(step @ chord / (chord @ chord))
+    if not 0.0 <= share <= 1.0 or np.linalg.norm(step - share * chord) > np.linalg.norm(chord):
+        return False
+    try:
+        border = arclength(before.u, before.tangent, before.scales, float(before.tangent @ step))
+        found = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
+    except Lost:
+        return False
+    return bool(np.abs(found.u - u).max() <= CLOSED)
+
+
+def passes(nodes: Sequence[Node], node: Node) -> bool:
+    """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
+    near = [one for one in nodes if one.word == node.word and abs(one.value - node.value) <= CLOSED * node.scales[-1]]
+    if any(np.abs(z / one.scales - one.u).max() <= CLOSED for one in near for z in images(node, one.problem)):
+        return True
+    for before, after in pairwise(nodes):
+        same = before.word == after.word == node.word and before.problem is after.problem
+        if not same or not min(before.value, after.value) - 1e-9 <= node.value <= max(before.value, after.value) + 1e-9:
+            continue
+        if any(between(before, after, z / before.scales) for z in images(node, before.problem)):
+            return True
+    return False

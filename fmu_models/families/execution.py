@@ -1,0 +1,236 @@
+"""Who makes the chunks of a family of motions, and where they are kept.
+
+    chunks -> threads of this process, or workers of a cluster -> memory, or a store on the disk -> rows, in order
+
+Only the process that asks for a family writes its store; a chunk is written when it arrives. Without a store no more
+chunks are ahead of the one that is waited for than workers need.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Tabular
+from fmu_models.base.version import version
+from fmu_models.families import jobs as families
+from fmu_models.families.cluster import Cluster
+from fmu_models.families.jobs import Chunk, Jobs
+from fmu_models.families.store import Stage, Store
+from fmu_models.simulation.rows import Rows, joined
+
+Vector = NDArray[np.float64]
+Take = Callable[[int, Rows], Any]
+
+AHEAD = 4  # chunks per worker that are under way or wait for one before them
+TICK = 0.05  # s between looks at the progress
+
+
+class System(Protocol):
+    """What makes a chunk; see ``section_system``."""
+
+    together: int
+    pace: int
+
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows: ...
+    def check(self, name: str, values: Vector) -> None: ...
+    def identity(self) -> dict[str, Any]: ...
+
+
+@dataclass(frozen=True)
+class Execution:
+    """Who makes the runs of an analysis, and where they are kept.
+
+    Attributes:
+        workers: Number of threads. Defaults to the number of cores.
+        scheduler: Address of the scheduler of a Dask cluster, whose workers make the chunks instead.
+        store: Folder (.zarr) that keeps every chunk when it is finished.
+        resume: Go on with an unfinished store; a finished one of the same plan is read in any case.
+        overwrite: Replace a store of another plan, or one that is not finished.
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    store: str | os.PathLike[str] | None = None
+    resume: bool = False
+    overwrite: bool = False
+
+
+IN_MEMORY = Execution()  # by threads of this process
+
+
+class Runner:
+    """Make the runs of one analysis: by threads, or by a cluster, into memory or a store.
+
+    Args:
+        system: The system whose runs they are.
+        plan: Arguments of the analysis by name, its own name as "analysis"; with the system it says all that the result
+            depends on.
+        execution: Who makes the runs, and where they are kept.
+        progress: Called with the fraction done of each family, from this thread.
+
+    Raises:
+        StickslipError: an address where no scheduler is; a store of another plan, version or model, with the
+            difference; a store that is not finished without ``resume`` or ``overwrite``.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        plan: Mapping[str, Any] | None = None,
+        execution: Execution = IN_MEMORY,
+        progress: Callable[[float], Any] = lambda fraction: None,
+    ) -> None:
+        self.system, self.workers, self.progress = system, execution.workers or os.cpu_count() or 1, progress
+        self.provenance: dict[str, Any] = {}
+        if plan is not None:
+            self.provenance = {"stickslip": version(), **{n: _told(v) for n, v in plan.items()}}
+            try:
+                self.provenance["system"] = system.identity()
+            except StickslipError:
+                if execution.store is not None:  # without one nobody asks later which system it was
+                    raise
+        self.store, self.cluster = None, None
+        if execution.store is not None:
+            self.store = Store.open(Path(execution.store), self.provenance, execution.resume, execution.overwrite)
+        if execution.scheduler is not None:
+            self.cluster = Cluster(execution.scheduler, system)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self.cluster is not None:
+            self.cluster.close()
+        if self.store is not None and isinstance(error, KeyboardInterrupt):
+            error.add_note(f"Finished chunks are in '{self.store.path}'. Go on: --resume (in Python resume=True).")
+
+    def finish(self, found: Tabular) -> None:
+        """Keep what an analysis has found beside its runs."""
+        if self.store is not None:
+            self.store.finish(found.to_xarray())
+
+    def make(self, jobs: Jobs, *, quiet: bool = False) -> Rows:
+        """All rows at once; ``quiet``: without a word of progress."""
+        parts: list[Rows] = []
+        begins: list[int] = []
+
+        def take(begin: int, rows: Rows) -> None:
+            begins.append(begin)
+            parts.append(rows)
+
+        self.each(jobs, take, quiet=quiet)
+        return joined(parts, begins)
+
+    def each(self, jobs: Jobs, take: Take, *, quiet: bool = False) -> None:
+        """The rows chunk by chunk: ``take`` is called with the number of the first run of each, in order.
+
+        Raises:
+            StickslipError: values that parameters cannot have, and as ``run`` does; KeyboardInterrupt ends all threads
+                within a step.
+        """
+        for name, values in jobs.varied.items():
+            self.system.check(name, values)
+        chunks = jobs.chunks(self.system.together, self.system.pace, far=bool(self.store or self.cluster))
+        if self.store is None:
+            self._run(jobs, chunks, _InOrder(chunks, take, self._ahead if jobs.chain == 1 else len(chunks)), quiet)
+            return
+        stage = self.store.stage(jobs, chunks)
+        self._run(jobs, chunks, stage, quiet)
+        for k, chunk in enumerate(chunks):
+            take(chunk.begin, stage.get(k))
+
+    @property
+    def _ahead(self) -> int:
+        return AHEAD * (self.cluster.threads() if self.cluster else self.workers)
+
+    def _run(self, jobs: Jobs, chunks: Sequence[Chunk], kept: _InOrder | Stage, quiet: bool) -> None:
+        """Have all chunks made that are not kept yet."""
+        ready = deque(k for k in range(len(chunks)) if not kept.has(k) and (not chunks[k].follows or kept.has(k - 1)))
+        pending: dict[Future[Rows], int] = {}
+        stop = np.zeros(1, np.int32)
+        pool = self._pool(min(self.workers, len(chunks)))
+        try:
+            while ready or pending:
+                while ready and len(pending) < self._ahead and (kept.has_room() or not pending):
+                    k = ready.popleft()
+                    part = self._part(jobs, chunks, k, kept)
+                    pending[self.cluster.submit(part) if self.cluster else pool.submit(self.system.run, part, stop)] = k
+                for future in wait(pending, TICK, FIRST_COMPLETED).done:
+                    k = pending.pop(future)
+                    kept.put(k, future.result())
+                    if k + 1 < len(chunks) and chunks[k + 1].follows and not kept.has(k + 1):
+                        ready.appendleft(k + 1)
+                if not quiet:
+                    self.progress(kept.count / len(chunks))
+        except BaseException:
+            stop[0] = 1
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+            if self.cluster is not None:
+                self.cluster.cancel(pending)
+
+    def _pool(self, count: int) -> Executor:
+        return ThreadPoolExecutor(max(1, count), "runs")
+
+    def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, kept: _InOrder | Stage) -> Jobs:
+        """The jobs of a chunk; the first of a link goes on where the link before it ended, unless that failed."""
+        part = jobs.part(chunks[k].begin, chunks[k].end)
+        if chunks[k].follows:
+            before = kept.get(k - 1)
+            if before.outcomes[-1] <= families.ABSORBED:
+                starts = part.starts.copy()
+                starts[0] = before.ends[-1]
+                part = dataclasses.replace(part, starts=starts, resumed=True)
+        return part
+
+
+class _InOrder:
+    """Chunks that wait in memory until all before them have been taken; the last one taken is kept."""
+
+    def __init__(self, chunks: Sequence[Chunk], take: Take, room: int) -> None:
+        self.chunks, self.take, self.room = chunks, take, room
+        self.count = self.taken = 0
+        self.rows: dict[int, Rows] = {}
+
+    def has(self, k: int) -> bool:
+        return k < self.taken or k in self.rows
+
+    def has_room(self) -> bool:
+        return len(self.rows) < self.room
+
+    def get(self, k: int) -> Rows:
+        return self.rows[k]
+
+    def put(self, k: int, rows: Rows) -> None:
+        self.rows[k] = rows
+        self.count += 1
+        while self.taken in self.rows:
+            self.take(self.chunks[self.taken].begin, self.rows[self.taken])
+            self.taken += 1
+            # a link may still ask where this one ended
+            self.rows.pop(self.taken - 2, None)
+
+
+def _told(value: Any) -> Any:
+    """An argument as JSON; of an array how many values, from where to where, and their hash."""
+    if isinstance(value, np.ndarray):
+        ends = [value.ravel()[0].item(), value.ravel()[-1].item()] if value.size else []
+        return {"values": value.size, "ends": ends, "digest": families.digest(value.tobytes())}
+    if isinstance(value, Mapping):
+        return {str(name): _told(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_told(one) for one in value]
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,236 @@
+"""Families of runs for systems that know one step only: all runs of a chunk go one step at a time, together.
+
+The rules are those of engine/ensemble: a motion that repeats itself is recorded over one period; one that comes to a
+known orbit, leaves every bound or does not arrive is followed no farther.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.families import jobs as outcome
+from fmu_models.families.jobs import Jobs
+from fmu_models.simulation.rows import Rows, joined
+
+Vector = NDArray[np.float64]
+
+FAR = 1e12  # a motion farther out than this goes to infinity
+LOST_SHARE = 1e-13  # less is left of a difference only by rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of m points.
+
+    Attributes:
+        points: (m, n) where they arrive; nan where they do not.
+        derivatives: (m, n, n) of these by the points.
+        times: (m,) that passed, s; 1 for a map.
+        began: (m, contacts) how often contact or stick began on the way; held: how long it lasted, s.
+        why: of points that do not arrive, by number.
+    """
+
+    points: Vector
+    derivatives: Vector
+    times: Vector
+    began: NDArray[np.int32]
+    held: Vector
+    why: Mapping[int, str]
+
+
+class Stepping(Protocol):
+    """What a family needs of a system; see ``section_system``."""
+
+    @property
+    def contacts(self) -> tuple[str, ...]: ...
+    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step: ...
+    def difference(self, points: Vector) -> Vector: ...
+    def sizes(self) -> Vector: ...
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector: ...
+    def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None: ...
+
+
+def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    """The rows of some jobs."""
+    if jobs.chain == 1:
+        return _Together(system, jobs).run(stop)
+    parts: list[Rows] = []
+    for i in range(len(jobs)):
+        one = jobs.part(i, i + 1)
+        if i % jobs.chain and len(parts) and parts[-1].outcomes[0] <= outcome.ABSORBED:
+            one = replace(one, starts=parts[-1].ends)
+        parts.append(_Together(system, one).run(stop))
+    return joined(parts, range(len(parts)))
+
+
+def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+    """Vectors (m, n, k) made orthonormal in order, by Gram and Schmidt's method, twice; their sizes (m, k) before, and
+    whether nothing but rounding was left of one."""
+    made = vectors.copy()
+    sizes = np.empty((len(made), made.shape[2]))
+    lost = np.empty(sizes.shape, bool)
+    for k in range(made.shape[2]):
+        one = made[:, :, k]
+        whole = np.sqrt((one**2).sum(axis=1))
+        for before in [*range(k), *range(k)]:
+            other = made[:, :, before]
+            one = one - other * (other * one).sum(axis=1)[:, None]
+        sizes[:, k] = np.sqrt((one**2).sum(axis=1))
+        lost[:, k] = sizes[:, k] <= LOST_SHARE * whole
+        made[:, :, k] = np.where(lost[:, k, None], 0.0, one / np.where(lost[:, k], 1.0, sizes[:, k])[:, None])
+    return made, sizes, lost
+
+
+class _Together:
+    def __init__(self, system: Stepping, jobs: Jobs) -> None:
+        m, n = jobs.starts.shape
+        contacts, k = len(system.contacts), jobs.tangents
+        self.system, self.jobs = system, jobs
+        self.x = np.array(jobs.starts, dtype=float)
+        derivatives = (n, n) if jobs.derivatives else (0, 0)
+        self.rows = Rows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
+        self.left = np.full(m, jobs.transient)
+        self.wanted = np.full(m, jobs.rows)
+        self.frames = np.broadcast_to(np.eye(n)[:, :k], (m, n, k)).copy()
+        if jobs.flow:
+            # the first along the motion, the others beside it: of n + 1 vectors one is lost
+            first = system.along(self.x, jobs.varied)[:, :, None]
+            made, _, lost = _orthonormal(np.concatenate([first, np.broadcast_to(np.eye(n), (m, n, n))], axis=2))
+            self.frames = np.stack([v[:, ~gone][:, :k] for v, gone in zip(made, lost, strict=True)])
+        # the ring of the last points, for how many steps each period has held, and known points met in a row
+        self.ring = np.full((jobs.longest, m, n), np.nan)
+        self.period_held = np.zeros((jobs.longest, m), int)
+        self.expected, self.met = np.full(m, -1), np.zeros(m, int)
+        self.seen = 0
+
+    def run(self, stop: NDArray[np.int32]) -> Rows:
+        rows = self.rows
+        while not stop[0]:
+            going = np.flatnonzero(
+                (rows.outcomes == outcome.FINISHED) & ((self.left > 0) | (rows.filled < self.wanted))
+            )
+            if not going.size:
+                break
+            # those that record a row of several steps and those in their transient keep in step by the batch
+            recording = self.left[going] == 0
+            for group, steps in ((going[~recording], 1), (going[recording], self.jobs.batch)):
+                if group.size:
+                    self._row(group, steps)
+            self.seen += 1
+        rows.outcomes[(rows.periods > 0) & (rows.outcomes == outcome.FINISHED)] = outcome.SETTLED
+        if stop[0]:
+            rows.outcomes[rows.outcomes == outcome.FINISHED] = outcome.STOPPED
+        return rows
+
+    def _row(self, group: NDArray[np.int64], steps: int) -> None:
+        jobs, rows = self.jobs, self.rows
+        recording = bool((self.left[group] == 0).all())
+        row = rows.filled[group]
+        if recording:
+            rows.times[group, row] = 0.0
+            rows.growth[group, row] = 0.0
+            if jobs.flow:
+                rows.growth[group, row, 0] = self._speed(group)
+        for _ in range(steps):
+            varied = {name: values[group] for name, values in jobs.varied.items()}
+            derivative = jobs.tangents > 0 or jobs.derivatives
+            volumes = self.system.volume(self.x[group], varied) if jobs.tangents else None
+            made = self.system.step(self.x[group], varied, derivative=derivative)
+            growth = self._grow(group, made, volumes)
+            self.x[group] = made.points
+            rows.steps[group] += 1
+            if recording:
+                rows.times[group, row] += made.times
+                rows.held[group, row] += made.held
+                rows.began[group, row] += made.began
+                rows.growth[group, row] += growth
+                if jobs.derivatives:
+                    rows.derivatives[group, row] = made.derivatives
+            self._lose(group, made)
+        arrived = rows.outcomes[group] == outcome.FINISHED
+        if recording and jobs.flow:
+            # less that of the speed, which says nothing of a motion that stays where it is
+            rows.growth[group[arrived], row[arrived], 0] -= self._speed(group[arrived])
+        if recording:
+            kept = group[arrived]
+            rows.points[kept, rows.filled[kept]] = self.x[kept]
+            rows.filled[kept] += 1
+        else:
+            self.left[group[arrived]] -= 1
+            # differences that were lost on the way to where the motion stays say nothing of it
+            fresh = group[(self.left[group] == 0) & ~(self.frames[group] != 0.0).any(axis=1).all(axis=-1)]
+            self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
+        self._end(group[arrived])
+
+    def _speed(self, group: NDArray[np.int64]) -> Vector:
+        varied = {name: values[group] for name, values in self.jobs.varied.items()}
+        return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
+
+    def _lose(self, group: NDArray[np.int64], made: Step) -> None:
+        """Runs that do not arrive, or go to infinity."""
+        for i, why in made.why.items():
+            self.rows.outcomes[group[i]] = outcome.BROKEN if why else outcome.LOST
+            self.rows.messages[int(group[i])] = why
+        with np.errstate(invalid="ignore"):
+            far = ~(np.abs(self.x[group]) < FAR).all(axis=1)
+        far &= self.rows.outcomes[group] == outcome.FINISHED
+        self.rows.outcomes[group[far]] = outcome.ESCAPED
+        self.x[group[far]] = 0.0
+
+    def _grow(self, group: NDArray[np.int64], made: Step, volumes: Vector | None) -> Vector:
+        """(m, k) logarithms of the growth of each difference; the last of all follows from the volume where that is
+        known, since it is lost in the rounding of a strong stretch."""
+        k = self.jobs.tangents
+        if not k:
+            return np.zeros((group.size, 0))
+        with np.errstate(all="ignore"):
+            grown = np.nan_to_num(made.derivatives @ self.frames[group])
+            frames, sizes, lost = _orthonormal(grown)
+            found = np.log(sizes)
+            if volumes is not None and k == self.x.shape[1]:
+                found[:, -1] = np.log(np.abs(volumes)) - found[:, :-1].sum(axis=1)
+                lost[:, -1] = volumes == 0.0
+        self.frames[group] = frames
+        return np.where(lost | np.isnan(found), -np.inf, found)
+
+    def _end(self, group: NDArray[np.int64]) -> None:
+        """Runs that have come to a known orbit, or repeat themselves."""
+        jobs, rows = self.jobs, self.rows
+        if jobs.targets is not None:
+            self._absorb(group)
+            group = group[rows.outcomes[group] == outcome.FINISHED]
+        if not jobs.longest:
+            return
+        fresh = group[rows.periods[group] == 0]
+        sizes = self.system.sizes()
+        for n in range(1, min(jobs.longest, self.seen) + 1):
+            apart = self.system.difference(self.x[fresh] - self.ring[(self.seen - n) % jobs.longest, fresh])
+            with np.errstate(invalid="ignore"):
+                same = (np.abs(apart) <= jobs.settled * sizes).all(axis=1)
+            held = np.where(same, self.period_held[n - 1, fresh] + 1, 0)
+            self.period_held[n - 1, fresh] = held
+            found = fresh[(held > 2 * n + 2) & (rows.periods[fresh] == 0)]
+            rows.periods[found] = n
+            self.wanted[found] = np.minimum(n, jobs.rows)
+            self.left[found] = rows.filled[found] = 0
+        self.ring[self.seen % jobs.longest, group] = self.x[group]
+
+    def _absorb(self, group: NDArray[np.int64]) -> None:
+        targets = self.jobs.targets
+        assert targets is not None
+        apart = self.system.difference(self.x[group][:, None] - targets.points[None])
+        near = np.einsum("mki,kij,mkj->mk", apart, targets.forms, apart) <= 1.0
+        first = np.where(near.any(axis=1), near.argmax(axis=1), -1)
+        hoped = self.expected[group]
+        kept = (hoped >= 0) & near[np.arange(group.size), np.maximum(hoped, 0)]
+        here = np.where(kept, hoped, first)
+        self.met[group] = np.where(kept, self.met[group], 0) + (here >= 0)
+        self.expected[group] = np.where(here >= 0, targets.after[np.maximum(here, 0)], -1)
+        come = (here >= 0) & (self.met[group] >= targets.passes[np.maximum(here, 0)])
+        self.rows.orbits[group[come]] = targets.orbits[here[come]]
+        self.rows.outcomes[group[come]] = outcome.ABSORBED

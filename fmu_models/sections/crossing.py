@@ -1,0 +1,50 @@
+"""The level of an oscillator: its states where one of them crosses it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.importer import Begin
+from fmu_models.sections.oscillator import ON_LEVEL, PATIENCE, FmuSection
+from fmu_models.sections.point import Vector
+from fmu_models.simulation.ensemble import KINDS, Where
+from fmu_models.simulation.sections import Section
+
+
+class Crossing(FmuSection):
+    """The states where one of them crosses a level.
+
+    Args:
+        state, level: name of a state, and a value in its unit.
+        direction: 1 upward, -1 downward, 0 both.
+        others: of ``FmuSection``; what is forced must say so.
+    """
+
+    def __init__(self, fmu: Fmu, state: str, level: float = 0.0, direction: int = 1, **others: Any) -> None:
+        super().__init__(fmu, **others)
+        Section(state, level, direction).check(fmu)
+        self.state, self.level, self.direction = state, float(level), direction
+
+    @property
+    def dimension(self) -> int:
+        """The level binds one of the states; the phase counts instead where there is one."""
+        return len(self.fmu.states) - (not self.forced)
+
+    def _placed(self, starts: Vector) -> Vector:
+        column = self.states.index(self.state)
+        near = np.abs(starts[:, column] - self.level) <= ON_LEVEL * self.sizes()[column]
+        placed = starts.copy()
+        placed[near, column] = self.level
+        return placed
+
+    def _where(self) -> Where:
+        return Where(KINDS.LEVEL, self.fmu.variables[self.state].valueReference, self.level, self.direction)
+
+    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        time = float(point[-1]) * period if self.forced else 0.0
+        section = Section(self.state, self.level, self.direction)
+        return Begin(values, time, time + PATIENCE * (period or 1.0), section, period)

@@ -1,0 +1,247 @@
+"""A declared map with numbers for its parameters, so that it can be iterated: a system whose every step is a section.
+
+The derivatives are SymPy's, and so is the determinant, which survives where a strong stretch leaves nothing of the last
+difference.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, Self
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from fmu_models.base.cache import digest
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.families.stepwise import Step
+from fmu_models.language.maps import Map
+from fmu_models.language.values import check_numbers, check_values
+from fmu_models.sections.diagonal import Crossings, find_crossings
+from fmu_models.sections.system import SectionSystem, named_point
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Iteration(SectionSystem):
+    """A map with numbers for its parameters.
+
+    Attributes:
+        map: the declaration.
+        values: of all parameters, by name.
+        backward: the negative map, which is the inverse of the declared one.
+    """
+
+    map: Map
+    values: Mapping[str, float] = field(default_factory=dict)
+    backward: bool = False
+    unit = "1"
+
+    def __post_init__(self) -> None:
+        """Raises StickslipError: values that are not those of the map's parameters."""
+        names = [parameter.name for parameter in self.map.parameters]
+        check_numbers(self.map, self.values)
+        if missing := [name for name in names if name not in self.values]:
+            raise StickslipError(
+                f"{self.name} has no value for its parameter '{missing[0]}'; Iteration.of(map, values) takes "
+                "defaults of what is not named."
+            )
+        # in the order of the declaration, in which the compiled functions take them
+        object.__setattr__(self, "values", {name: float(self.values[name]) for name in names})
+
+    @classmethod
+    def of(cls, declared: Map, values: Mapping[str, float] | None = None, *, backward: bool = False) -> Iteration:
+        """The map at these values; parameters not named keep their defaults.
+
+        Raises:
+            StickslipError: a value that the map cannot have, or no inverse to go backward by.
+        """
+        given = values or {}
+        check_values(declared, given)
+        if backward and declared.inverse is None:
+            raise StickslipError(
+                f"{declared.name} has no inverse: several states lead to the same one, or the declaration does not say "
+                "which does. Only the positive map can be followed."
+            )
+        made = cls(declared, {p.name: float(given.get(p.name, p.value)) for p in declared.parameters}, backward)
+        if backward and np.isnan(made(np.array([state.start for state in declared.states]))).any():
+            found = ", ".join(f"{name} = {value:g}" for name, value in made.values.items())
+            raise StickslipError(
+                f"{declared.name} has no inverse at {found}: its formula has no value there. Choose other parameters, "
+                "or follow the positive map."
+            )
+        return made
+
+    @property
+    def name(self) -> str:
+        """Name of the map."""
+        return self.map.name
+
+    def unit_of(self, name: str) -> str:
+        return next((one.unit for one in (*self.map.states, *self.map.parameters) if one.name == name), "1")
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(state.name for state in self.map.states)
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        """Names of the parameters."""
+        return list(self.values)
+
+    def at(self, **values: float) -> Self:
+        """The map at other values; errors as for ``of``."""
+        for name in values:
+            self._check_name(name)
+        check_values(self.map, {**self.values, **values})
+        return dataclasses.replace(self, values={**self.values, **{name: float(v) for name, v in values.items()}})
+
+    def check(self, name: str, values: Vector) -> None:
+        """Raises StickslipError: no such parameter, or a value that it cannot have."""
+        self._check_name(name)
+        for value in values:
+            check_values(self.map, {**self.values, name: float(value)})
+
+    def _check_name(self, name: str) -> None:
+        if name not in self.values:
+            raise StickslipError(f"{self.name} has no parameter '{name}'.{nearest(name, self.values)}")
+
+    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+        """(n,) a state; what is not given is as declared."""
+        return named_point(self.name, self.states, np.array([float(x.start) for x in self.map.states]), given)
+
+    def identity(self) -> dict[str, Any]:
+        """With the hash of the rule."""
+        rule = (self.map.inverse if self.backward else self.map.rule) or {}
+        return {**super().identity(), "rule": digest(*(str(rule[x]) for x in self.map.states))}
+
+    @property
+    def box(self) -> Vector:
+        """(n, 2) range of each state in which motions are sought."""
+        return np.array([self.map.box[state] for state in self.map.states])
+
+    def sizes(self) -> Vector:
+        """(n,) sizes of the box."""
+        return self.box[:, 1] - self.box[:, 0]
+
+    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+        """One step of points (m, n), angles within their modulus."""
+        x, n = np.asarray(points, dtype=float), len(self.states)
+        values = [np.asarray({**self.values, **(varied or {})}[name]) for name in self.values]
+        after = _evaluate(_functions(self.map, self.backward)[0], x, values)
+        flat = _evaluate(_functions(self.map, self.backward)[1], x, values) if derivative else np.empty((len(x), 0))
+        why = dict.fromkeys(np.flatnonzero(np.isnan(after).any(axis=1)).tolist(), "the rule has no value there")
+        return Step(
+            self.wrapped(after),
+            flat.reshape(len(x), n, n) if derivative else flat.reshape(len(x), 0, 0),
+            np.ones(len(x)),
+            np.zeros((len(x), 0), np.int32),
+            np.zeros((len(x), 0)),
+            why,
+        )
+
+    def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+        """(m,) determinant of the derivative at points (m, n)."""
+        values = [np.asarray({**self.values, **(varied or {})}[name]) for name in self.values]
+        return _evaluate(_functions(self.map, self.backward)[2], np.asarray(points, dtype=float), values)[..., 0]
+
+    def __call__(self, x: Any) -> Vector:
+        """(..., n) next states, angles within their modulus; nan where there is none."""
+        return self.wrapped(self.lifted(x))
+
+    def lifted(self, x: Any) -> Vector:
+        """(..., n) next states without taking remainders."""
+        return _evaluate(_functions(self.map, self.backward)[0], np.asarray(x, dtype=float), [*self.values.values()])
+
+    def jacobian(self, x: Any) -> Vector:
+        """(..., n, n) derivative of the next states."""
+        x = np.asarray(x, dtype=float)
+        flat = _evaluate(_functions(self.map, self.backward)[1], x, [*self.values.values()])
+        return flat.reshape(*x.shape, x.shape[-1])
+
+    def determinant(self, x: Any) -> Vector:
+        """(...) determinant of the derivative, by which small areas or volumes grow; cancelled by SymPy beforehand."""
+        return self.volume(x)
+
+    @property
+    def turns(self) -> Vector:
+        """Moduli of the states."""
+        return _moduli(self.map)
+
+
+def iterate(iteration: Iteration, start: Any, steps: int) -> Vector:
+    """(steps + 1, ..., n) states from ``start`` (..., n); nan from where the motion leaves every bound."""
+    states = [np.asarray(start, dtype=float)]
+    for _ in range(steps):
+        states.append(iteration(states[-1]))
+    return np.stack(states)
+
+
+def find_iterate_crossings(iteration: Iteration, period: int = 1, *, box: Any = None, **search: Any) -> Crossings:
+    """Fixed points and jumps of the n-th iterate of a map of one variable, told apart.
+
+    Args:
+        iteration: the map.
+        period: n.
+        box: (1, 2) range; that of the declaration if left out.
+        search: samples, resolution, accuracy, noise of ``find_crossings``.
+
+    Raises:
+        StickslipError: more than one state, or an angle, whose rule jumps wherever it is wrapped.
+    """
+    if len(iteration.states) != 1 or iteration.map.modulus:
+        raise StickslipError(
+            f"{iteration.map.name} has the states {', '.join(iteration.states)}: crossings with the diagonal are those "
+            "of a map of one variable that is no angle. Look for its periodic motions."
+        )
+    bounds = iteration.box if box is None else np.asarray(box, dtype=float)
+
+    def points(x: float) -> Vector:
+        return iterate(iteration, [x], period)[:, 0]
+
+    def slope(x: float) -> float:
+        return float(np.prod(iteration.jacobian(points(x)[:-1, None])))
+
+    search = {"samples": min(200 * period, 2000)} | search
+    return find_crossings(
+        lambda x: float(points(x)[-1]), float(bounds[0, 0]), float(bounds[0, 1]), slope=slope, **search
+    )
+
+
+@cache
+def _functions(declared: Map, backward: bool) -> tuple[Any, Any, Any]:
+    """The next states, their derivatives row by row, and their determinant, of states and parameters."""
+    rule = (declared.inverse if backward else declared.rule) or {}
+    # the sign inside a modulus stays a symbol until after differentiation: SymPy differentiates |z| only where it
+    # knows z to be real, which it does not know of a quotient, and the determinant cancels only without case
+    signs: dict[sympy.Expr, sympy.Dummy] = {}
+    smooth = [rule[x].replace(sympy.Abs, lambda z: signs.setdefault(z, sympy.Dummy()) * z) for x in declared.states]
+    jacobian = sympy.Matrix(smooth).jacobian(list(declared.states))
+    cases = {sign: sympy.Piecewise((-1, z < 0), (1, True)) for z, sign in signs.items()}
+    arguments = [*declared.states, *declared.parameters]
+    expressions = (
+        [rule[x] for x in declared.states],
+        [entry.subs(cases) for entry in jacobian],
+        [sympy.expand(jacobian.det()).subs(cases)],
+    )
+    states, derivatives, determinant = (sympy.lambdify(arguments, e, "numpy", cse=True) for e in expressions)
+    return states, derivatives, determinant
+
+
+def _evaluate(function: Any, x: Vector, parameters: Sequence[Any]) -> Vector:
+    with np.errstate(all="ignore"):
+        found = function(*np.moveaxis(x, -1, 0), *parameters)
+    whole = np.stack([np.broadcast_to(np.asarray(one, dtype=float), x.shape[:-1]) for one in found], axis=-1)
+    return np.where(np.isfinite(whole), whole, np.nan)
+
+
+@cache
+def _moduli(declared: Map) -> Vector:
+    """(n,) modulus of each state; infinite for those that are no angles."""
+    return np.array([float(declared.modulus.get(state, sympy.oo)) for state in declared.states])

@@ -1,0 +1,305 @@
+"""Fixed and periodic points of a system at its section, by Newton's method on all points of the motion at once.
+
+    x1 = f(x0), x2 = f(x1), ..., x0 = f(x(n-1))
+
+Taken one by one the points of an unstable motion stay within the reach of Newton's method where the n-th iterate, whose
+slopes multiply, is out of it. The derivatives are exact. Motions are sought from guesses, those of a map from a grid of
+starts and, for a map of one variable, also between its jumps (``crossings``); none of this proves that there are no
+others.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
+from fmu_models.families.stepwise import Step
+from fmu_models.sections.iteration import Iteration, find_iterate_crossings, iterate
+from fmu_models.sections.newton import newton
+from fmu_models.sections.stability import Stability, eigenvalues_of
+from fmu_models.sections.system import SectionSystem
+
+Vector = NDArray[np.float64]
+
+# relative size of a step, and of a miss, at which Newton's method has arrived
+SETTLED = 1e-9
+# motions nearer to each other than this share of the box are one
+SAME = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicMotion(Shown):
+    """A fixed point or a cycle of points.
+
+    Attributes:
+        points: (period, n) states, one after the other.
+        stability: eigenvalues of the derivative over the period, and what they mean.
+        time: of the period, in the unit of the system.
+        began: (contacts,) how often each contact or stick begins in a period.
+        residual: largest distance by which a step misses the next point.
+    """
+
+    RECORD: ClassVar = ("period", "points")
+
+    points: Vector
+    stability: Stability
+    time: float = 1.0
+    began: tuple[int, ...] = ()
+    residual: float = 0.0
+
+    @property
+    def period(self) -> int:
+        """Number of points."""
+        return len(self.points)
+
+
+def find_periodic(
+    iteration: Iteration,
+    period: int = 1,
+    *,
+    box: Any = None,
+    starts: int = 5000,
+) -> tuple[PeriodicMotion, ...]:
+    """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
+
+    Args:
+        iteration: the map.
+        period: number of points, at least 1.
+        box: (n, 2) range of each state; that of the declaration if left out.
+        starts: number of starts for Newton's method, about.
+
+    Raises:
+        StickslipError: a period below one.
+    """
+    if period < 1:
+        raise StickslipError(f"A motion of period {period} is asked for. The shortest has period 1, a fixed point.")
+    bounds = iteration.box if box is None else np.asarray(box, dtype=float)
+    guesses = _guesses(iteration, period, bounds, starts)
+    if len(bounds) == 1 and not iteration.map.modulus:
+        seeds = [point.x for point in find_iterate_crossings(iteration, period, box=bounds).fixed_points]
+        if seeds:
+            cycles = iterate(iteration, np.array(seeds)[:, None], period - 1)
+            guesses = np.concatenate([np.moveaxis(cycles, 0, 1), guesses])
+    motions: list[Vector] = []
+    size = bounds[:, 1] - bounds[:, 0]
+    found = find_cycles(iteration, guesses)
+    _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
+    for points in found[np.sort(distinct)]:
+        inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
+        if inside.all() and least_periods(iteration, points[None], size)[0] == period:
+            points = _from_least(points, size)
+            if not any(_same(iteration, points, other, size) for other in motions):
+                motions.append(points)
+    return tuple(
+        motion_at(iteration, points) for points in sorted(motions, key=lambda points: tuple(_rounded(points[0], size)))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Motions of one period, k of them, each as ``PeriodicMotion`` has it.
+
+    Attributes:
+        points: (k, period, n).
+        eigenvalues: (k, dimension) largest modulus first.
+        times, residuals: (k,).
+        began: (k, contacts).
+    """
+
+    points: Vector
+    eigenvalues: NDArray[np.complex128]
+    times: Vector
+    began: NDArray[np.int64]
+    residuals: Vector
+
+    @property
+    def period(self) -> int:
+        """Number of points."""
+        return self.points.shape[1]
+
+    def only(self, which: NDArray[Any]) -> Cycles:
+        """Some of them."""
+        points, times, residuals = self.points[which], self.times[which], self.residuals[which]
+        return Cycles(points, self.eigenvalues[which], times, self.began[which], residuals)
+
+    def motions(self) -> list[PeriodicMotion]:
+        """One by one."""
+        began = map(tuple, self.began.tolist())
+        stability, times = map(Stability, self.eigenvalues), self.times.tolist()
+        parts = zip(self.points, stability, times, began, self.residuals.tolist(), strict=True)
+        return [PeriodicMotion(*part) for part in parts]
+
+
+def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
+    """The motion through these points (period, n), which are taken to be a cycle.
+
+    Raises:
+        StickslipError: a step from one of them does not arrive or has no derivative; says why.
+    """
+    made = system.step(points)
+    if made.why:
+        raise StickslipError(f"{system.name} has no step from a point of that motion: {next(iter(made.why.values()))}")
+    (motion,) = _through(system, points[None], made, np.ones(1, bool)).motions()
+    return motion
+
+
+def _through(system: SectionSystem, cycles: Vector, made: Step, sound: NDArray[np.bool_]) -> Cycles:
+    """The motions through those of cycles (m, period, n) that are sound, from all of whose points a step was made."""
+    m, period, n = cycles.shape
+    points = cycles[sound]
+    derivatives = made.derivatives.reshape(m, period, n, n)[sound]
+    monodromy = np.tile(np.eye(n), (len(points), 1, 1))
+    for i in range(period):
+        monodromy = derivatives[:, i] @ monodromy
+    miss = system.difference(made.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
+    return Cycles(
+        points,
+        # a number of a point that the others determine has an eigenvalue 0 of its own
+        eigenvalues_of(monodromy)[:, : system.dimension],
+        made.times.reshape(m, period)[sound].sum(axis=1),
+        made.began.reshape(m, period, made.began.shape[1])[sound].sum(axis=1),
+        np.abs(miss).max(axis=(1, 2)),
+    )
+
+
+def cycles_at(
+    system: SectionSystem, cycles: Vector, varied: Mapping[str, Vector] | None = None
+) -> tuple[Cycles, NDArray[np.int64]]:
+    """The motions through cycles (m, period, n) at values (m,) of parameters, without those from which a step has no
+    derivative, and their numbers (k,)."""
+    m, period, n = cycles.shape
+    made = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
+    sound = _sound(m, period, made)
+    return _through(system, cycles, made, sound), np.flatnonzero(sound)
+
+
+def _sound(m: int, period: int, made: Step) -> NDArray[np.bool_]:
+    """(m,) cycles from all of whose points a step arrives."""
+    sound = np.ones(m, bool)
+    sound[[i // period for i in made.why]] = False
+    return sound
+
+
+def corrected_cycles(
+    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
+) -> tuple[Cycles, NDArray[np.int64]]:
+    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved, without those of which
+    a step has no derivative, and their numbers (k,). Their eigenvalues are those at the guess."""
+    m, period, n = guesses.shape
+    values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
+    made = system.step(guesses.reshape(-1, n), values)
+    sound = _sound(m, period, made)
+    miss = system.difference(made.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
+    matrix = _cycle_matrix(made.derivatives.reshape(m, period, n, n))
+    matrix[~sound], miss[~sound] = np.eye(period * n), 0.0
+    try:
+        moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
+    except np.linalg.LinAlgError:  # one of them lies on a continuum of motions: the least move
+        moved = (np.linalg.pinv(matrix) @ miss.reshape(m, -1, 1)).reshape(guesses.shape)
+    cycles = system.wrapped(guesses - moved)
+    after = system.step(cycles.reshape(-1, n), values, derivative=False)
+    sound &= _sound(m, period, after)
+    return _through(system, cycles, replace(after, derivatives=made.derivatives), sound), np.flatnonzero(sound)
+
+
+def _cycle_matrix(derivatives: Vector) -> Vector:
+    """(m, period n, period n) derivative of the misses of cycles by their points, from (m, period, n, n)."""
+    m, period, n, _ = derivatives.shape
+    matrix = np.zeros((m, period, n, period, n))
+    for i in range(period):
+        matrix[:, i, :, i, :] += derivatives[:, i]
+        matrix[:, i, :, (i + 1) % period, :] -= np.eye(n)
+    return matrix.reshape(m, period * n, period * n)
+
+
+def find_cycles(system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+    """(k, period, n) cycles that Newton's method comes to from guesses (m, period, n); those it loses are left out."""
+    return solved_cycles(system, guesses, varied)[0]
+
+
+def solved_cycles(
+    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
+) -> tuple[Vector, NDArray[np.int64]]:
+    """Cycles (k, period, n) from guesses (m, period, n), and the numbers (k,) of the guesses that they come from.
+
+    Args:
+        varied: values (m,) of parameters by name, one per guess.
+    """
+    m, period, n = guesses.shape
+    names = list(varied or {})
+    # a value that is held, and the number of the guess, travel with the points
+    kept = np.stack([*(np.asarray((varied or {})[name], dtype=float) for name in names), np.arange(m, dtype=float)], 1)
+    width = period * n
+
+    def equations(flat: Vector) -> tuple[Vector, Vector]:
+        points, held = flat[:, :width].reshape(-1, period, n), flat[:, width:]
+        values = {name: np.repeat(held[:, i], period) for i, name in enumerate(names)}
+        made = system.step(points.reshape(-1, n), values)
+        miss = system.difference(made.points.reshape(points.shape) - np.roll(points, -1, axis=1))
+        whole = np.zeros((len(flat), flat.shape[1], flat.shape[1]))
+        whole[:, :width, :width] = _cycle_matrix(made.derivatives.reshape(-1, period, n, n))
+        whole[:, width:, width:] = np.eye(held.shape[1])
+        return np.concatenate([miss.reshape(-1, width), np.zeros_like(held)], axis=1), whole
+
+    begin = np.concatenate([guesses.reshape(m, width), kept], axis=1)
+    found = newton(
+        equations,
+        begin,
+        accuracy=SETTLED,
+        until_settled=True,
+        scale=lambda flat: 1.0 + np.abs(flat[:, :width]).max(axis=1),
+    )
+    flat = found.points[found.converged]
+    return system.wrapped(flat[:, :width].reshape(-1, period, n)), flat[:, -1].round().astype(np.int64)
+
+
+def _guesses(iteration: Iteration, period: int, bounds: Vector, starts: int) -> Vector:
+    """(m, period, n) motions of a grid of starts, kept in the box, and points at random in it."""
+    n = len(bounds)
+    per_state = max(round((starts / 2) ** (1 / n)), 3)
+    axes = [low + (np.arange(per_state) + 0.5) * (high - low) / per_state for low, high in bounds]
+    grid = np.array(list(itertools.product(*axes)))
+    run = [grid]
+    for _ in range(period - 1):
+        after = iteration(run[-1])
+        run.append(np.clip(np.where(np.isfinite(after), after, bounds.mean(axis=1)), bounds[:, 0], bounds[:, 1]))
+    scattered = np.random.default_rng(0).uniform(bounds[:, 0], bounds[:, 1], (len(grid), period, n))
+    return np.concatenate([np.stack(run, axis=1), scattered])
+
+
+def least_periods(system: SectionSystem, cycles: Vector, size: Vector) -> NDArray[np.int64]:
+    """(m,) numbers of points after which cycles (m, period, n) repeat themselves."""
+    return least_parts(system, cycles, 100 * SAME * size)
+
+
+def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> NDArray[np.int64]:
+    """(m,) the least parts of their period after which cycles (m, period, n) repeat themselves, to (n,)."""
+    m, period, _ = cycles.shape
+    found = np.full(m, period, np.int64)
+    for part in (part for part in range(period - 1, 0, -1) if period % part == 0):
+        apart = system.difference(cycles - np.roll(cycles, part, axis=1))
+        found[(np.abs(apart) <= within).all(axis=(1, 2))] = part
+    return found
+
+
+def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector) -> bool:
+    return bool((np.abs(system.difference(points - others)) <= SAME * size).all())
+
+
+def _rounded(points: Vector, size: Vector) -> Vector:
+    """For an order in which what rounding tells apart counts as equal."""
+    return np.round(points / (1e3 * SAME * size))
+
+
+def _from_least(points: Vector, size: Vector) -> Vector:
+    """The cycle from its least point on."""
+    rounded = _rounded(points, size)
+    first = min(range(len(points)), key=lambda i: tuple(rounded[i]))
+    return np.roll(points, -first, axis=0)

@@ -1,0 +1,175 @@
+"""What a point of a section of an FMU is: its numbers, and the values that parameters have there.
+
+A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one
+of time, the phase of the forcing in turns. What nothing forces has no phase.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.flow import constants_of
+from fmu_models.sections.system import SectionSystem, named_point
+from fmu_models.simulation.run import check_names, check_value
+
+Vector = NDArray[np.float64]
+
+
+class FmuPoints(SectionSystem):
+    """What is known of the points of an FMU before anything moves.
+
+    Args:
+        fmu, forcing, period, parameters: of ``FmuSection``.
+
+    Raises:
+        StickslipError: unknown names, values out of their range, a forcing without period.
+    """
+
+    def __init__(
+        self, fmu: Fmu, forcing: str | None, period: float | None, parameters: Mapping[str, float] | None
+    ) -> None:
+        self.fmu, self.forcing, self.period = fmu, forcing, period
+        self.values = _checked(fmu, self.parameters, parameters, forcing, period)
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return str(self.fmu.description.modelName)
+
+    @cached_property
+    def _columns(self) -> list[tuple[str, int]]:
+        """Each number of a point and its place in a row of the engine: states, memories of all contacts, time."""
+        n, contacts = len(self.fmu.states), self.contacts
+        memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self._memories]
+        return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
+
+    def _phase(self, place: int) -> list[tuple[str, int]]:
+        return [("phase", place)] if self.forced else []
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self._columns)
+
+    @cached_property
+    def _contacts(self) -> tuple[str, ...]:
+        return tuple(self.fmu.contacts) if self.fmu.ours else ()
+
+    @cached_property
+    def _parameters(self) -> list[str]:
+        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
+
+    @cached_property
+    def _memories(self) -> list[str]:
+        return self.fmu.memories if self.fmu.ours else []
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the numbers of a point."""
+        return self._names
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return self._contacts
+
+    @property
+    def forced(self) -> bool:
+        """Whether something forces the motion."""
+        return self.forcing is not None or self.period is not None
+
+    @property
+    def dimension(self) -> int:
+        """A level that nothing forces binds one of the states; memories follow from the way."""
+        return len(self.fmu.states)
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        """Parameters and inputs."""
+        return self._parameters
+
+    def check(self, name: str, values: Vector) -> None:
+        """Raises StickslipError: no such parameter or input, or a value out of its range."""
+        if name not in self.parameters:
+            raise StickslipError(f"'{self.name}' has no parameter '{name}'.{nearest(name, self.parameters)}")
+        for value in (np.min(values), np.max(values)):
+            check_value(self.fmu, name, float(value))
+        if name == self.forcing and not (np.asarray(values) > 0).all():
+            raise StickslipError(
+                f"'{name}' is the frequency of the forcing and must be positive, found {min(values):g}."
+            )
+
+    def unit_of(self, name: str) -> str:
+        return str(getattr(self.fmu.variables.get(name), "unit", None) or "1")
+
+    def at(self, **values: float) -> Self:
+        """With other values of parameters or inputs."""
+        for name, value in values.items():
+            self.check(name, np.array([value], dtype=float))
+        other = copy.copy(self)
+        other.values = {**self.values, **{n: float(v) for n, v in values.items()}}
+        return other
+
+    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+        """(n,) states by name, in SI units; what is not given has the default of the FMU."""
+        starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
+        point = named_point(self.name, self.states, np.array([float(one or 0.0) for one in starts]), given)
+        for name, value in zip(self.states, point.tolist(), strict=True):
+            if name in self.fmu.variables:
+                check_value(self.fmu, name, value)
+        return point
+
+    def sizes(self) -> Vector:
+        """(n,) nominal values."""
+        known = [self.fmu.variables.get(name) for name in self.states]
+        return np.array([float(getattr(one, "nominal", None) or 1.0) for one in known])
+
+    @cached_property
+    def turns(self) -> Vector:  # type: ignore[override] # computed once
+        """The phase is one of whole turns."""
+        return np.array([1.0 if name == "phase" else np.inf for name in self.states])
+
+    def periods(self, varied: Mapping[str, Vector], m: int) -> Vector:
+        """(m,) periods of the forcing, s; 0 where nothing forces the motion."""
+        if self.forcing is None:
+            return np.full(m, self.period or 0.0)
+        variable = self.fmu.variables[self.forcing]
+        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, float(variable.start or 0.0))))
+        return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
+
+    def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
+        """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
+        found = dict(zip(self.states, point.tolist(), strict=True))
+        given: dict[str, dict[str, float]] = {
+            kind: {name: value for name, value in self.values.items() if name in known}
+            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+        }
+        states = {name: value for name, value in found.items() if name in self.fmu.states}
+        return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
+
+
+def _checked(
+    fmu: Fmu, known: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
+) -> dict[str, float]:
+    values = dict(given or {})
+    check_names(fmu, "parameter", values, known)
+    for name, value in values.items():
+        check_value(fmu, name, float(value))
+    if forcing is not None:
+        check_names(fmu, "parameter", {forcing: None}, known)
+        frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
+        if not frequency > 0.0:
+            raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")
+    if period is not None and not (math.isfinite(period) and period > 0.0):
+        raise StickslipError(f"A period must be a positive number of seconds, found {period:g}.")
+    if forcing is not None and period is not None:
+        raise StickslipError(f"The period follows from '{forcing}'; leave out {period:g} s, or the name.")
+    return values

@@ -1,0 +1,267 @@
+"""Stores of runs: the same to the last byte whoever makes them and however often they are broken off, or refused."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from checkout import ROOT
+from store_content import content
+
+from fmu_models import maps
+from fmu_models.analyses.basins import Basins, basins
+from fmu_models.analyses.chart import chart
+from fmu_models.analyses.diagram import orbit_diagram
+from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.base.errors import StickslipError, WriteError
+from fmu_models.families import jobs as families
+from fmu_models.families.execution import Execution
+from fmu_models.fmu.load import load
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.return_map import ReturnMap
+from fmu_models.sections.strobe import Strobe
+from fmu_models.simulation.sections import Section
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("zarr")
+
+HELPERS = str(ROOT / "tests/helpers")
+SUPPORT = load("discontinuous_support")
+CHAOS = {"ks": 300.0, "cs": 0.6, "g": 1.6, "omega": 0.94}
+LINE = np.linspace(-8.0, 8.0, 12)
+SMALL = 600  # steps of a chunk
+LOGISTIC = Iteration.of(maps.load("logistic"), {"r": 3.5})
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    monkeypatch.setattr(families, "FAR_CHUNK", SMALL)
+
+
+def support(**values: float) -> Strobe:
+    return Strobe(SUPPORT, forcing="omega", parameters={**CHAOS, **values})
+
+
+def quiet(fraction: float) -> None: ...
+
+
+def mapped(progress: Any = quiet, **execution: Any) -> Basins:
+    """Three periodic motions, and some starts that a bound of 40 steps leaves to a second family."""
+    return basins(support(omega=0.92), x=LINE, v=LINE, most=40, execution=Execution(**execution), progress=progress)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("whole") / "run.zarr"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(families, "FAR_CHUNK", SMALL)
+        mapped(store=path, workers=1)
+    return path
+
+
+def analyses() -> dict[str, Any]:
+    omega = np.linspace(0.8, 1.0, 31)
+    return {
+        "basins": lambda **how: basins(support(omega=0.92), x=LINE, v=LINE, most=40, **how),
+        "diagram": lambda **how: orbit_diagram(
+            support(), "omega", omega, direction="both", exponents=True, transient=60, points=20, longest=4, **how
+        ),
+        "chart": lambda **how: chart(
+            support(), what="impacts", omega=omega[:9], ks=[250.0, 300.0, 350.0], refine=2, transient=300, **how
+        ),
+        "lyapunov": lambda **how: lyapunov(support(), {"x": 0.0, "v": 0.0}, periods=400, transient=20, **how),
+        "map": lambda **how: orbit_diagram(LOGISTIC, "r", np.linspace(3.0, 4.0, 9), transient=50, **how),
+    }
+
+
+@pytest.mark.parametrize("name", analyses())
+def test_a_store_is_the_same_whoever_makes_it_and_what_is_found_as_without_it(name, tmp_path):
+    make = analyses()[name]
+    workers = (1, 2, 7) if name == "basins" else (1, 7)
+    kept = [make(execution=Execution(count, store=tmp_path / f"{count}.zarr")) for count in workers]
+    assert all(content(tmp_path / f"{count}.zarr") == content(tmp_path / "1.zarr") for count in workers)
+    plain = make().to_xarray().drop_attrs()
+    for found in (kept[0].to_xarray(), xarray.open_zarr(tmp_path / "1.zarr", consolidated=False, chunks=None)):
+        xarray.testing.assert_identical(plain, found.drop_attrs().astype({n: plain[n].dtype for n in found.data_vars}))
+
+
+def test_a_chunk_of_jobs_is_a_chunk_of_the_store(whole):
+    import zarr
+
+    runs = zarr.open_group(whole, mode="r")["runs"]
+    assert isinstance(runs, zarr.Group) and len(list(runs.group_keys())) >= 3
+    stage: Any = runs["1"]
+    size = stage["points"].chunks[0]
+    assert 1 < size < stage["points"].shape[0] and stage["done"].shape[0] == -(-stage["points"].shape[0] // size)
+    assert stage["done"][:].all() and stage["outcomes"].chunks == (size,)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no kill -9 there")
+def test_what_is_killed_goes_on_and_repeats_one_chunk_per_worker(whole, tmp_path):
+    """Each child makes four chunks and is killed; the last one comes to the end."""
+    store = tmp_path / "run.zarr"
+    code = (
+        "import os, sys\n"
+        f"sys.path[:0] = {[str(Path(__file__).parent), str(ROOT), str(ROOT / 'tests/helpers')]!r}\n"
+        "import test_stores as t\n"
+        "t.families.FAR_CHUNK, seen, run = t.SMALL, [], t.Strobe.run\n"
+        "def counted(self, jobs, stop):\n"
+        "    if jobs.transient or jobs.rows > 1: print(len(jobs), flush=True)\n"
+        "    return run(self, jobs, stop)\n"
+        "t.Strobe.run = counted\n"
+        "def progress(fraction):\n"
+        "    if fraction not in seen: seen.append(fraction)\n"
+        "    if len(seen) > 3: os.kill(os.getpid(), 9)\n"
+        f"t.mapped(store={str(store)!r}, resume=True, workers=2, progress=progress)\n"
+    )
+    children = [killed(code)]
+    while children[-1].returncode == -signal.SIGKILL:
+        children.append(killed(code))
+    assert children[-1].returncode == 0, children[-1].stderr
+    assert 1 < len(children) < 9
+    assert content(store) == content(whole)
+    made = sum(len(child.stdout.split()) for child in children)
+    # what two workers were at, and what had come and was not written yet
+    assert made <= finished(store) + 4 * (len(children) - 1)
+
+
+def killed(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+
+def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(whole, tmp_path, monkeypatch):
+    def interrupted(fraction: float) -> None:
+        if fraction > 0.3:
+            raise KeyboardInterrupt
+
+    store = tmp_path / "run.zarr"
+    with pytest.raises(KeyboardInterrupt) as caught:
+        mapped(store=store, workers=2, progress=interrupted)
+    assert "Go on: --resume" in caught.value.__notes__[0]
+    with pytest.raises(StickslipError, match=r"is not finished\. Go on with it: --resume"):
+        mapped(store=store)
+    kept, made, run = finished(store), [], Strobe.run
+
+    def counted(self: Strobe, jobs: families.Jobs, stop: Any) -> Any:
+        made.extend([1] if jobs.transient or jobs.rows > 1 else [])
+        return run(self, jobs, stop)
+
+    monkeypatch.setattr(Strobe, "run", counted)
+    mapped(store=store, resume=True)
+    assert content(store) == content(whole)
+    assert kept > 1 and len(made) == finished(store) - kept
+
+
+def finished(store: Path) -> int:
+    """Chunks that are there."""
+    import zarr
+
+    runs: Any = zarr.open_group(store, mode="r")["runs"]
+    return sum(int(runs[name]["done"][:].sum()) for name in runs.group_keys() if "done" in runs[name])
+
+
+def test_a_full_disk_is_said_and_left_behind_when_there_is_room(whole, tmp_path):
+    store, before = tmp_path / "run.zarr", signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (3000, hard))  # a chunk of points is larger, the descriptions are not
+        with pytest.raises(WriteError, match="Make room"):
+            mapped(store=store)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, before)
+    mapped(store=store, resume=True)
+    assert content(store) == content(whole)
+
+
+def test_a_finished_store_is_read_and_no_run_is_made(whole, monkeypatch):
+    labels = mapped().labels
+
+    run = Strobe.run
+
+    def single_steps(self: Strobe, jobs: families.Jobs, stop: Any) -> Any:
+        assert jobs.transient == 0 and jobs.rows == 1, "a run was made"
+        return run(self, jobs, stop)
+
+    monkeypatch.setattr(Strobe, "run", single_steps)
+    assert np.array_equal(mapped(store=whole).labels, labels)
+
+
+def test_a_store_of_something_else_is_refused_with_the_difference(whole, tmp_path, monkeypatch):
+    other = Iteration.of(maps.load("logistic"), {"r": 3.4})
+    cases: list[tuple[Any, str]] = [
+        (
+            lambda: basins(support(omega=0.92), x=LINE, v=LINE, most=50, execution=Execution(store=whole, resume=True)),
+            "most = 40 there, 50",
+        ),
+        (
+            lambda: basins(support(omega=0.9), x=LINE, v=LINE, most=40, execution=Execution(store=whole)),
+            "parameters.omega = 0.92 there, 0.9",
+        ),
+        (
+            lambda: basins(support(omega=0.92), x=LINE, v=-LINE, most=40, execution=Execution(store=whole)),
+            "axes.v.digest",
+        ),
+        (
+            lambda: basins(other, x=[0.3], most=40, execution=Execution(store=whole)),
+            "system.model = .discontinuous_support. there, .log",
+        ),
+        (
+            lambda: orbit_diagram(support(), "omega", [0.9], execution=Execution(store=whole)),
+            "analysis = .basins. there, .diagram. here",
+        ),
+        (lambda: mapped(store=tmp_path), "is no store of runs"),
+    ]
+    (tmp_path / "notes.txt").write_text("of mine")
+    for make, said in cases:
+        with pytest.raises(StickslipError, match=said):
+            make()
+    monkeypatch.setattr("fmu_models.families.execution.version", lambda: "9.9")
+    with pytest.raises(StickslipError, match=r"stickslip = .*there, .9\.9. here"):
+        mapped(store=whole)
+    assert (tmp_path / "notes.txt").is_file()
+
+
+def test_a_return_map_whose_start_is_a_function_has_no_store(tmp_path):
+    back = ReturnMap(SUPPORT, "v", section=Section("x", 0.0, 1), cap=50.0, start=lambda v: {"x": 0.0, "v": v})
+    assert orbit_diagram(back, "omega", [1.0], start=[1.0], transient=2, points=1, longest=0).steps == 3
+    with pytest.raises(StickslipError, match="give the start of the return map as values"):
+        orbit_diagram(back, "omega", [1.0], execution=Execution(store=tmp_path / "run.zarr"))
+
+
+def test_overwriting_takes_the_place_of_a_store(tmp_path):
+    store = tmp_path / "run.zarr"
+    for value in (0.2, 0.3):
+        basins(LOGISTIC, x=[value], execution=Execution(store=store, overwrite=True))
+        assert xarray.open_zarr(store, consolidated=False, chunks=None)["x"].item() == value
+
+
+def test_an_error_of_one_run_is_kept_with_it(tmp_path):
+    system = Strobe(load("hinge_clearance"), forcing="f")
+    for _ in range(2):  # made, then read
+        found = basins(
+            system, x=[-0.002, 0.02], v=[0.0, 0.05], most=300, execution=Execution(store=tmp_path / "run.zarr")
+        )
+        assert (found.labels[1] == -3).all() and (found.labels[0] >= 0).all()
+        assert "right_memory" in found.failures[1, 0]
+
+
+def test_a_chain_is_the_same_in_one_piece_and_in_links(monkeypatch):
+    omega = np.tile(np.linspace(0.8, 1.0, 30), 2)
+    system = Crossing(SUPPORT, "v", 0.0, -1, forcing="omega", parameters=CHAOS)
+    for one in (support(), system):
+        start = one.start({"x": 0.5, "v": 0.0})
+        jobs = families.Jobs(np.tile(start, (60, 1)), {"omega": omega}, transient=5, rows=5, chain=30)
+        monkeypatch.setattr(families, "CHUNK", 10**6)
+        assert len(jobs.chunks()) == 2
+        whole_chain = one.make(jobs).points
+        monkeypatch.setattr(families, "CHUNK", 70)
+        assert len(jobs.chunks()) == 10
+        assert np.array_equal(one.make(jobs, workers=3).points, whole_chain)

@@ -47,6 +47,9 @@ class IsolatedFailure(StickslipError):
         self.cause, self.code, self.seconds = cause, code, 0.0
 
 
+TIME, MEMORY = 600.0, 4096.0  # limits of a run where none are given, s and MB
+
+
 @dataclass(frozen=True)
 class Limits:
     """What a job in a child process may use: wall time in s, memory in MB beyond Python itself; None, inf: no limit.
@@ -69,8 +72,8 @@ class Limits:
 
     @classmethod
     def default(cls) -> Limits:
-        """Ample for a run, and less than a machine has: 600 s, and 4096 MB where memory can be limited."""
-        return cls(600.0, 4096.0 if _can_limit_memory() else None)
+        """Ample for a run, and less than a machine has; memory where it can be limited."""
+        return cls(TIME, MEMORY if _can_limit_memory() else None)
 
 
 class Child:

@@ -24,13 +24,18 @@ if TYPE_CHECKING:
     from fmu_models.language.maps import Map
     from fmu_models.scene.scene import Scene
 
+FMI, SYSTEM_FMI = "3.0", "2.0"  # versions where none is given
+
 
 @console.trusting
 def export(
     model: ModelOrScene,
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
     fmi: Annotated[
-        str | None, typer.Option(help="FMI version: 2.0 or 3.0 (default: 3.0; in a system 2.0, which more tools take).")
+        str | None,
+        typer.Option(
+            help=f"FMI version: 2.0 or 3.0 (default: {FMI}; in a system {SYSTEM_FMI}, which more tools take)."
+        ),
     ] = None,
     contacts: Contacts = None,
     settings: Settings = None,
@@ -90,7 +95,7 @@ def export(
     values = console.assignments(settings, "parameter")
     if fitted is not None and not as_system:
         raise StickslipError("A parameter set is packed along with --ssp. For an FMU: stickslip apply FIT -o FILE.fmu")
-    fmi = fmi or ("2.0" if as_system else "3.0")
+    fmi = fmi or (SYSTEM_FMI if as_system else FMI)
     exposed = [what.strip() for what in (expose or "").split(",") if what.strip()]
     chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": exposed}
     if as_system:

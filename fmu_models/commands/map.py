@@ -8,13 +8,10 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
-from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.analyses.bifurcation import Bifurcation
     from fmu_models.sections.diagonal import Crossings
     from fmu_models.sections.iteration import Iteration
@@ -39,6 +36,7 @@ def show_map(
 
     Example: stickslip map henon --set a=1.2 --period 2 --lyapunov
     """
+    from fmu_models.report.map_sheet import print_map
     from fmu_models.sections.iteration import Iteration, find_iterate_crossings
     from fmu_models.sections.periodic import find_periodic
 
@@ -65,7 +63,7 @@ def show_map(
         content["bifurcations"] = _bifurcations(iteration, vary, period)
     if lyapunov:
         content["lyapunov"] = _exponents(iteration, console.assignments(start, "start value"))
-    console.say(json, content, lambda out: _print_map(content, out))
+    console.say(json, content, lambda out: print_map(content, out))
 
 
 def _motion(iteration: Iteration, motion: PeriodicMotion) -> dict[str, Any]:
@@ -109,63 +107,3 @@ def _exponents(iteration: Iteration, start: dict[str, float]) -> dict[str, Any]:
         "standard_errors": found.errors.tolist(),
         "steps": found.steps,
     }
-
-
-def _print_map(content: dict[str, Any], out: Console) -> None:
-    out.print(f"[bold]{content['map']}[/bold]: {content['title']}{' (negative map)' if content['negative'] else ''}")
-    out.print(f"Source: {content['source']}")
-    for name, rule in content["rule"].items():
-        out.print(f"  {name} <- {rule}")
-    out.print("  " + ", ".join(f"{name} = {value:g}" for name, value in content["parameters"].items()))
-    period = content["period"]
-    what = "Fixed points" if period == 1 else f"Motions of period {period}"
-    where = ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high) in content["box"].items())
-    if content["motions"]:
-        out.print(_motion_table(content, f"{what}, {where}"))
-    else:
-        out.print(f"{what}: none found for {where}")
-    if content.get("jumps"):
-        made = console.table(">jump at", ">left", ">right", "", title=f"Jumps of the {_iterate(period)}")
-        for row in content["jumps"]:
-            crossing = "crosses the diagonal; no fixed point" if row["crosses_diagonal"] else ""
-            made.add_row(*(f"{round(row[key], 9):.6g}" for key in ("x", "left", "right")), crossing)
-        out.print(made)
-    if "bifurcations" in content:
-        _print_bifurcations(content["bifurcations"], out)
-    if "lyapunov" in content:
-        found = content["lyapunov"]
-        pairs = zip(found["exponents"], found["standard_errors"], strict=True)
-        shown = ", ".join("-inf" if value is None else value_with_sd(value, error) for value, error in pairs)
-        out.print(f"Lyapunov exponents: {shown} per step, from {found['steps']} steps")
-
-
-def _iterate(period: int) -> str:
-    return "map" if period == 1 else f"map applied {period} times"
-
-
-def _motion_table(content: dict[str, Any], title: str) -> Any:
-    states = list(content["rule"])
-    made = console.table(*(f">{name}" for name in states), ">eigenvalues", "class", "", title=title)
-    for motion in content["motions"]:
-        values = "\n".join(_complex(one) for one in motion["eigenvalues"])
-        verdict = "stable" if motion["stable"] else "unstable" if motion["hyperbolic"] else "undecided"
-        columns = ("\n".join(f"{point[name]:.10g}" for point in motion["points"]) for name in states)
-        made.add_row(*columns, values, "\n".join(motion["classes"]), verdict)
-    return made
-
-
-def _print_bifurcations(rows: list[dict[str, Any]], out: Console) -> None:
-    if not rows:
-        out.print("On the way these motions meet neither a saddle-node nor a flip.")
-        return
-    made = console.table("parameter", ">value", "what", "at", title="On the way")
-    for row in rows:
-        place = ", ".join(f"{name} {value:.6g}" for name, value in row["points"][0].items())
-        made.add_row(row["parameter"], f"{row['value']:.14g}", row["kind"], place)
-    out.print(made)
-
-
-def _complex(eigenvalue: dict[str, float]) -> str:
-    if eigenvalue["imag"] == 0:
-        return f"{eigenvalue['real']:.8g}"
-    return f"{eigenvalue['real']:.6g} {'+' if eigenvalue['imag'] > 0 else '-'} {abs(eigenvalue['imag']):.6g}i"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.child_process import MEMORY, TIME
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_format, save_figure
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from fmu_models.importer.experiment import Experiment
 
 MANY = 20_000  # variables from which checking a description takes seconds
+UNTIL = 20.0  # s, end of a run of our own models unless told otherwise
 SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
 METHODS = "auto, dopri5, dop853, stiff, co-simulation, scheduled"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
@@ -35,7 +37,9 @@ def simulate(
     ],
     until: Annotated[
         float | None,
-        typer.Option(help="End of the run, s (default: 20, or what the scene or the FMU of somebody else says)."),
+        typer.Option(
+            help=f"End of the run, s (default: {UNTIL:g}, or what the scene or the FMU of somebody else says)."
+        ),
     ] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
@@ -44,7 +48,7 @@ def simulate(
     samples: Annotated[
         int | None,
         typer.Option(
-            help="Number of output times (default: 2001; of a co-simulation its communication points).", min=2
+            help=f"Number of output times (default: {SAMPLES}; of a co-simulation its communication points).", min=2
         ),
     ] = None,
     method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
@@ -81,10 +85,12 @@ def simulate(
     ] = False,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
     time_limit: Annotated[
-        float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s (default: 600).")
+        float | None,
+        typer.Option(help=f"With --isolate: wall time after which the run is stopped, s (default: {TIME:g})."),
     ] = None,
     memory_limit: Annotated[
-        float | None, typer.Option(help="With --isolate: memory that the run may use, MB (Linux; default: 4096).")
+        float | None,
+        typer.Option(help=f"With --isolate: memory that the run may use, MB (Linux; default: {MEMORY:g})."),
     ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
@@ -204,7 +210,7 @@ def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any
 
     from fmu_models.importer.experiment import Experiment
 
-    begin, end = (0.0, 20.0) if fmu.ours else fmu.suggested_times()
+    begin, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
     experiment = Experiment(end if until is None else until, begin, **asked)
     if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
         return experiment

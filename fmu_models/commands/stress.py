@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,12 +9,13 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 
 if TYPE_CHECKING:
-    from fmu_models.validation.stress.cases import Case
     from fmu_models.validation.stress.judge import Cell
+
+SEED = 0
 
 
 def stress(
@@ -32,7 +32,7 @@ def stress(
         int | None,
         typer.Option(min=1, metavar="N", help="N random cases instead, each against a second, independent path."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="What random cases are drawn from. [default: 0]")] = None,
+    seed: Annotated[int | None, typer.Option(help=f"What random cases are drawn from. [default: {SEED}]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small choice of the cases, in some seconds.")] = False,
     every: Annotated[bool, typer.Option("--every", help="Name accurate cells too.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Child processes. [default: one per core]")] = None,
@@ -54,6 +54,7 @@ def stress(
     Example: stickslip stress --random 500 --seed 1
     """
     from fmu_models.validation.stress import report
+    from fmu_models.validation.stress.choice import listed_cases, random_cases
     from fmu_models.validation.stress.workers import judged, judges
 
     refuse_existing(figure, overwrite=overwrite)
@@ -72,9 +73,9 @@ def stress(
     # the children import what they need while the cases are made here
     with judges(processes) as pool, console.progress("stressing") as advance:
         if random is None:
-            chosen = _cases(models or [], case, until, quick)
+            chosen = listed_cases(models or [], case, until, quick)
         else:
-            chosen = _random_cases(models or [], random, seed or 0, until)
+            chosen = random_cases(models or [], random, SEED if seed is None else seed, until)
         try:
             for cell in judged(chosen, advance, pool):
                 cells.append(cell)
@@ -91,49 +92,3 @@ def stress(
         raise typer.Abort
     if any(cell.verdict == "failed" for cell in cells):
         raise typer.Exit(1)
-
-
-def _cases(models: list[str], pattern: str | None, until: float | None, quick: bool) -> list[Case]:
-    """The cases asked for; of a quick look without models those of one model per kind of contact.
-
-    Raises:
-        StickslipError: an unknown model, or no case left.
-    """
-    from fmu_models import oscillators
-    from fmu_models.validation.stress.workers import cases_of
-
-    if not models:
-        models = _one_per_kind() if quick else oscillators.names()
-    found = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]
-    if pattern is None:
-        return [case for case in found if case.quick or not quick]
-    chosen = [case for case in found if fnmatch.fnmatchcase(case.name, pattern) and (case.quick or not quick)]
-    if not chosen:
-        known = [case.name for case in found if case.quick or not quick]
-        raise StickslipError(f"No case matches '{pattern}'.{nearest(pattern, known)}")
-    return chosen
-
-
-def _random_cases(models: list[str], count: int, seed: int, until: float | None) -> list[Case]:
-    """So many cases, as equal numbers of each model as there can be.
-
-    Raises:
-        StickslipError: an unknown model.
-    """
-    from fmu_models import oscillators
-    from fmu_models.validation.stress.workers import drawn
-
-    names = list(dict.fromkeys(models)) or oscillators.names()
-    share, more = divmod(count, len(names))
-    return [case for i, name in enumerate(names) for case in drawn(name, share + (i < more), seed, until)]
-
-
-def _one_per_kind() -> list[str]:
-    """The first model by name of every kind of contact."""
-    from fmu_models import oscillators
-
-    found: dict[str, str] = {}
-    for name in oscillators.names():
-        for contact in oscillators.load(name).contacts:
-            found.setdefault(type(contact).__name__, name)
-    return sorted(set(found.values()))

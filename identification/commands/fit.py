@@ -17,6 +17,7 @@ from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import (
     RATIOS,
     Disturbing,
+    EstimatorName,
     FigurePath,
     decay_of,
     draw_friction,
@@ -35,9 +36,7 @@ if TYPE_CHECKING:
 
 def fit(
     logs: Logs,
-    estimator: Annotated[
-        str, typer.Option(help="shooting, whole-cycle, lugre, weak-form or savitzky-golay.")
-    ] = ESTIMATOR,
+    estimator: EstimatorName = ESTIMATOR,
     law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = LAW,
     settings: Settings = None,
     uncertainty: Uncertainties = None,

@@ -11,6 +11,8 @@ import typer
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 from identification.commands.logs import Stated
+from identification.disturbances import DISTURBANCES
+from identification.estimators import ESTIMATORS
 from identification.inference.defaults import AUTO, NONE
 
 if TYPE_CHECKING:
@@ -28,8 +30,13 @@ Disturbing = Annotated[
     str,
     typer.Option(
         metavar="none|auto|NAME,...",
-        help="Estimated beside the law: normal-force, normal-force-each, angle, wear, zero, drift; auto: those shown.",
+        help=f"Estimated beside the law: {', '.join(DISTURBANCES.names())}, or your own, my_disturbance.py; "
+        "auto: those shown.",
     ),
+]
+
+EstimatorName = Annotated[
+    str, typer.Option("--estimator", help=f"{', '.join(ESTIMATORS.names())}, or your own, my_estimator.py.")
 ]
 
 RATIOS = ("k/J", "c/J")  # constants that a free decay gives

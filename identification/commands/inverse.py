@@ -46,7 +46,7 @@ def inverse(
         typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate, effort or time; repeat."),
     ] = None,
     cutoff: Annotated[
-        float | None, typer.Option(help="Hz, of the low-pass of a machine's positions (default: 10).", min=0)
+        float | None, typer.Option(help=f"Hz, of the low-pass of a machine's positions (default: {CUTOFF:g}).", min=0)
     ] = None,
     parallel_cutoff: Annotated[
         float | None, typer.Option(help="Hz, of that over its efforts and columns (default: the same).", min=0)

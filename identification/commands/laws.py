@@ -10,6 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
+from identification.estimators import ESTIMATORS
 from identification.inference.defaults import DISTURBANCES, ESTIMATOR
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 def laws(
     logs: Logs,
     estimator: Annotated[
-        str, typer.Option(help="Whose likelihood decides: shooting, whole-cycle, weak-form or savitzky-golay.")
+        str, typer.Option(help=f"Whose likelihood decides: {', '.join(ESTIMATORS.names())}.")
     ] = ESTIMATOR,
     disturbances: Disturbing = DISTURBANCES,
     contact: Annotated[

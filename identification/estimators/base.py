@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.shown import Shown
-from identification.estimators.disturbances import Term
+from identification.disturbances.term import DisturbanceTerm
 from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Prior, Problem, Progress, Solution
 from identification.laws import FittableLaw
@@ -79,7 +79,7 @@ class Options(Shown):
     workers: threads, as many as there are cores if None (the result does not depend on it)."""
 
     nuisance: tuple[str, ...] = ()
-    disturbances: tuple[Term, ...] = ()
+    disturbances: tuple[DisturbanceTerm, ...] = ()
     progress: Progress | None = None
     given: Given = NOTHING
     workers: int | None = None

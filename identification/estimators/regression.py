@@ -17,8 +17,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
+from identification.disturbances.term import DisturbanceTerm, Whereabouts, disturbed, misread
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
-from identification.estimators.disturbances import WHERE, Place, Term, disturbed, misread
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import DiscMotion, drive_angle
@@ -45,7 +45,7 @@ class Regression:
     cluster: np.ndarray
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
-    where: Place | None = field(default=None, kw_only=True)
+    where: Whereabouts | None = field(default=None, kw_only=True)
     noise: float = field(default=1.0, kw_only=True)
     sign: np.ndarray | None = field(default=None, kw_only=True)
     spring: float = field(default=0.0, kw_only=True)
@@ -76,7 +76,9 @@ class Regression:
 
         return np.concatenate(self._by_chunks(part))
 
-    def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def disturbed(
+        self, law: FittableLaw, terms: Sequence[DisturbanceTerm], x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
         (n, m)."""
         where, sign, (q, a) = self.where, self.sign, np.split(x, [len(law.parameters)])
@@ -87,8 +89,11 @@ class Regression:
 
         def part(rows: slice) -> tuple[np.ndarray, np.ndarray]:
             slip, tilt = self.along(law, self.slip[rows], rows), self.spring * sign[rows]
-            friction, (factor, by) = law.value(slip, q), disturbed(terms, a, where.of(rows))
-            more, by_more = misread(terms, a, where.of(rows))
+            friction, (factor, by) = (
+                law.value(slip, q),
+                disturbed(terms, a, chunk := where.map(lambda values: values[rows])),
+            )
+            more, by_more = misread(terms, a, chunk)
             slopes = [averaged(factor * slope, slip) for slope in law.gradient(slip, q)]
             slopes += [
                 averaged(friction * slope, slip) + tilt * averaged(other, slip)
@@ -132,7 +137,7 @@ class Regression:
             np.repeat(np.arange(len(rows)), [len(part) for part in rows]),
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
-            where=None if self.where is None else self.where.of(chosen),
+            where=None if self.where is None else self.where.map(lambda values: values[chosen]),
             noise=self.noise,
             sign=None if self.sign is None else self.sign[chosen],
             spring=self.spring,
@@ -150,7 +155,7 @@ class RegressionProblem(FrictionProblem):
     regression: Regression
     held: tuple[Prior, ...] = ()
     again: Callable[[Mapping[str, float]], Regression] | None = None
-    terms: tuple[Term, ...] = ()
+    terms: tuple[DisturbanceTerm, ...] = ()
     drawn: int = 0
     zero: float = 0.0
     noise_known = False
@@ -260,7 +265,7 @@ def load_factor(motion: DiscMotion, force: float) -> np.ndarray:
     return np.ones(len(motion.time)) if motion.loads is None else motion.loads[0] / force
 
 
-def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: float) -> list[Place]:
+def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: float) -> list[Whereabouts]:
     """Where drive and body stood at the samples of each segment, (m,) each. force: N, mean of a load cell."""
     motions = {id(segment.motion): segment.motion for segment in segments}
     turned = {key: drive_angle(motion, int(motion.log.contacts[0][-1])) for key, motion in motions.items()}
@@ -269,13 +274,10 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
         inside, time = slice(segment.first, segment.last), segment.motion.time
         share = (time[inside] - time[0]) / (time[-1] - time[0]) - 0.5
         load = load_factor(segment.motion, force)[inside]
-        places.append(Place(turned[id(segment.motion)][inside], segment.angle, share, np.full(len(share), log), load))
+        places.append(
+            Whereabouts(turned[id(segment.motion)][inside], segment.angle, share, np.full(len(share), log), load)
+        )
     return places
-
-
-def joined(places: Sequence[Place]) -> Place:
-    """One after the other."""
-    return Place(*(np.concatenate([getattr(one, name) for one in places]) for name in WHERE))
 
 
 Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], Regression]

@@ -17,9 +17,9 @@ from functools import lru_cache
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.disturbances.term import Whereabouts
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.disturbances import WHERE, Place
-from identification.estimators.regression import Regression, joined, regress, whereabouts
+from identification.estimators.regression import Regression, regress, whereabouts
 from identification.estimators.windows import coloured
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -50,7 +50,7 @@ class FrictionSamples:
     cluster: np.ndarray
     log: np.ndarray
     weight: np.ndarray
-    where: Place | None = None
+    where: Whereabouts | None = None
     sign: np.ndarray | None = None
 
 
@@ -92,7 +92,7 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
             )
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
-    where = joined(whereabouts(segments, logs, rig.N))
+    where = Whereabouts.joined(whereabouts(segments, logs, rig.N))
     sign = np.array([float(segment.sign) for segment in segments])[cluster]
     return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, sign)
 
@@ -120,8 +120,8 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
     assert samples.where is not None and samples.sign is not None
-    place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
-    place = Place(*(getattr(place, name)[:, None] for name in WHERE))
+    rows = np.arange(0, len(samples.slip), EVERY)
+    where = samples.where.map(lambda values: values[rows][:, None])
     count = odd_count(WINDOW * period, segments[0].motion.step)
     noise = _noise_gain(count, count, segments[0].motion.step, rig)[count // 2] / (rig.R * rig.N)
     return Regression(
@@ -131,7 +131,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         cluster,
         samples.log[::EVERY],
         blocks,
-        where=place,
+        where=where,
         noise=float(noise),
         sign=samples.sign[::EVERY],
         spring=rig.spring,

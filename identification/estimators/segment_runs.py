@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.simulation.signal import Signal
-from identification.estimators.disturbances import Term
+from identification.disturbances.term import DisturbanceTerm
 from identification.laws.joint_law import JointLaw, laws_of
 from identification.laws.law import FittableLaw
 from identification.measurement.pooled import SPEED, rig_values
@@ -113,7 +113,7 @@ class Runs:
 
 
 def directions(
-    law: FittableLaw, names: Sequence[str], contacts: Sequence[str], terms: Sequence[Term] = ()
+    law: FittableLaw, names: Sequence[str], contacts: Sequence[str], terms: Sequence[DisturbanceTerm] = ()
 ) -> tuple[str, ...]:
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}

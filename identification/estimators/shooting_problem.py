@@ -9,8 +9,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
+from identification.disturbances.oscillator import LOAD, TURNED, disturbed_oscillator
+from identification.disturbances.term import DisturbanceTerm
 from identification.estimators.base import Options
-from identification.estimators.disturbances import Term, disturbed_oscillator
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import Runs, ShootingSegment, Start, directions
 from identification.estimators.shooting_segments import LINE, ShootingProblem
@@ -46,6 +47,8 @@ def shooting_problem(
     terms = options.disturbances
     every = options.given.bounded((*unknowns(law), *(term.unknown for term in terms), *others))
     freed = {unknown.name for unknown in others}
+    runs = _runs(ready, law, [unknown.name for unknown in every], terms)
+    variables = {name for each in runs.values() for name in each.fmu.variables}
     return ShootingProblem(
         ready=ready,
         law=law,
@@ -61,13 +64,13 @@ def shooting_problem(
             ]
         ),
         noise_known=noise_known,
-        runs=_runs(ready, law, [unknown.name for unknown in every], terms),
+        runs=runs,
         starts=tuple(Start(segment.guess) for segment in segments),
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
         workers=options.workers,
-        turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
-        loads=_loads(ready) if any(term.moves == "load" for term in terms) else {},
+        turned=_turned(ready) if TURNED in variables else {},
+        loads=_loads(ready) if LOAD in variables else {},
     )
 
 
@@ -86,16 +89,17 @@ def under(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, q: np.ndarray
     )
 
 
-def _runs(ready: Pool, law: FittableLaw, names: Sequence[str], terms: Sequence[Term]) -> dict[tuple[str, ...], Runs]:
+def _runs(
+    ready: Pool, law: FittableLaw, names: Sequence[str], terms: Sequence[DisturbanceTerm]
+) -> dict[tuple[str, ...], Runs]:
     """The models of the logs, by the discs in contact, differentiated by what is named."""
     from fmu_models.codegen.package import built
     from fmu_models.fmu.fmu import Fmu
 
     runs = {}
-    factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if not term.of_sensor))
     for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
-        if factors:
-            fmu = disturbed_oscillator(contacts[0], law.reference, factors)
+        if not all(term.of_sensor for term in terms):
+            fmu = disturbed_oscillator(contacts[0], law.reference, terms)
         else:
             model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
             fmu = Fmu.open(built(model, contacts=contacts, laws=dict.fromkeys(contacts, law.reference)))

@@ -24,8 +24,9 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
+from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, TURNED
+from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, disturbed, misread
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed, misread
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import STARTS, Moves, Runs, ShootingSegment, Start, chain, directions
 from identification.estimators.two_discs import joint_rows
@@ -69,7 +70,7 @@ class ShootingProblem(FrictionProblem):
     runs: Mapping[tuple[str, ...], Runs]
     starts: tuple[Start, ...] = field(repr=False)
     residual_unit: str = "m"
-    terms: tuple[Term, ...] = ()
+    terms: tuple[DisturbanceTerm, ...] = ()
     turned: Mapping[int, Signal] = field(default_factory=dict)
     loads: Mapping[int, Signal] = field(default_factory=dict)
     workers: int | None = None
@@ -214,18 +215,19 @@ class ShootingProblem(FrictionProblem):
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         inputs = {f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)}
         if segment.log in self.turned:
-            inputs["turned"] = self.turned[segment.log]
+            inputs[TURNED] = self.turned[segment.log]
         if segment.log in self.loads:
-            inputs["load"] = self.loads[segment.log]
+            inputs[LOAD] = self.loads[segment.log]
         count = len(self.law.parameters)
         for value, term in zip(x[count:], self.terms, strict=False):
             moves = self.moved(segment)[term.name]
             values |= {name: values.get(name, 0.0) + by * float(value) for name, by in moves.items()}
-        if any(term.moves == "time" and term.order for term in self.terms):
+        variables = self.runs[contacts].fmu.variables
+        if DURATION in variables:
             log = self.ready.motions[segment.log].time
-            values |= {"middle": float(log[0] + log[-1]) / 2, "duration": float(log[-1] - log[0])}
-        bent = next((term for term in self.terms if term.moves == "angle"), None)
-        values |= {} if bent is None else {MIDDLE_ANGLE: bent.reference}
+            values |= {MIDDLE: float(log[0] + log[-1]) / 2, DURATION: float(log[-1] - log[0])}
+        if MIDDLE_ANGLE in variables:
+            values[MIDDLE_ANGLE] = next((term.reference for term in self.terms if term.reference), 0.0)
         with self.runs[contacts].taken() as run:
             return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
 
@@ -328,7 +330,8 @@ class ShootingProblem(FrictionProblem):
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
         scale = (1 + sensors.gain) / (1 + known["gain"]) / known.get("laser", 1.0) * lever
-        theta = theta + sum(known[term.name] for term in self.terms if term.moves == "zero")
+        offsets = [term.name for term in self.terms if term.effect.sensor == ANGLE]
+        theta = theta + sum(known[name] for name in offsets)
         shown = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         drifts = {name: lever * curve for name, curve in self._drifts(segment).items()}
@@ -348,7 +351,7 @@ class ShootingProblem(FrictionProblem):
                 columns[:, place] += 1.0
             elif name in drifts:
                 columns[:, place] += drifts[name]
-            elif any(term.name == name and term.moves == "zero" for term in self.terms):
+            elif name in offsets:
                 columns[:, place] += slope
             elif segment.lines is not None and name.startswith(LINE):
                 columns[:, place] += segment.lines == int(name.removeprefix(LINE))
@@ -365,5 +368,7 @@ class ShootingProblem(FrictionProblem):
         log = self.ready.motions[segment.log].time
         share = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
         return {
-            term.name: term.drift(share) for term in self.terms if term.moves == "drift" and term.log == segment.log
+            term.name: term.curve(share)
+            for term in self.terms
+            if term.effect.sensor == LASER and term.log in (None, segment.log)
         }

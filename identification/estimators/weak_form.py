@@ -18,14 +18,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from identification.disturbances.term import Whereabouts
 from identification.estimators import two_discs
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.disturbances import Place
 from identification.estimators.regression import (
     Regression,
     RegressionProblem,
     check_directions,
-    joined,
     reduced,
     regress,
     whereabouts,
@@ -90,7 +89,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         begins = np.arange(len(rows)) * stride
         middle = begins[:, None] + count // 2
         places.append(
-            Place(
+            Whereabouts(
                 windows(where.turned, count, stride).copy(),
                 angles,
                 where.share[middle],
@@ -107,7 +106,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         cluster,
         log,
         tuple(whiten),
-        where=joined(places),
+        where=Whereabouts.joined(places),
         noise=float(np.linalg.norm(weights)),
         sign=np.array([float(segment.sign) for segment in segments])[cluster],
         spring=rig.spring,

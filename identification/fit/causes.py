@@ -1,6 +1,6 @@
 """Which disturbances the logs show, by name: forward selection in the weak form, checked backward.
 
-A cause (terms of `estimators.disturbances`) is taken up where its F test, corrected for the number of causes tried
+A cause (terms of `identification.disturbances`) is taken up where its F test, corrected for the number of causes tried
 (Holm), and BIC both ask for it. Residuals are coloured, so that n of them are worth n_e = n/inflation independent ones
 (`inference.comparison`), though never fewer than there are slips, and both tests count these:
     F = ((S_0 - S_1)/m)/(S_1/(n_e - p)),     gain = n_e ln(S_0/S_1) - m ln n_e
@@ -23,21 +23,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.disturbances import DISTURBANCES
+from identification.disturbances.disturbance import Disturbance
+from identification.disturbances.term import LASER, SENSOR_UNITS, DisturbanceTerm, disturbed, misread
+from identification.disturbances.terms import ranked, terms_of
 from identification.estimators import weak_form
 from identification.estimators.base import Options
-from identification.estimators.disturbances import (
-    ANGLE,
-    CAUSES,
-    DRIFT,
-    FORCE,
-    FORCE_EACH,
-    WEAR,
-    Term,
-    disturbed,
-    hidden,
-    misread,
-    terms_of,
-)
 from identification.estimators.regression import RegressionProblem
 from identification.fit.parts import Cause
 from identification.inference.choice import coloured_covariance
@@ -53,8 +44,6 @@ SEARCH = 1e-5  # relative, of the fits that only select
 RADIUS = 1e-3  # relative, of a radius that is sought only to be judged
 BEYOND = 2.0  # times the logarithm by which a radius is off to first order: so far it is sought
 TRIED = 2  # causes that are fitted in each round: those that promise most to first order
-# pairs of which one does what the other does, so that the better one is taken
-EITHER = (frozenset({FORCE, FORCE_EACH}), frozenset({WEAR, DRIFT}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +139,8 @@ def find_causes(
         StickslipError: the logs cannot be fitted by the weak form.
     """
     search = _Search(ready, law, workers)
-    seen = [one for one in CAUSES if not hidden(ready, one)]
+    disturbances = ranked()
+    seen = [name for name, disturbance in disturbances.items() if not disturbance.hidden(ready)]
     now, chosen = search.fit(()), list[str]()
     progress(0.5)
     if named:
@@ -158,8 +148,8 @@ def find_causes(
         return tuple(_cause(search, now, one) for one in now.causes)
     while True:
         progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
-        rest = [one for one in seen if one not in chosen and not any(pair <= {one, *chosen} for pair in EITHER)]
-        open_ = [one for one in rest if search.judges((*chosen, one))]
+        rivals = {rival for name in chosen for rival in _rivals(disturbances, name)}
+        open_ = [name for name in seen if name not in rivals and search.judges((*chosen, name))]
         tried = {one: search.fit((*chosen, one), now) for one in search.promising(now, open_)}
         judged = {one: search.judged(now, fit) for one, fit in tried.items()}
         # Holm: the least of the probabilities counts as often as there are causes left
@@ -169,13 +159,16 @@ def find_causes(
         best = max(sure, key=lambda one: judged[one][0])
         chosen.append(best)
         now = tried[best]
-    if WEAR in chosen and DRIFT in seen and search.judges([one for one in (*chosen, DRIFT) if one != WEAR]):
+    for mimic in seen:
         # slow changes of friction and of the zero look alike, and what has few terms is met first
-        rest = [one for one in chosen if one != WEAR]
-        other = search.fit((*rest, DRIFT), search.fit(rest, now))
+        original = disturbances[mimic].mimics
+        rest = [name for name in chosen if name != original]
+        if original not in chosen or not search.judges((*rest, mimic)):
+            continue
+        other = search.fit((*rest, mimic), search.fit(rest, now))
         terms = len(other.problem.terms) - len(now.problem.terms)
         if other.effective * np.log(now.sum / other.sum) > terms * np.log(max(other.effective, 1.0)):
-            chosen, now = [*rest, DRIFT], other
+            chosen, now = [*rest, mimic], other
     for one in [*chosen[:-1]]:  # what came first may be explained by what came later
         rest = tuple(name for name in chosen if name != one)
         gain, chance = search.judged(search.fit(rest, now), now)
@@ -183,6 +176,13 @@ def find_causes(
             chosen.remove(one)
             now = search.fit(rest, now)
     return tuple(_cause(search, now, one) for one in chosen)
+
+
+def _rivals(disturbances: Mapping[str, Disturbance], chosen: str) -> set[str]:
+    """The disturbance itself and those that do the same or look like it, of which the better one is taken."""
+    own = disturbances[chosen]
+    same = {name for name, other in disturbances.items() if chosen in (other.same_as, other.mimics)}
+    return {chosen, own.same_as, own.mimics, *same}
 
 
 def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: Mapping[str, float]) -> bool:
@@ -222,10 +222,9 @@ def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: 
     return effective * float(np.log(min(sums) / with_causes.sum)) > more * float(np.log(effective))
 
 
-def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[Term, ...]:
+def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[DisturbanceTerm, ...]:
     """The terms of causes that were found."""
-    drift = next((cause.size for cause in causes if cause.name == DRIFT), 0.0)
-    return terms_of(ready, [cause.name for cause in causes], drift)
+    return terms_of(ready, [cause.name for cause in causes], {cause.name: cause.size for cause in causes})
 
 
 def _cause(search: _Search, now: _Fit, name: str) -> Cause:
@@ -236,17 +235,17 @@ def _cause(search: _Search, now: _Fit, name: str) -> Cause:
     terms = tuple(term for term in now.problem.terms if term.cause == name)
     values = dict(zip([term.name for term in now.problem.terms], now.found.values[count:], strict=True))
     mine = np.array([values[term.name] for term in terms])
-    words, unit = CAUSES[name], "1"
-    if terms[0].of_sensor:
-        more, _ = misread(terms, mine, where)
-        unit, lever = ("rad", 1.0) if terms[0].moves == "zero" else ("m", search.ready.values.R)
-        size = lever * float(np.max(np.abs(more)))
+    sensor, disturbances = terms[0].effect.sensor, ranked([name])
+    if sensor:
+        misreading, _ = misread(terms, mine, where)
+        size = (search.ready.values.R if sensor == LASER else 1.0) * float(np.max(np.abs(misreading)))
     else:
         factor, _ = disturbed(terms, mine, where)
         size = 0.5 * float(np.ptp(factor))
-    words += f"; the law is that at {terms[0].reference:g} rad" if name == ANGLE else ""
-    words += "; one log shows no change from log to log" if name == WEAR and len(search.ready.motions) == 1 else ""
-    return Cause(name, words, size, unit, float(gain), min(chance * len(CAUSES), 1.0))
+    disturbance = disturbances[name]
+    words = disturbance.words + disturbance.remark(search.ready, terms)
+    count = len(DISTURBANCES.names())
+    return Cause(name, words, size, SENSOR_UNITS.get(sensor, "1"), float(gain), min(chance * count, 1.0))
 
 
 def _carried(begin: _Fit, problem: RegressionProblem) -> np.ndarray:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
+from identification.disturbances.term import DisturbanceTerm
+from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.disturbances import Term, terms_of
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
 from identification.fit.causes import WIDER, asked_for, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
@@ -57,10 +58,11 @@ def fit_friction(
     unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called
     k_per_J). An interrupt (Ctrl-C) once there is a solution ends the work, and the fit says what is missing.
     inference: how its uncertainty is found; ``progress`` is told the fraction of all this done. disturbances: names of
-    `estimators.disturbances.CAUSES`, estimated beside the law; "auto": those that the logs show, sought only where the
-    residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry the spread over laws
-    that the logs cannot tell apart, and over which: those that the weak form leaves within reach ("auto"), "all" that
-    are not far off, or "none". A law that had not converged, as one nested in it shows, is taken from there.
+    `identification.disturbances`, or files of your own, estimated beside the law; "auto": those that the logs show,
+    sought only where the residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry
+    the spread over laws that the logs cannot tell apart, and over which: those that the weak form leaves within reach
+    ("auto"), "all" that are not far off, or "none". A law that had not converged, as one nested in it shows, is taken
+    from there.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
@@ -106,7 +108,7 @@ class _Work:
     law_spread: str
     stages: Stages
 
-    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
+    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
         made, options = self.estimated(stage, by=by, terms=terms)
         return adjust(self.ready, made, options)
@@ -133,7 +135,7 @@ class _Work:
             return as_stated(replace(first, warnings=(*first.warnings, said)))
 
     def estimated(
-        self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()
+        self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()
     ) -> tuple[Estimate, Options]:
         """The same with constants as they are stated, and the options that it was made with."""
         estimator = by or self.estimator

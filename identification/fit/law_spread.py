@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.disturbances.terms import terms_of
 from identification.estimators.base import Estimate, Options
-from identification.estimators.disturbances import terms_of
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.causes import find_causes

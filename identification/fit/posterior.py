@@ -14,9 +14,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
+from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.estimators.disturbances import terms_of
 from identification.fit.causes import WIDER
 from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance

@@ -310,7 +310,7 @@ class FrictionFit(Moving):
             if isinstance(values.get(key), list):
                 values[key] = [_renamed(one, kept) for one in values[key]]
         fit = from_plain(FrictionFit, values, "The fitted law")
-        for reference in (fit.law_reference, fit.estimator):
+        for reference in (fit.law_reference, fit.estimator, *(cause.name for cause in fit.causes)):
             admit(reference, Path(), trust=trust)
         n = len(fit.parameters)
         if [len(row) for row in fit.correlation] != [n] * n:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.estimators.disturbances import disturbed, misread
+from identification.disturbances.term import disturbed, misread
 from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
 from identification.fit.causes import terms_found
 from identification.fit.result import FrictionFit

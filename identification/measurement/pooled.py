@@ -132,6 +132,11 @@ class Pool(Shown):
         return self.sensors.lines == 0 and any(angle_sensor(motion.log) == "laser" for motion in self.motions)
 
     @property
+    def slips_both_ways(self) -> bool:
+        """Whether discs slip forward in some of the slips and backward in others."""
+        return len({segment.sign for segment in self.segments}) > 1
+
+    @property
     def seen_well(self) -> bool:
         """Whether residuals can tell disturbances of friction from what sensors leave open: from misplaced lines of an
         encoder that alone shows the angle, and from drives whose unevenness is not recorded."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.estimators.disturbances import terms_of
 from identification.fit.causes import asked_for, find_causes
 from identification.fit.rivals import fit_rivals, not_far, weak_fits
 from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law

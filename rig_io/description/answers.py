@@ -84,12 +84,12 @@ class Answers:
             StickslipError: not of that form, or an unknown role.
         """
         columns, units, kinds = dict(self.columns), dict(self.units), dict(self.kinds)
-        for part in filter(None, (part.strip() for part in text.split(";"))):
-            name, said = assignment(part, "COLUMN=ROLE UNIT, such as Weg=laser V")
-            if said in KINDS:
-                kinds[name] = said
+        for item in filter(None, (item.strip() for item in text.split(";"))):
+            name, assigned = assignment(item, "COLUMN=ROLE UNIT, such as Weg=laser V")
+            if assigned in KINDS:
+                kinds[name] = assigned
                 continue
-            columns[name], unit = role_and_unit(name, said)
+            columns[name], unit = role_and_unit(name, assigned)
             if unit:
                 units[name] = unit
         return replace(self, columns=columns, units=units, kinds=kinds)
@@ -101,15 +101,15 @@ def assignment(text: str, form: str) -> tuple[str, str]:
     Raises:
         StickslipError: not of that form.
     """
-    name, equals, said = (part.strip() for part in text.rpartition("="))
-    if not equals or not name or not said:
+    name, equals, value = (side.strip() for side in text.rpartition("="))
+    if not equals or not name or not value:
         raise StickslipError(f"'{text}' is not of the form {form}.")
-    return name.strip("'\""), said.strip("'\"")
+    return name.strip("'\""), value.strip("'\"")
 
 
-def role_and_unit(name: str, said: str) -> tuple[str, str]:
+def role_and_unit(name: str, text: str) -> tuple[str, str]:
     """Role and unit of "laser V"; an unknown role is refused, with the nearest one."""
-    role, _, unit = said.partition(" ")
+    role, _, unit = text.partition(" ")
     if role != NONE and role not in COLUMNS:
         raise StickslipError(f"Column '{name}': there is no role '{role}'.{nearest(role, (*COLUMNS, NONE))}")
     return role, unit.strip().strip("[]")
@@ -130,26 +130,26 @@ def from_options(
     Raises:
         StickslipError: one is not of the form NAME=SOMETHING, or names something that is not known.
     """
-    found = Answers(join=join, confirm=confirm).with_columns(";".join(mapped or ()))
+    answers = Answers(join=join, confirm=confirm).with_columns(";".join(mapped or ()))
     stated = dict(assignment(text, "COLUMN=UNIT") for text in units or ())
-    given = {}
+    stated_values = {}
     for text in values or ():
-        name, equals, said = (part.strip() for part in text.partition("="))
-        if not equals or not said:
+        name, equals, value = (side.strip() for side in text.partition("="))
+        if not equals or not value:
             raise StickslipError(
                 f"A value is given as NAME=VALUE±UNCERTAINTY UNIT, such as J=0.0548±0.0003; not '{text}'."
             )
-        given[name] = said
+        stated_values[name] = value
     for text in uncertainties or ():
-        name, said = assignment(text, "NAME=UNCERTAINTY")
-        if name not in given:
+        name, value = assignment(text, "NAME=UNCERTAINTY")
+        if name not in stated_values:
             raise StickslipError(f"The uncertainty of '{name}' is given, but not its value: --set {name}=VALUE.")
-        given[name] = f"{given[name]} ± {said}"
+        stated_values[name] = f"{stated_values[name]} ± {value}"
     return replace(
-        found,
-        units={**found.units, **stated},
-        values=given,
-        kinds={**found.kinds, **dict(assignment(text, "FILE=KIND") for text in kinds or ())},
+        answers,
+        units={**answers.units, **stated},
+        values=stated_values,
+        kinds={**answers.kinds, **dict(assignment(text, "FILE=KIND") for text in kinds or ())},
         read=dict(assignment(text, "OPTION=VALUE, such as decimal=comma") for text in read or ()),
     )
 
@@ -163,9 +163,9 @@ def from_file(path: Path) -> Answers:
     document = read_document(existing(path, "answers file"))
     document.check_keys(("columns", "values", "kinds", "read", "join", "confirm"))
     columns, units = {}, {}
-    for name, said in _texts(document, "columns").items():
+    for name, assigned in _texts(document, "columns").items():
         try:
-            columns[name], unit = role_and_unit(name, said)
+            columns[name], unit = role_and_unit(name, assigned)
         except StickslipError as error:
             raise document.fault(str(error), "columns", name) from error
         if unit:
@@ -179,8 +179,8 @@ def from_file(path: Path) -> Answers:
 def _texts(document: Document, table: str) -> dict[str, str]:
     if table not in document.data:
         return {}
-    found = document.table(table)
-    for name, value in found.items():
+    entries = document.table(table)
+    for name, value in entries.items():
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise document.fault(f"'{name}' holds {value!r}; expected a text or a number.", table, name)
-    return {name: str(value) for name, value in found.items()}
+    return {name: str(value) for name, value in entries.items()}

@@ -52,8 +52,8 @@ def features(values: np.ndarray) -> Features | None:
     value = value[np.isfinite(value)]
     if len(value) < 10 or len(value) < 0.2 * min(len(values), SAMPLE):
         return None
-    whole = bool(np.all(value == np.round(value)) and np.abs(value).max() < 2**53)
-    if whole:
+    integral = bool(np.all(value == np.round(value)) and np.abs(value).max() < 2**53)
+    if integral:
         value, _, _ = unwrapped(value, None)
     steps = np.diff(value)
     span = float(np.ptp(value))
@@ -66,7 +66,7 @@ def features(values: np.ndarray) -> Features | None:
     mean = abs(float(value.mean()))
     return Features(
         value,
-        whole,
+        integral,
         float(np.mean(steps >= 0)),
         bool(np.all(steps > 0)),
         step,
@@ -86,32 +86,32 @@ def _smooth(value: np.ndarray) -> np.ndarray:
 def _turns(value: np.ndarray, band: float) -> int:
     """Times that a movement turns back by more than a band."""
     turns, rising, extreme = 0, bool(value[-1] > value[0]), value[0]
-    for one in value:
-        if (one < extreme - band) if rising else (one > extreme + band):
-            turns, rising, extreme = turns + 1, not rising, one
-        elif (one > extreme) == rising:
-            extreme = one
+    for sample in value:
+        if (sample < extreme - band) if rising else (sample > extreme + band):
+            turns, rising, extreme = turns + 1, not rising, sample
+        elif (sample > extreme) == rising:
+            extreme = sample
     return turns
 
 
-def evidence(found: Features | None, unit: str | None, stamp: bool) -> Mapping[str, Evidence]:
+def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping[str, Evidence]:
     """For each role, what the numbers say for or against it. unit: as the file states it; stamp: a date or time."""
     if stamp:
         return {"time": Evidence(0.97, "holds dates or times of day", "s")}
-    if found is None:
+    if content is None:
         return dict.fromkeys(_ALL, Evidence(0.0, "holds hardly a number"))
     return {
-        "time": _time(found, unit),
-        **dict.fromkeys(("encoder_count",), _encoder(found)),
-        **dict.fromkeys(("drive0_count", "drive1_count"), _drive_count(found)),
-        **dict.fromkeys(("drive0_speed", "drive1_speed"), _drive_speed(found, unit)),
-        **dict.fromkeys(("encoder_edge_time", "drive0_edge_time", "drive1_edge_time"), _edge_time(found)),
-        "laser": _laser(found, unit),
-        "angle": _angle(found, unit),
-        "tachometer": _body_speed(found, unit, "rad/s"),
-        "vibrometer": _body_speed(found, unit, "m/s"),
-        **dict.fromkeys(("load0", "load1"), _load(found, unit)),
-        "trigger": _trigger(found),
+        "time": _time(content, unit),
+        **dict.fromkeys(("encoder_count",), _encoder(content)),
+        **dict.fromkeys(("drive0_count", "drive1_count"), _drive_count(content)),
+        **dict.fromkeys(("drive0_speed", "drive1_speed"), _drive_speed(content, unit)),
+        **dict.fromkeys(("encoder_edge_time", "drive0_edge_time", "drive1_edge_time"), _edge_time(content)),
+        "laser": _laser(content, unit),
+        "angle": _angle(content, unit),
+        "tachometer": _body_speed(content, unit, "rad/s"),
+        "vibrometer": _body_speed(content, unit, "m/s"),
+        **dict.fromkeys(("load0", "load1"), _load(content, unit)),
+        "trigger": _trigger(content),
     }
 
 
@@ -131,7 +131,7 @@ def _has(unit: str | None, *dimension: str) -> bool | None:
     from fmu_models.base.unit_names import parse_unit
 
     try:
-        return any(parse_unit(unit).check(parse_unit(one).dimensionality) for one in dimension)
+        return any(parse_unit(unit).check(parse_unit(kind).dimensionality) for kind in dimension)
     except (ValueError, pint.PintError):
         return None
 
@@ -187,8 +187,8 @@ def _drive_speed(f: Features, unit: str | None) -> Evidence:
 def _edge_time(f: Features) -> Evidence:
     if f.rising < 0.999 or f.whole:
         return Evidence(0.0, "is no time that stays and leaps")
-    held = float(np.mean(np.diff(f.value) == 0))
-    return Evidence(0.6 if held > 0.05 else 0.3, "a time that stays between edges")
+    repeated = float(np.mean(np.diff(f.value) == 0))
+    return Evidence(0.6 if repeated > 0.05 else 0.3, "a time that stays between edges")
 
 
 def _laser(f: Features, unit: str | None) -> Evidence:
@@ -212,8 +212,8 @@ def _angle(f: Features, unit: str | None) -> Evidence:
     return Evidence(0.65 if fits else 0.2, f"swings by {f.span:.3g} {unit or ''}".strip())
 
 
-def _body_speed(f: Features, unit: str | None, own: str) -> Evidence:
-    fits = _has(unit, own)
+def _body_speed(f: Features, unit: str | None, role_unit: str) -> Evidence:
+    fits = _has(unit, role_unit)
     if fits is False or f.whole:
         return Evidence(0.0, f"is in {unit}" if fits is False else "whole numbers, perhaps counts")
     if f.turns < SWINGS:

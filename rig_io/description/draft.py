@@ -52,7 +52,7 @@ class Draft:
         """The runs, as proposed and said."""
         files = [described_file(path, table, self.answers, self.example) for path, table in self.tables]
         rule = rule_of(files, self.answers, self.example)
-        runs = [[one] for one in files] if rule is None else runs_of(files, rule)
+        runs = [[file] for file in files] if rule is None else runs_of(files, rule)
         return tuple(
             described_log(run, rule if len(run) > 1 else None, self.answers, self._experiment(run)) for run in runs
         )
@@ -60,8 +60,8 @@ class Draft:
     def _experiment(self, files: Sequence[File]) -> dict[str, Any]:
         """What the sidecar that is there says of the experiment of a run."""
         names, where = {file.path.name for file in files}, f"'{self.folder / SIDECAR}'"
-        known = (one for one in self.known.get("resources", []) if names & set(files_of(one)))
-        return next((mapping(one, "experiment", where) for one in known), {})
+        resources = (resource for resource in self.known.get("resources", []) if names & set(files_of(resource)))
+        return next((mapping(resource, "experiment", where) for resource in resources), {})
 
     @property
     def roles(self) -> set[str]:
@@ -71,42 +71,46 @@ class Draft:
     @property
     def rig(self) -> dict[str, Any]:
         """Constants of the rig: those known, and those said now."""
-        known = dict(self.known.get("rig", {}))
+        constants = dict(self.known.get("rig", {}))
         for name, unit in RIG_UNITS.items():
             if name in self.answers.values:
-                said = quantities.quantity(self.answers.values[name], unit, name)
-                known[name] = {"value": said.value, "unit": unit, "standard_uncertainty": said.deviation}
-        return known
+                answer = quantities.quantity(self.answers.values[name], unit, name)
+                constants[name] = {"value": answer.value, "unit": unit, "standard_uncertainty": answer.deviation}
+        return constants
 
     def instrument(self, name: str) -> dict[str, Any] | None:
         """Calibration of an instrument, None where it is open."""
         if name in self.answers.values:
-            made = quantities.laser if name == "laser" else quantities.encoder
-            return made(self.answers.values[name], name)
+            parse = quantities.laser if name == "laser" else quantities.encoder
+            return parse(self.answers.values[name], name)
         return self.example.get("calibration", {}).get(name)
 
     def speed(self, log: Log) -> dict[str, Any] | None:
         """What is said of the speed of a drive that a log does not record, as its experiment has it; None: nothing."""
         names = [file.path.name for file in log.files]
-        said = next((text for name in names if (text := self.answers.values.get(SPEED + name))), None)
-        if said is None:
-            known = self.done(log)
-            return {key: known[key] for key in SPEEDS if key in known} if SPEEDS[0] in known else None
-        found = quantities.quantity(said, "rad/s", f"The speed of the drive in {names[0]}")
-        return {key: [one] for key, one in zip(SPEEDS, (found.value, found.deviation), strict=True) if one is not None}
+        text_of_speed = next((text for name in names if (text := self.answers.values.get(SPEED + name))), None)
+        if text_of_speed is None:
+            experiment = self.done(log)
+            return {key: experiment[key] for key in SPEEDS if key in experiment} if SPEEDS[0] in experiment else None
+        speed = quantities.quantity(text_of_speed, "rad/s", f"The speed of the drive in {names[0]}")
+        return {
+            key: [number]
+            for key, number in zip(SPEEDS, (speed.value, speed.deviation), strict=True)
+            if number is not None
+        }
 
     def done(self, log: Log) -> dict[str, Any]:
         """What the sidecar that is there says of the experiment, where the discs are the same."""
-        known = self._experiment(log.files)
-        return known if known.get("contacts") == log.contacts else {}
+        experiment = self._experiment(log.files)
+        return experiment if experiment.get("contacts") == log.contacts else {}
 
     @property
     def noise(self) -> dict[str, Any]:
         """The entry of the laser's calibration that holds its noise; empty where nobody was asked."""
         if LASER_NOISE in self.answers.values:
             return {"noise": quantities.noise(self.answers.values[LASER_NOISE], LASER_NOISE)}
-        known = self.example.get("calibration", {}).get("laser", {})
-        return {"noise": known["noise"]} if "noise" in known else {}
+        calibration = self.example.get("calibration", {}).get("laser", {})
+        return {"noise": calibration["noise"]} if "noise" in calibration else {}
 
 
 def draft(
@@ -128,93 +132,93 @@ def draft(
     folder = files[0].parent
     if any(path.parent.resolve() != folder.resolve() for path in files):
         raise StickslipError("Logs that are described together lie in one folder, beside their datapackage.json.")
-    own = package_at(folder, required=False)
-    other = own if like is None else package_at(like, required=True)
-    example = example_of(other, files, like is not None)
+    package = package_at(folder, required=False)
+    model_package = package if like is None else package_at(like, required=True)
+    example = example_of(model_package, files, like is not None)
     answers = answers.over(Answers(read={k: str(v) for k, v in example.get("dialect", {}).items()}))
     tables = tuple((path, read_table(path, reader, answers.read)) for path in files)
-    known = {**own, "rig": {**other.get("rig", {}), **own.get("rig", {})}}
-    alike = bool(example) and (like is not None or not {path.name for path in files} & set(files_of(example)))
-    decay = None if like is None else free_decay(like if like.is_dir() else like.parent, other)
-    made = Draft(tables, known, example, alike, answers, decay)
-    check_named(made)
-    return made
+    merged = {**package, "rig": {**model_package.get("rig", {}), **package.get("rig", {})}}
+    same_recorder = bool(example) and (like is not None or not {path.name for path in files} & set(files_of(example)))
+    decay = None if like is None else free_decay(like if like.is_dir() else like.parent, model_package)
+    drafted = Draft(tables, merged, example, same_recorder, answers, decay)
+    check_named(drafted)
+    return drafted
 
 
-def check_named(made: Draft) -> None:
+def check_named(draft: Draft) -> None:
     """Raises StickslipError: a column or a log that the user named is not there, or a column cannot have the unit."""
-    names = {name for _, table in made.tables for name in table.columns}
-    files = [path.name for path, _ in made.tables]
-    for key in (*made.answers.columns, *made.answers.units):
-        if not any(is_named(key, path, name, len(t.columns)) for path, t in made.tables for name in t.columns):
+    names = {name for _, table in draft.tables for name in table.columns}
+    files = [path.name for path, _ in draft.tables]
+    for key in (*draft.answers.columns, *draft.answers.units):
+        if not any(is_named(key, path, name, len(t.columns)) for path, t in draft.tables for name in t.columns):
             raise StickslipError(f"There is no column '{key}' in the logs.{nearest(key, sorted(names))}")
-    for name in made.answers.kinds:
+    for name in draft.answers.kinds:
         if name not in files:
             raise StickslipError(f"There is no log '{name}'.{nearest(name, files)}")
-    for name in made.answers.values:
+    for name in draft.answers.values:
         if name.startswith(SPEED) and name.removeprefix(SPEED) not in files:
             raise StickslipError(f"'{name}': there is no such log.{nearest(name.removeprefix(SPEED), files)}")
-    for file in (file for log in made.logs for file in log.files):
-        for one in file.columns:
-            said = any(is_named(key, file.path, one.name, len(file.columns)) for key in made.answers.units)
-            if said and (fault := unit_fault(one)):
+    for file in (file for log in draft.logs for file in log.files):
+        for column in file.columns:
+            stated = any(is_named(key, file.path, column.name, len(file.columns)) for key in draft.answers.units)
+            if stated and (fault := unit_fault(column)):
                 raise StickslipError(fault)
 
 
-def unit_fault(one: Proposal) -> str:
+def unit_fault(column: Proposal) -> str:
     """Why a column of its role cannot be written in its unit; "" where it can."""
-    if one.role is None or one.unit is None:
+    if column.role is None or column.unit is None:
         return ""
-    if COLUMNS[one.role].unit == "1":
-        if one.unit in COUNTED:
+    if COLUMNS[column.role].unit == "1":
+        if column.unit in COUNTED:
             return ""
         return (
-            f"Column '{one.name}' ({one.role}) is in '{one.unit}', but counts have no unit. Write 1, or say what it "
-            f"is: --map '{one.name}=ROLE'."
+            f"Column '{column.name}' ({column.role}) is in '{column.unit}', but counts have no unit. Write 1, or say "
+            f"what it is: --map '{column.name}=ROLE'."
         )
-    if one.role == "laser" and is_length(one.unit):
+    if column.role == "laser" and is_length(column.unit):
         return ""
     try:
-        conversion(one.unit, COLUMNS[one.role].unit, f"Column '{one.name}' ({one.role})")
+        conversion(column.unit, COLUMNS[column.role].unit, f"Column '{column.name}' ({column.role})")
     except StickslipError as error:
         return str(error)
     return ""
 
 
-def package_of(made: Draft) -> dict[str, Any]:
+def package_of(draft: Draft) -> dict[str, Any]:
     """The whole sidecar: resources of other logs stay as they are."""
-    described = {name for log in made.logs for name in (file.path.name for file in log.files)}
-    others = [one for one in made.known.get("resources", []) if not described & set(files_of(one))]
-    kept = {key: value for key, value in made.known.items() if key not in ("resources", "rig")}
-    title = {"profile": "tabular-data-package", "name": slug(made.folder.resolve().name)}
-    resources = [_resource(made, log) for log in made.logs]
-    return {**title, **kept, "rig": made.rig, "resources": [*others, *resources]}
+    described = {name for log in draft.logs for name in (file.path.name for file in log.files)}
+    others = [resource for resource in draft.known.get("resources", []) if not described & set(files_of(resource))]
+    entries = {key: value for key, value in draft.known.items() if key not in ("resources", "rig")}
+    title = {"profile": "tabular-data-package", "name": slug(draft.folder.resolve().name)}
+    resources = [_resource(draft, log) for log in draft.logs]
+    return {**title, **entries, "rig": draft.rig, "resources": [*others, *resources]}
 
 
-def _resource(made: Draft, log: Log) -> dict[str, Any]:
+def _resource(draft: Draft, log: Log) -> dict[str, Any]:
     names = [file.path.name for file in log.files]
     several = len(names) > 1
-    kept = {key: value for key, value in made.done(log).items() if key not in (*SPEEDS, "guessed")}
-    speed = made.speed(log) or {}
-    experiment: dict[str, Any] = {**kept, **speed, "kind": log.kind, "contacts": log.contacts}
+    previous = {key: value for key, value in draft.done(log).items() if key not in (*SPEEDS, "guessed")}
+    speed = draft.speed(log) or {}
+    experiment: dict[str, Any] = {**previous, **speed, "kind": log.kind, "contacts": log.contacts}
     if not log.kind_said:
         experiment["guessed"] = {"kind": log.kind_reason}
     resource: dict[str, Any] = {
         "name": log.name,
         "path": names if several else names[0],
         **({"join": log.rule} if several else {}),
-        "hash": {name: file_hash(made.folder / name) for name in names} if several else file_hash(log.files[0].path),
-        **({"dialect": dict(made.answers.read)} if made.answers.read else {}),
+        "hash": {name: file_hash(draft.folder / name) for name in names} if several else file_hash(log.files[0].path),
+        **({"dialect": dict(draft.answers.read)} if draft.answers.read else {}),
         "experiment": experiment,
     }
-    if "sampling_rate" in made.answers.values:
-        resource["sampling_rate"] = quantities.quantity(made.answers.values["sampling_rate"], "Hz", "rate").value
-    instruments = {name: made.instrument(name) for name in INSTRUMENTS if _measured(log, name)}
-    calibration = {name: one for name, one in instruments.items() if one is not None}
-    if made.noise and "laser" in log.roles and ("laser" in calibration or not _measured(log, "laser")):
-        calibration["laser"] = {**calibration.get("laser", {}), **made.noise}
+    if "sampling_rate" in draft.answers.values:
+        resource["sampling_rate"] = quantities.quantity(draft.answers.values["sampling_rate"], "Hz", "rate").value
+    instruments = {name: draft.instrument(name) for name in INSTRUMENTS if _measured(log, name)}
+    calibration = {name: entry for name, entry in instruments.items() if entry is not None}
+    if draft.noise and "laser" in log.roles and ("laser" in calibration or not _measured(log, "laser")):
+        calibration["laser"] = {**calibration.get("laser", {}), **draft.noise}
     resource["calibration"] = calibration
-    fields = [_field(file, one, several) for file in log.files for one in file.columns]
+    fields = [_field(file, column, several) for file in log.files for column in file.columns]
     return {**resource, "schema": {"fields": fields}}
 
 
@@ -222,7 +226,7 @@ def _measured(log: Log, instrument: str) -> bool:
     """Whether a log has a column that needs the instrument's calibration."""
     if instrument != "laser":
         return f"{instrument}_count" in log.roles
-    column = next((found for file in log.files if (found := file.column("laser"))), None)
+    column = next((laser for file in log.files if (laser := file.column("laser"))), None)
     return column is not None and not is_length(column.unit)
 
 
@@ -234,24 +238,24 @@ def is_length(unit: str | None) -> bool:
         return False
 
 
-def _field(file: File, one: Proposal, several: bool) -> dict[str, Any]:
-    made: dict[str, Any] = {"name": one.name, "role": one.role}
+def _field(file: File, column: Proposal, several: bool) -> dict[str, Any]:
+    entry: dict[str, Any] = {"name": column.name, "role": column.role}
     if several:
-        made["file"] = file.path.name
-    if one.unit is not None:
-        made["unit"] = one.unit
-    if one.header is not None and one.unit != one.header:
-        made["header_unit"] = one.header
-    if one.guessed:
-        made["guessed"] = dict(one.guessed)
-        made["confidence"] = round(one.confidence, 2)
-    return made
+        entry["file"] = file.path.name
+    if column.unit is not None:
+        entry["unit"] = column.unit
+    if column.header is not None and column.unit != column.header:
+        entry["header_unit"] = column.header
+    if column.guessed:
+        entry["guessed"] = dict(column.guessed)
+        entry["confidence"] = round(column.confidence, 2)
+    return entry
 
 
-def write(made: Draft) -> Path:
+def write(draft: Draft) -> Path:
     """Write the sidecar, whole or not at all; returns its path."""
-    target = made.folder / SIDECAR
+    target = draft.folder / SIDECAR
     with write_whole(target, overwrite=True) as temporary:
-        text = json.dumps(package_of(made), indent=1, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(package_of(draft), indent=1, ensure_ascii=False, allow_nan=False)
         temporary.write_text(text + "\n", encoding="utf-8")
     return target

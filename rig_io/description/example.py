@@ -17,17 +17,17 @@ from rig_io.readers import READERS
 
 def log_paths(paths: Sequence[Path]) -> list[Path]:
     """The files named, and the logs in the folders named."""
-    found: list[Path] = []
+    logs: list[Path] = []
     for path in paths:
         if existing(path, "log", " Check the name and the folder.").is_dir():
             inside = log_files(path)
             if not inside:
-                known = ", ".join(sorted(_suffixes()))
-                raise StickslipError(f"There is no log in '{path}'. Known are files ending in {known}.")
-            found += inside
+                suffixes = ", ".join(sorted(_suffixes()))
+                raise StickslipError(f"There is no log in '{path}'. Known are files ending in {suffixes}.")
+            logs += inside
         else:
-            found.append(path)
-    unique = list(dict.fromkeys(found))
+            logs.append(path)
+    unique = list(dict.fromkeys(logs))
     if not unique:
         raise StickslipError("Name the logs that are to be described.")
     return unique
@@ -37,9 +37,9 @@ def log_files(folder: Path) -> list[Path]:
     """The files of a folder that are of a kind that is read, by their names."""
     suffixes = _suffixes()
     return [
-        one
-        for one in sorted(folder.iterdir())
-        if one.suffix.lower() in suffixes and one.is_file() and not one.name.startswith(".")
+        path
+        for path in sorted(folder.iterdir())
+        if path.suffix.lower() in suffixes and path.is_file() and not path.name.startswith(".")
     ]
 
 
@@ -48,39 +48,47 @@ def _suffixes() -> set[str]:
     return ours | {*packed.SUFFIXES}
 
 
-def package_at(place: Path, required: bool) -> dict[str, Any]:
-    beside = place if place.name == SIDECAR else place / SIDECAR
+def package_at(path: Path, required: bool) -> dict[str, Any]:
+    beside = path if path.name == SIDECAR else path / SIDECAR
     if not beside.exists():
         if required:
-            raise StickslipError(f"There is no {SIDECAR} in '{place}', after which a log could be described.")
+            raise StickslipError(f"There is no {SIDECAR} in '{path}', after which a log could be described.")
         return {}
     return sidecar.load_json(beside)
 
 
-def example_of(known: Mapping[str, Any], files: Sequence[Path], like: bool) -> dict[str, Any]:
+def example_of(package: Mapping[str, Any], files: Sequence[Path], like: bool) -> dict[str, Any]:
     """What is known of such files: their own resource, or that of a like recorder, with what others know beside."""
     names = {path.name for path in files}
-    resources = [dict(one) for one in known.get("resources", [])]
-    own = [one for one in resources if names & set(files_of(one))]
-    alike = [one for one in resources if one not in own and (like or _same_kind(one, files))]
+    resources = [dict(entry) for entry in package.get("resources", [])]
+    same_files = [resource for resource in resources if names & set(files_of(resource))]
+    same_kind = [
+        resource for resource in resources if resource not in same_files and (like or _same_kind(resource, files))
+    ]
     # the one with most columns first: a free decay may be recorded without the drive
-    ranked = [*own, *sorted(alike, key=lambda one: -len(_fields(one)))]
+    ranked = [*same_files, *sorted(same_kind, key=lambda resource: -len(_fields(resource)))]
     if not ranked:
         return {}
-    fields = {(one.get("file"), one["name"]): one for resource in reversed(ranked) for one in _fields(resource)}
-    calibration = {name: one for resource in reversed(ranked) for name, one in resource.get("calibration", {}).items()}
+    fields = {(field.get("file"), field["name"]): field for resource in reversed(ranked) for field in _fields(resource)}
+    calibration = {
+        name: entry for resource in reversed(ranked) for name, entry in resource.get("calibration", {}).items()
+    }
     return {**ranked[0], "schema": {"fields": list(fields.values())}, "calibration": calibration}
 
 
 def free_decay(folder: Path, package: Mapping[str, Any]) -> Path | None:
     """The first free decay of a package."""
-    decays = [one for one in package.get("resources", []) if one.get("experiment", {}).get("kind") == "free-decay"]
+    decays = [
+        resource
+        for resource in package.get("resources", [])
+        if resource.get("experiment", {}).get("kind") == "free-decay"
+    ]
     return folder / files_of(decays[0])[0] if decays else None
 
 
 def _fields(resource: Mapping[str, Any]) -> list[dict[str, Any]]:
-    found = resource.get("schema", {}).get("fields", [])
-    return [one for one in found if isinstance(one, dict) and "name" in one]
+    entries = resource.get("schema", {}).get("fields", [])
+    return [entry for entry in entries if isinstance(entry, dict) and "name" in entry]
 
 
 def _same_kind(resource: Mapping[str, Any], files: Sequence[Path]) -> bool:
@@ -90,17 +98,17 @@ def _same_kind(resource: Mapping[str, Any], files: Sequence[Path]) -> bool:
 def known_fields(example: Mapping[str, Any], path: Path) -> dict[str, dict[str, Any]]:
     """Described fields by name: of the file itself, or of the one in its place in a like recorder's files."""
     fields = _fields(example)
-    of_files = [one for one in fields if "file" in one]
+    of_files = [field for field in fields if "file" in field]
     if not of_files:
-        return {str(one["name"]): one for one in fields}
-    names = list(dict.fromkeys(one["file"] for one in of_files))
-    own = path.name if path.name in names else max(names, key=lambda name: _ending(name, path.name))
-    return {str(one["name"]): one for one in of_files if one["file"] == own}
+        return {str(field["name"]): field for field in fields}
+    names = list(dict.fromkeys(field["file"] for field in of_files))
+    nearest_name = path.name if path.name in names else max(names, key=lambda name: _ending(name, path.name))
+    return {str(field["name"]): field for field in of_files if field["file"] == nearest_name}
 
 
-def _ending(one: str, other: str) -> int:
+def _ending(first: str, second: str) -> int:
     """Length of the common end of two names."""
     length = 0
-    while length < min(len(one), len(other)) and one[-1 - length] == other[-1 - length]:
+    while length < min(len(first), len(second)) and first[-1 - length] == second[-1 - length]:
         length += 1
     return length

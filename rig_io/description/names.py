@@ -49,12 +49,12 @@ def named(name: str) -> dict[str, float]:
     text = _words(name)
     if ROWS.fullmatch(text):
         return {}
-    found: dict[str, float] = {}
+    weights: dict[str, float] = {}
     drive = re.search(_DRIVE, text) is not None
     disc = _number(text)
     if re.search(_EDGE, text):
-        found[f"drive{disc}_edge_time" if drive else "encoder_edge_time"] = CLEAR
-        return found
+        weights[f"drive{disc}_edge_time" if drive else "encoder_edge_time"] = CLEAR
+        return weights
     if drive:
         if re.search(_SPEED, text):
             return {f"drive{disc}_speed": CLEAR + 0.1}
@@ -64,14 +64,14 @@ def named(name: str) -> dict[str, float]:
     for role, words, weight in _WORDS:
         if re.search(words, text):
             full = f"load{disc}" if role == "load" else role
-            found[full] = max(found.get(full, 0.0), weight)
+            weights[full] = max(weights.get(full, 0.0), weight)
     if re.search(_ENCODER, text):
-        found["encoder_count"] = CLEAR
+        weights["encoder_count"] = CLEAR
     elif re.search(_SPEED, text):
-        found[f"drive{disc}_speed"] = FAINT
-    if "encoder_count" in found:
-        found.pop("angle", None)
-    return found
+        weights[f"drive{disc}_speed"] = FAINT
+    if "encoder_count" in weights:
+        weights.pop("angle", None)
+    return weights
 
 
 def unit_named(name: str, role: str) -> str | None:

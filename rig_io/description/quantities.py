@@ -36,7 +36,7 @@ def is_unknown(text: str) -> bool:
     return text.strip().lower() in UNKNOWN
 
 
-def quantity(text: str, unit: str, what: str) -> Answer:
+def quantity(text: str, unit: str, label: str) -> Answer:
     """A quantity with its standard deviation, converted to ``unit``, which is meant where none is written.
 
     Raises:
@@ -44,59 +44,59 @@ def quantity(text: str, unit: str, what: str) -> Answer:
     """
     if is_unknown(text):
         return Answer(None, None)
-    found = _QUANTITY.fullmatch(text)
-    if found is None:
-        raise StickslipError(f"{what}: '{text}' is no number with its uncertainty. Write 0.0548 ± 0.0003 {unit}.")
-    given = (found["unit"] or unit).translate(_POWERS).strip()
-    if match := re.fullmatch(rf"(.*?)\s*(?:±|\+-|\+/-)\s*({_NUMBER})\s*(%?)", given):
+    parsed = _QUANTITY.fullmatch(text)
+    if parsed is None:
+        raise StickslipError(f"{label}: '{text}' is no number with its uncertainty. Write 0.0548 ± 0.0003 {unit}.")
+    stated = (parsed["unit"] or unit).translate(_POWERS).strip()
+    if match := re.fullmatch(rf"(.*?)\s*(?:±|\+-|\+/-)\s*({_NUMBER})\s*(%?)", stated):
         # the unit stands before the deviation
-        return quantity(f"{found['value']} ± {match[2]}{match[3]} {match[1]}", unit, what)
-    factor = conversion(given, unit, what)
-    value = number(found["value"])
+        return quantity(f"{parsed['value']} ± {match[2]}{match[3]} {match[1]}", unit, label)
+    factor = conversion(stated, unit, label)
+    value = number(parsed["value"])
     deviation: float | None = None
-    if found["digits"]:
-        places = len(re.split(r"[.,]", re.split(r"[eE]", found["value"])[0] + ".")[1])
-        exponent = re.search(r"[eE]([-+]?\d+)", found["value"])
-        deviation = int(found["digits"]) * 10.0 ** (-places + (int(exponent[1]) if exponent else 0))
-    elif found["sd"] and not is_unknown(found["sd"]):
-        deviation = number(found["sd"]) * (abs(value) / 100 if found["percent"] else 1.0)
+    if parsed["digits"]:
+        places = len(re.split(r"[.,]", re.split(r"[eE]", parsed["value"])[0] + ".")[1])
+        exponent = re.search(r"[eE]([-+]?\d+)", parsed["value"])
+        deviation = int(parsed["digits"]) * 10.0 ** (-places + (int(exponent[1]) if exponent else 0))
+    elif parsed["sd"] and not is_unknown(parsed["sd"]):
+        deviation = number(parsed["sd"]) * (abs(value) / 100 if parsed["percent"] else 1.0)
     if deviation is not None and deviation < 0:
-        raise StickslipError(f"{what}: an uncertainty of {deviation:g} is none. Write a positive one, or 'unknown'.")
+        raise StickslipError(f"{label}: an uncertainty of {deviation:g} is none. Write a positive one, or 'unknown'.")
     return Answer(value * factor, None if deviation is None else deviation * abs(factor))
 
 
-def laser(text: str, what: str) -> dict[str, Any]:
+def laser(text: str, label: str) -> dict[str, Any]:
     """The calibration of a laser: "0.01 ± 0.00002 m/V, 5 V": gain and the reading at rest, either of them unknown.
 
     Raises:
         StickslipError: as in `quantity`, or more than two parts.
     """
-    parts = [part.strip() for part in re.split(r"[;]|,(?=\s)|\bat\b", text) if part.strip()]
-    if not parts or len(parts) > 2:
+    items = [item.strip() for item in re.split(r"[;]|,(?=\s)|\bat\b", text) if item.strip()]
+    if not items or len(items) > 2:
         raise StickslipError(
-            f"{what}: '{text}' is no calibration. Write gain and reading at rest: 0.01 ± 0.00002 m/V, 5 V."
+            f"{label}: '{text}' is no calibration. Write gain and reading at rest: 0.01 ± 0.00002 m/V, 5 V."
         )
-    gain = quantity(parts[0], "m/V", what)
-    zero = quantity(parts[1], "V", what).value if len(parts) == 2 else None
+    gain = quantity(items[0], "m/V", label)
+    zero = quantity(items[1], "V", label).value if len(items) == 2 else None
     if gain.value == 0:
-        raise StickslipError(f"{what}: a gain of zero measures nothing. Write metres per volt.")
+        raise StickslipError(f"{label}: a gain of zero measures nothing. Write metres per volt.")
     relative = None if gain.value is None or gain.deviation is None else abs(gain.deviation / gain.value)
     return {"gain": gain.value, "gain_deviation": relative, "zero": zero}
 
 
-def noise(text: str, what: str) -> float | None:
+def noise(text: str, label: str) -> float | None:
     """The rms noise of a laser, m; None where it is not known.
 
     Raises:
         StickslipError: as in `quantity`, or none at all.
     """
-    found = quantity(text, "m", what).value
-    if found is not None and found <= 0:
-        raise StickslipError(f"{what}: no laser has a noise of {found:g} m. Write its rms, 20 um, or 'unknown'.")
-    return found
+    deviation = quantity(text, "m", label).value
+    if deviation is not None and deviation <= 0:
+        raise StickslipError(f"{label}: no laser has a noise of {deviation:g} m. Write its rms, 20 um, or 'unknown'.")
+    return deviation
 
 
-def encoder(text: str, what: str) -> dict[str, Any]:
+def encoder(text: str, label: str) -> dict[str, Any]:
     """An encoder: "1000", "1000 x4" (all four edges of a line are counted), "1000, 16 bit".
 
     Raises:
@@ -104,15 +104,15 @@ def encoder(text: str, what: str) -> dict[str, Any]:
     """
     if is_unknown(text):
         return {"pulses_per_revolution": None}
-    found = re.fullmatch(
+    match = re.fullmatch(
         r"\s*(\d+)\s*(?:lines|pulses|striche|traits|ppr|cpr)?\s*(?P<four>[x*]\s*4|quadrature)?\s*,?\s*"
         r"(?:(?P<bits>\d+)\s*bits?)?\s*",
         text.replace("\N{MULTIPLICATION SIGN}", "x"),
         re.IGNORECASE,
     )
-    if found is None or not int(found[1]):
+    if match is None or not int(match[1]):
         raise StickslipError(
-            f"{what}: '{text}' is no encoder. Write its lines per revolution, 1000, or 1000 x4 where all edges count."
+            f"{label}: '{text}' is no encoder. Write its lines per revolution, 1000, or 1000 x4 where all edges count."
         )
-    made: dict[str, Any] = {"pulses_per_revolution": int(found[1]), "quadrature": found["four"] is not None}
-    return made | ({"counter_bits": int(found["bits"])} if found["bits"] else {})
+    calibration: dict[str, Any] = {"pulses_per_revolution": int(match[1]), "quadrature": match["four"] is not None}
+    return calibration | ({"counter_bits": int(match["bits"])} if match["bits"] else {})

@@ -35,20 +35,20 @@ class Question:
     proposal: str = ""
 
 
-def questions(made: Draft) -> list[Question]:
+def questions(draft: Draft) -> list[Question]:
     """What is open, in the order to be asked in."""
-    found = []
-    faults = missing(made)
-    guessed = any(one.guessed for log in made.logs for file in log.files for one in file.columns)
-    guessed = guessed or any(not log.kind_said for log in made.logs)
-    if faults or (guessed and not made.like):
+    asked_for = []
+    faults = missing(draft)
+    guessed = any(column.guessed for log in draft.logs for file in log.files for column in file.columns)
+    guessed = guessed or any(not log.kind_said for log in draft.logs)
+    if faults or (guessed and not draft.like):
         text = "Are roles, units and kinds as shown?" if not faults else f"{' '.join(faults)} What is to be changed?"
-        found.append(
+        asked_for.append(
             Question(COLUMNS_RIGHT, text, "yes, or COLUMN=ROLE UNIT; FILE=free-decay", "" if faults else "yes")
         )
-    found += [_instrument(name, made) for name in _instruments(made) if made.instrument(name) is None]
-    found += [_speed(log) for log in made.logs if _lacks_drive(log) and made.speed(log) is None]
-    return found + [_constant(name) for name in _constants(made) if name not in made.rig]
+    asked_for += [_instrument(name, draft) for name in _instruments(draft) if draft.instrument(name) is None]
+    asked_for += [_speed(log) for log in draft.logs if _lacks_drive(log) and draft.speed(log) is None]
+    return asked_for + [_constant(name) for name in _constants(draft) if name not in draft.rig]
 
 
 def _lacks_drive(log: Log) -> bool:
@@ -61,62 +61,66 @@ def _speed(log: Log) -> Question:
     return Question(f"{SPEED}{file}", text, "VALUE ± UNCERTAINTY rad/s (or unknown)")
 
 
-def optional(made: Draft) -> list[Question]:
+def optional(draft: Draft) -> list[Question]:
     """What a fit can do without: asked where somebody answers, and otherwise not known."""
-    if "laser" not in made.roles or made.noise:
+    if "laser" not in draft.roles or draft.noise:
         return []
     text = "Laser: rms noise of its readings, from which a fit knows how far the values are from the best possible?"
     return [Question(LASER_NOISE, text, "20 um (or unknown)", "unknown")]
 
 
-def missing(made: Draft) -> list[str]:
+def missing(draft: Draft) -> list[str]:
     """Sentences on what a log lacks to be read."""
-    found = []
-    for log in made.logs:
+    faults = []
+    for log in draft.logs:
         names = " and ".join(file.path.name for file in log.files)
-        if TIME.name not in log.roles and "sampling_rate" not in made.answers.values:
-            found.append(f"No column of {names} is the time (or say the sampling_rate).")
+        if TIME.name not in log.roles and "sampling_rate" not in draft.answers.values:
+            faults.append(f"No column of {names} is the time (or say the sampling_rate).")
         if not log.roles & set(ANGLE_SOURCES):
-            found.append(f"No column of {names} shows the disc (laser, encoder_count or angle).")
-        columns = [one for file in log.files for one in file.columns]
-        found += [
-            f"The unit of '{one.name}' ({one.role}) is not known." for one in columns if one.role and one.unit is None
+            faults.append(f"No column of {names} shows the disc (laser, encoder_count or angle).")
+        columns = [column for file in log.files for column in file.columns]
+        faults += [
+            f"The unit of '{column.name}' ({column.role}) is not known."
+            for column in columns
+            if column.role and column.unit is None
         ]
-        found += [fault for one in columns if (fault := unit_fault(one))]
-    return list(dict.fromkeys(found))
+        faults += [fault for column in columns if (fault := unit_fault(column))]
+    return list(dict.fromkeys(faults))
 
 
-def _instruments(made: Draft) -> list[str]:
-    found = [name for name in ("encoder", "drive0", "drive1") if f"{name}_count" in made.roles]
-    lasers = [one for log in made.logs for file in log.files if (one := file.column("laser")) is not None]
-    return (["laser"] if any(not is_length(one.unit) for one in lasers) else []) + found
+def _instruments(draft: Draft) -> list[str]:
+    encoders = [name for name in ("encoder", "drive0", "drive1") if f"{name}_count" in draft.roles]
+    lasers = [laser for log in draft.logs for file in log.files if (laser := file.column("laser")) is not None]
+    return (["laser"] if any(not is_length(laser.unit) for laser in lasers) else []) + encoders
 
 
-def _instrument(name: str, made: Draft) -> Question:
+def _instrument(name: str, draft: Draft) -> Question:
     if name == "laser":
         return Question(
             name, "Laser: metres per volt, and volts when the disc is at rest?", "0.01 ± 0.00002 m/V, 5 V (or unknown)"
         )
-    what = "the encoder of the disc" if name == "encoder" else f"the encoder of driving disc {name[-1]}"
-    known = made.instrument("encoder" if name != "encoder" else "drive0")
-    return Question(name, f"Lines per revolution of {what}?", "1000, or 1000 x4 where all edges count", _as_text(known))
-
-
-def _as_text(known: dict | None) -> str:
-    if not known or known.get("pulses_per_revolution") is None:
-        return ""
-    return f"{known['pulses_per_revolution']}{' x4' if known.get('quadrature') else ''}"
-
-
-def _constants(made: Draft) -> list[str]:
-    """Constants that a fit needs; k and c come from a free decay."""
-    sliding = [log for log in made.logs if log.kind == "stick-slip"]
-    if not sliding:
-        return ["R"] if "laser" in made.roles else []
-    decay = any(log.kind == "free-decay" for log in made.logs) or any(
-        one.get("experiment", {}).get("kind") == "free-decay" for one in made.known.get("resources", [])
+    label = "the encoder of the disc" if name == "encoder" else f"the encoder of driving disc {name[-1]}"
+    calibration = draft.instrument("encoder" if name != "encoder" else "drive0")
+    return Question(
+        name, f"Lines per revolution of {label}?", "1000, or 1000 x4 where all edges count", _as_text(calibration)
     )
-    decay = decay or made.decay is not None
+
+
+def _as_text(calibration: dict | None) -> str:
+    if not calibration or calibration.get("pulses_per_revolution") is None:
+        return ""
+    return f"{calibration['pulses_per_revolution']}{' x4' if calibration.get('quadrature') else ''}"
+
+
+def _constants(draft: Draft) -> list[str]:
+    """Constants that a fit needs; k and c come from a free decay."""
+    sliding = [log for log in draft.logs if log.kind == "stick-slip"]
+    if not sliding:
+        return ["R"] if "laser" in draft.roles else []
+    decay = any(log.kind == "free-decay" for log in draft.logs) or any(
+        resource.get("experiment", {}).get("kind") == "free-decay" for resource in draft.known.get("resources", [])
+    )
+    decay = decay or draft.decay is not None
     forces = sorted({f"N{contact[-1]}" for log in sliding for contact in log.contacts})
     return ["J", *(() if decay else ("k", "c")), "R", "r", *forces]
 
@@ -127,32 +131,32 @@ def _constant(name: str) -> Question:
     return Question(name, text, f"VALUE ± UNCERTAINTY {unit} (or unknown)")
 
 
-def answered(made: Draft, question: Question, text: str) -> Answers:
+def answered(draft: Draft, question: Question, text: str) -> Answers:
     """The answers with one more.
 
     Raises:
         StickslipError: the answer is not of the form that is asked for.
     """
-    said = text.strip() or question.proposal
-    if not said:
+    answer = text.strip() or question.proposal
+    if not answer:
         raise StickslipError(f"An answer is needed: {question.form}.")
-    answers = made.answers
+    answers = draft.answers
     if question.key == COLUMNS_RIGHT:
-        if said.lower() in ("yes", "y", "ja", "j", "oui", "si", "sí"):
-            if missing(made):
-                raise StickslipError(f"{' '.join(missing(made))} Say {question.form}.")
+        if answer.lower() in ("yes", "y", "ja", "j", "oui", "si", "sí"):
+            if missing(draft):
+                raise StickslipError(f"{' '.join(missing(draft))} Say {question.form}.")
             return replace(answers, confirm=True)
-        changed = replace(answers.with_columns(said), confirm=True)
-        check_named(replace(made, answers=changed))
+        changed = replace(answers.with_columns(answer), confirm=True)
+        check_named(replace(draft, answers=changed))
         return changed
     if question.key == "laser":
-        quantities.laser(said, "laser")
+        quantities.laser(answer, "laser")
     elif question.key.startswith(SPEED):
-        quantities.quantity(said, "rad/s", question.key)
+        quantities.quantity(answer, "rad/s", question.key)
     elif question.key == LASER_NOISE:
-        quantities.noise(said, LASER_NOISE)
+        quantities.noise(answer, LASER_NOISE)
     elif question.key in RIG_UNITS:
-        quantities.quantity(said, RIG_UNITS[question.key], question.key)
+        quantities.quantity(answer, RIG_UNITS[question.key], question.key)
     else:
-        quantities.encoder(said, question.key)
-    return replace(answers, values={**answers.values, question.key: said})
+        quantities.encoder(answer, question.key)
+    return replace(answers, values={**answers.values, question.key: answer})

@@ -39,34 +39,34 @@ class Proposal:
 def proposals(table: Table, stem: str = "") -> tuple[Proposal, ...]:
     """A proposal for every column of a table, in its order. stem: of the file's name, which speaks for a single column
     that has none."""
-    found = {name: features(values) for name, values in table.columns.items()}
+    contents = {name: features(values) for name, values in table.columns.items()}
     scores: list[tuple[float, str, str, str, str | None]] = []
-    for name, one in found.items():
+    for name, content in contents.items():
         unit = _header_unit(table, name)
-        if _is_row_number(name, one):
+        if _is_row_number(name, content):
             continue
-        own = name if not table.nameless else stem if len(table.columns) == 1 else ""
-        by_name = named(own) if own else {}
-        for role, known in evidence(one, unit, name in table.stamps).items():
+        column_name = name if not table.nameless else stem if len(table.columns) == 1 else ""
+        by_name = named(column_name) if column_name else {}
+        for role, judgement in evidence(content, unit, name in table.stamps).items():
             clear = by_name.get(role, 0.0)
-            if not known.weight or (not clear and role not in _BY_CONTENT):
+            if not judgement.weight or (not clear and role not in _BY_CONTENT):
                 continue
-            reasons = ([f"its name says '{role}'"] if clear else []) + [known.reason]
+            reasons = ([f"its name says '{role}'"] if clear else []) + [judgement.reason]
             # a name that speaks for others speaks against this one
             against = 0.5 if by_name and not clear else 1.0
-            confidence = 1 - (1 - clear) * (1 - against * known.weight)
-            scores.append((confidence, name, role, ", ".join(reasons), known.unit))
+            confidence = 1 - (1 - clear) * (1 - against * judgement.weight)
+            scores.append((confidence, name, role, ", ".join(reasons), judgement.unit))
     chosen = _assigned(scores, table)
-    made = [_proposal(table, name, chosen.get(name)) for name in table.columns]
-    clock = next((one for one in made if one.role == TIME.name), None)
-    return tuple(_on_clock(one, clock) for one in made)
+    proposed = [_proposal(table, name, chosen.get(name)) for name in table.columns]
+    clock = next((proposal for proposal in proposed if proposal.role == TIME.name), None)
+    return tuple(_on_clock(proposal, clock) for proposal in proposed)
 
 
-def _on_clock(one: Proposal, clock: Proposal | None) -> Proposal:
+def _on_clock(column: Proposal, clock: Proposal | None) -> Proposal:
     """Edge times without a unit are in that of the clock."""
-    if clock is None or one.unit is not None or one.role is None or not one.role.endswith("_edge_time"):
-        return one
-    return replace(one, unit=clock.unit, guessed={**one.guessed, "unit": f"that of '{clock.name}'"})
+    if clock is None or column.unit is not None or column.role is None or not column.role.endswith("_edge_time"):
+        return column
+    return replace(column, unit=clock.unit, guessed={**column.guessed, "unit": f"that of '{clock.name}'"})
 
 
 # roles that numbers alone may suggest
@@ -79,7 +79,7 @@ def _assigned(
     """The likeliest role of each column, each role once."""
     chosen: dict[str, tuple[float, str, str, str | None]] = {}
     taken: set[str] = set()
-    for confidence, name, role, reason, unit in sorted(scores, key=lambda one: -one[0]):
+    for confidence, name, role, reason, unit in sorted(scores, key=lambda choice: -choice[0]):
         if name in chosen or confidence < LIKELY:
             continue
         if role.endswith("_edge_time"):
@@ -89,28 +89,28 @@ def _assigned(
             taken.add(role)
     counts = {role for _, role, _, _ in chosen.values()}
     return {
-        name: one
-        for name, one in chosen.items()
-        if not one[1].endswith("_edge_time") or one[1].replace("_edge_time", "_count") in counts
+        name: choice
+        for name, choice in chosen.items()
+        if not choice[1].endswith("_edge_time") or choice[1].replace("_edge_time", "_count") in counts
     }
 
 
 def _edges_of(table: Table, name: str, chosen: Mapping[str, tuple[float, str, str, str | None]], role: str) -> str:
     """The edge times that leap where a count steps are that count's."""
     leaps = np.diff(table.columns[name]) != 0
-    for other, (_, known, _, _) in chosen.items():
-        if known.endswith("_count"):
-            steps = np.diff(table.columns[other]) != 0
+    for neighbour, (_, counted, _, _) in chosen.items():
+        if counted.endswith("_count"):
+            steps = np.diff(table.columns[neighbour]) != 0
             if steps.any() and np.mean(leaps[steps]) > FOLLOWS and np.mean(leaps) < 0.5 + np.mean(steps):
-                own = known.replace("_count", "_edge_time")
+                edge_role = counted.replace("_count", "_edge_time")
                 if np.mean(leaps == steps) > 0.9:
-                    return own
+                    return edge_role
     return role
 
 
-def _is_row_number(name: str, found: Features | None) -> bool:
+def _is_row_number(name: str, content: Features | None) -> bool:
     """Whether a column numbers the rows, as pandas writes them."""
-    if found is None or not (found.whole and found.even and found.step == 1 and found.value[0] in (0, 1)):
+    if content is None or not (content.whole and content.even and content.step == 1 and content.value[0] in (0, 1)):
         return False
     return not {"time"} & set(named(name)) or plain(name).startswith("column ")
 
@@ -120,18 +120,18 @@ def _header_unit(table: Table, name: str) -> str | None:
     return unit if unit is not None and (unit in ("", "1") or unit_like(unit)) else None
 
 
-def _proposal(table: Table, name: str, found: tuple[float, str, str, str | None] | None) -> Proposal:
+def _proposal(table: Table, name: str, choice: tuple[float, str, str, str | None] | None) -> Proposal:
     header = _header_unit(table, name)
-    if found is None:
+    if choice is None:
         return Proposal(name, None, header, header, 0.0, "nothing speaks for a role", {})
-    confidence, role, reason, unit = found
+    confidence, role, reason, unit = choice
     guessed = {} if name == role else {"role": reason}
     if COLUMNS[role].whole:
         unit = "1"
     elif header is not None:
         unit = header
-    elif (said := unit_named(name, role)) is not None:
-        unit, guessed["unit"] = said, f"its name says '{said}'"
+    elif (stated := unit_named(name, role)) is not None:
+        unit, guessed["unit"] = stated, f"its name says '{stated}'"
     if unit is not None and header is None and not COLUMNS[role].whole and name not in table.stamps:
         guessed.setdefault("unit", f"looks like {unit}: {reason}")
     return Proposal(name, role, unit, header, confidence, reason, guessed)

@@ -36,7 +36,7 @@ class File:
 
     def column(self, role: str) -> Proposal | None:
         """The column of a role."""
-        return next((one for one in self.columns if one.role == role), None)
+        return next((column for column in self.columns if column.role == role), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Log:
     @property
     def roles(self) -> set[str]:
         """Roles of all columns."""
-        return {one.role for file in self.files for one in file.columns if one.role is not None}
+        return {column.role for file in self.files for column in file.columns if column.role is not None}
 
     @property
     def contacts(self) -> list[str]:
@@ -65,45 +65,51 @@ class Log:
 
 
 def described_file(path: Path, table: Table, answers: Answers, example: Mapping[str, Any]) -> File:
-    known = known_fields(example, path)
+    fields = known_fields(example, path)
     columns = []
-    for one in proposals(table, path.stem):
-        entry = known.get(one.name)
+    for column in proposals(table, path.stem):
+        entry = fields.get(column.name)
         if entry is not None:
             guessed = entry.get("guessed", {})
-            said = {"role": entry["role"]} if "role" in entry else {}
-            one = replace(one, unit=entry.get("unit", one.unit), guessed=guessed, reason="as described before", **said)
-            one = replace(one, confidence=one.confidence if guessed else 1.0)
-        columns.append(_said(one, path, answers, len(table.columns)))
+            stated_role = {"role": entry["role"]} if "role" in entry else {}
+            column = replace(
+                column,
+                unit=entry.get("unit", column.unit),
+                guessed=guessed,
+                reason="as described before",
+                **stated_role,
+            )
+            column = replace(column, confidence=column.confidence if guessed else 1.0)
+        columns.append(_said(column, path, answers, len(table.columns)))
     return File(path, table, tuple(_each_once(columns)))
 
 
-def _said(one: Proposal, path: Path, answers: Answers, columns: int) -> Proposal:
+def _said(column: Proposal, path: Path, answers: Answers, columns: int) -> Proposal:
     """A proposal with what the user has said of its column."""
-    guessed = {} if answers.confirm else dict(one.guessed)
+    guessed = {} if answers.confirm else dict(column.guessed)
     role, unit = (
-        next((said for key, said in known.items() if is_named(key, path, one.name, columns)), None)
-        for known in (answers.columns, answers.units)
+        next((text for key, text in assigned.items() if is_named(key, path, column.name, columns)), None)
+        for assigned in (answers.columns, answers.units)
     )
     if role is not None:
         guessed.pop("role", None)
-        one = replace(one, role=None if role == NONE else role, confidence=1.0, reason="as said")
+        column = replace(column, role=None if role == NONE else role, confidence=1.0, reason="as said")
         if role != NONE and COLUMNS[role].whole and unit is None:
-            one = replace(one, unit="1")
-        elif unit is None and one.header is None and one.unit is None and role not in (NONE, TIME.name):
-            one = replace(one, unit=None)
+            column = replace(column, unit="1")
+        elif unit is None and column.header is None and column.unit is None and role not in (NONE, TIME.name):
+            column = replace(column, unit=None)
     if unit is not None:
         guessed.pop("unit", None)
-        one = replace(one, unit=unit)
-    return replace(one, guessed={} if one.role is None else guessed)
+        column = replace(column, unit=unit)
+    return replace(column, guessed={} if column.role is None else guessed)
 
 
 def is_named(key: str, path: Path, column: str, columns: int) -> bool:
     """Whether a key names a column: by its name, by the file's (a pattern) if it is the only one, or by both."""
     if key == column:
         return True
-    file, mark, own = key.rpartition(":")
-    if mark and own == column and fnmatch(path.name, file):
+    file, mark, column_key = key.rpartition(":")
+    if mark and column_key == column and fnmatch(path.name, file):
         return True
     return columns == 1 and fnmatch(path.name, key)
 
@@ -114,21 +120,24 @@ def _each_once(columns: Sequence[Proposal]) -> list[Proposal]:
     Raises:
         StickslipError: the user gave it to two.
     """
-    made = list(columns)
+    proposals = list(columns)
     by_role: dict[str, list[Proposal]] = {}
-    for one in made:
-        if one.role is not None:
-            by_role.setdefault(one.role, []).append(one)
+    for column in proposals:
+        if column.role is not None:
+            by_role.setdefault(column.role, []).append(column)
     for role, several in by_role.items():
-        sure = [one for one in several if one.reason == "as said"]
+        sure = [column for column in several if column.reason == "as said"]
         if len(sure) > 1:
-            names = " and ".join(f"'{one.name}'" for one in sure)
+            names = " and ".join(f"'{column.name}'" for column in sure)
             raise StickslipError(
                 f"Columns {names} are both said to be '{role}'. A role has one column: map one to none."
             )
         keep = (sure or several)[0]
-        made = [replace(one, role=None, guessed={}) if one.role == role and one is not keep else one for one in made]
-    return made
+        proposals = [
+            replace(column, role=None, guessed={}) if column.role == role and column is not keep else column
+            for column in proposals
+        ]
+    return proposals
 
 
 def rule_of(files: Sequence[File], answers: Answers, example: Mapping[str, Any]) -> str | None:
@@ -139,12 +148,12 @@ def rule_of(files: Sequence[File], answers: Answers, example: Mapping[str, Any])
         return None
     if example.get("join") in RULES:
         return str(example["join"])
-    roles = [{one.role for one in file.columns if one.role} for file in files]
-    complete = [bool(one & set(ANGLE_SOURCES)) and TIME.name in one for one in roles]
+    roles = [{column.role for column in file.columns if column.role} for file in files]
+    complete = [bool(present & set(ANGLE_SOURCES)) and TIME.name in present for present in roles]
     if any(complete):
         return None
     lengths = [{len(next(iter(file.table.columns.values()), [])) for file in run} for run in runs_of(files, "columns")]
-    return "columns" if all(len(one) == 1 for one in lengths) else None
+    return "columns" if all(len(distinct) == 1 for distinct in lengths) else None
 
 
 def runs_of(files: Sequence[File], rule: str) -> list[list[File]]:
@@ -162,14 +171,21 @@ def runs_of(files: Sequence[File], rule: str) -> list[list[File]]:
     return [list(files)]
 
 
-def described_log(files: Sequence[File], rule: str | None, answers: Answers, known: Mapping[str, Any]) -> Log:
+def described_log(files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any]) -> Log:
     """known: what was said of the experiment before."""
     name = _stem(files[0].path) if len(files) == 1 else _common(files)
-    said = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
-    kind, reason = (said, "as said") if said else _kind(files)
-    if not said and reason != TURNS and known.get("kind") in KINDS and "kind" not in known.get("guessed", {}):
-        said, kind, reason = known["kind"], known["kind"], "as described before"
-    return Log(slug(name), tuple(files), rule, kind, reason, said is not None or answers.confirm or reason == TURNS)
+    stated_kind = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
+    kind, reason = (stated_kind, "as said") if stated_kind else _kind(files)
+    if (
+        not stated_kind
+        and reason != TURNS
+        and experiment.get("kind") in KINDS
+        and "kind" not in experiment.get("guessed", {})
+    ):
+        stated_kind, kind, reason = experiment["kind"], experiment["kind"], "as described before"
+    return Log(
+        slug(name), tuple(files), rule, kind, reason, stated_kind is not None or answers.confirm or reason == TURNS
+    )
 
 
 def _stem(path: Path) -> str:
@@ -190,18 +206,18 @@ def slug(name: str) -> str:
 def _kind(files: Sequence[File]) -> tuple[str, str]:
     """Kind of experiment, and why it is thought so."""
     drives = [
-        file.table.columns[one.name]
+        file.table.columns[column.name]
         for file in files
-        for one in file.columns
-        if one.role and re.fullmatch(r"drive\d_(count|speed)", one.role)
+        for column in file.columns
+        if column.role and re.fullmatch(r"drive\d_(count|speed)", column.role)
     ]
     if any(np.nanmax(values) > np.nanmin(values) for values in drives if np.isfinite(values).any()):
         return "stick-slip", TURNS
     by_name = _DECAY.search(plain(files[0].path.name))
     for file in files:
         for role in ("angle", "laser", "encoder_count"):
-            found = file.column(role)
-            if found is not None and not drives and (_decays(file.table.columns[found.name]) or by_name):
+            count_column = file.column(role)
+            if count_column is not None and not drives and (_decays(file.table.columns[count_column.name]) or by_name):
                 return "free-decay", "no drive, and the movement dies away"
     return ("free-decay", "its name") if by_name and not drives else ("stick-slip", "nothing speaks for a free decay")
 

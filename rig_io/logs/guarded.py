@@ -57,7 +57,7 @@ class Channels:
     notes: Sequence[str] = ()
 
 
-def need(module: str, package: str, what: str) -> None:
+def need(module: str, package: str, purpose: str) -> None:
     """Whether a package is installed that only some users need.
 
     Raises:
@@ -65,7 +65,7 @@ def need(module: str, package: str, what: str) -> None:
     """
     if importlib.util.find_spec(module) is None:
         raise StickslipError(
-            f"{what} are read by the package '{package}'. Install it: pip install 'stickslip[{EXTRA}]'"
+            f"{purpose} are read by the package '{package}'. Install it: pip install 'stickslip[{EXTRA}]'"
         )
 
 
@@ -85,11 +85,11 @@ def table_of(
     check_file(path, expected)
     with open(path, "rb") as file:
         head = file.read(max(map(len, magic), default=0))
-    if magic and not any(head.startswith(one) for one in magic):
+    if magic and not any(head.startswith(prefix) for prefix in magic):
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         try:
-            found, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
+            parsed, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
         except Damaged as error:
             raise StickslipError(
                 f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
@@ -99,16 +99,16 @@ def table_of(
                 f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
                 f"{error} Copy it again from its source."
             ) from error
-        columns = _columns(Path(room) / _COLUMNS, [one.name for one in found.channels], rows)
+        columns = _columns(Path(room) / _COLUMNS, [channel.name for channel in parsed.channels], rows)
     return Table(
         f"'{path}'",
         columns,
-        {one.name: one.unit for one in found.channels if one.unit},
-        scalars=found.scalars,
-        left_out=found.left_out,
-        begin=datetime.fromisoformat(found.begin) if found.begin else None,
-        stamps=tuple(found.stamps),
-        notes=tuple(found.notes),
+        {channel.name: channel.unit for channel in parsed.channels if channel.unit},
+        scalars=parsed.scalars,
+        left_out=parsed.left_out,
+        begin=datetime.fromisoformat(parsed.begin) if parsed.begin else None,
+        stamps=tuple(parsed.stamps),
+        notes=tuple(parsed.notes),
     )
 
 
@@ -118,7 +118,7 @@ def limits_for(path: Path) -> Limits:
 
 
 def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:
-    return {name: np.fromfile(file, np.float64, rows, offset=8 * rows * place) for place, name in enumerate(names)}
+    return {name: np.fromfile(file, np.float64, rows, offset=8 * rows * index) for index, name in enumerate(names)}
 
 
 def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[str, str]) -> tuple[Channels, int]:
@@ -129,26 +129,26 @@ def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[
     try:
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = parse(path, **options)
-        lengths = {one.name: len(one.values) for one in found.channels}
-        if not found.channels:
-            why = "; ".join(f"'{name}' is {reason}" for name, reason in list(found.left_out.items())[:8])
+            parsed = parse(path, **options)
+        lengths = {channel.name: len(channel.values) for channel in parsed.channels}
+        if not parsed.channels:
+            why = "; ".join(f"'{name}' is {reason}" for name, reason in list(parsed.left_out.items())[:8])
             raise StickslipError(f"'{path}' holds no column of numbers{f' ({why})' if why else ''}.")
         if len(set(lengths.values())) > 1:
-            shown = ", ".join(f"'{name}' {length}" for name, length in list(lengths.items())[:8])
-            raise StickslipError(f"'{path}' holds channels of different lengths: {shown}. Choose those of one rate.")
+            listing = ", ".join(f"'{name}' {length}" for name, length in list(lengths.items())[:8])
+            raise StickslipError(f"'{path}' holds channels of different lengths: {listing}. Choose those of one rate.")
         rows = next(iter(lengths.values()))
         if 8 * rows * len(lengths) > LARGEST:
             raise Damaged(f"{len(lengths)} columns of {rows} rows")
         with open(Path(room) / _COLUMNS, "wb") as file, np.errstate(invalid="ignore", over="ignore"):
-            for one in found.channels:
-                np.ascontiguousarray(one.values, dtype=np.float64).tofile(file)
+            for channel in parsed.channels:
+                np.ascontiguousarray(channel.values, dtype=np.float64).tofile(file)
     except (StickslipError, MemoryError):
         raise
     except Exception as error:  # the parsers raise errors of many kinds on damaged files
         raise Damaged(str(error).strip().rstrip(".")[:300] or type(error).__name__) from error
-    bare = [Channel(one.name, np.zeros(0), one.unit) for one in found.channels]
-    return Channels(bare, found.left_out, found.scalars, found.begin, found.stamps, found.notes), rows
+    bare = [Channel(channel.name, np.zeros(0), channel.unit) for channel in parsed.channels]
+    return Channels(bare, parsed.left_out, parsed.scalars, parsed.begin, parsed.stamps, parsed.notes), rows
 
 
 def fits(name: str, values: object, left_out: dict[str, str]) -> bool:
@@ -168,11 +168,11 @@ def fits(name: str, values: object, left_out: dict[str, str]) -> bool:
 
 def of_one_length(channels: Sequence[Channel], left_out: dict[str, str]) -> list[Channel]:
     """The channels of the length that most have; the others are left out, with the reason."""
-    lengths = [len(one.values) for one in channels]
+    lengths = [len(channel.values) for channel in channels]
     if not lengths:
         return []
-    most = max(set(lengths), key=lambda length: (lengths.count(length), length))
-    for one in channels:
-        if len(one.values) != most:
-            left_out[one.name] = f"of another rate: {len(one.values)} values, not {most}"
-    return [one for one in channels if len(one.values) == most]
+    commonest = max(set(lengths), key=lambda length: (lengths.count(length), length))
+    for channel in channels:
+        if len(channel.values) != commonest:
+            left_out[channel.name] = f"of another rate: {len(channel.values)} values, not {commonest}"
+    return [channel for channel in channels if len(channel.values) == commonest]

@@ -39,8 +39,8 @@ class Quantity:
     standard_uncertainty: float | None = None
 
     def __str__(self) -> str:
-        known = "unknown" if self.standard_uncertainty is None else f"{self.standard_uncertainty:g}"
-        return f"{self.value:g} {self.unit} +- {known}"
+        uncertainty = "unknown" if self.standard_uncertainty is None else f"{self.standard_uncertainty:g}"
+        return f"{self.value:g} {self.unit} +- {uncertainty}"
 
 
 @dataclass(frozen=True)
@@ -69,17 +69,17 @@ class RigConstants(Shown):
 
     def quantity(self, name: str) -> Quantity:
         """One constant with unit and uncertainty; errors as in `value`."""
-        known = [f.name for f in fields(self)]
-        if name not in known:
-            raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, known)}")
-        found = getattr(self, name)
-        if found is None:
+        names = [f.name for f in fields(self)]
+        if name not in names:
+            raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, names)}")
+        constant = getattr(self, name)
+        if constant is None:
             unit = RIG_UNITS[name]
             raise StickslipError(
                 f"The rig constant {name} [{unit}] is needed but not given. State it: stickslip describe FILES --set "
                 f"'{name}=VALUE ± UNCERTAINTY {unit}'."
             )
-        return found
+        return constant
 
 
 RIG_UNITS: Mapping[str, str] = MappingProxyType(
@@ -155,14 +155,14 @@ class Calibration(Shown):
         Raises:
             StickslipError: the log states none.
         """
-        found = getattr(self, instrument)
-        if found is None:
+        entry = getattr(self, instrument)
+        if entry is None:
             example = "GAIN ± UNCERTAINTY m/V, ZERO V" if instrument == "laser" else "LINES_PER_REVOLUTION"
             raise StickslipError(
                 f"The log has a column of '{instrument}' but no calibration for it. State it: stickslip describe FILES "
                 f"--set '{instrument}={example}'."
             )
-        return found
+        return entry
 
 
 @dataclass(frozen=True)
@@ -212,9 +212,9 @@ class RigLog(Tabular):
         """The raw columns as a table indexed by time (s)."""
         import pandas
 
-        made = pandas.DataFrame(dict(self.columns), index=pandas.Index(self.time, name="time"))
-        made.attrs["units"] = dict(self.units)
-        return made
+        table = pandas.DataFrame(dict(self.columns), index=pandas.Index(self.time, name="time"))
+        table.attrs["units"] = dict(self.units)
+        return table
 
     def _heading(self) -> str:
         return f"RigLog '{self.name}': {self.kind}, {len(self.time)} samples of {self.duration:g} s"

@@ -41,22 +41,22 @@ class Array:
 def stored_arrays(path: str, hdf5: bool, room: str) -> list[Array]:
     """As `arrays`, with the values of long ones in files of a folder, named ``stored``: a pipe between processes would
     hold them several times."""
-    return [_stored(found, room, str(place)) for place, found in enumerate(arrays(path, hdf5))]
+    return [_stored(array, room, str(index)) for index, array in enumerate(arrays(path, hdf5))]
 
 
-def _stored(found: Array, room: str, name: str) -> Array:
-    if found.values is not None and len(found.values) > LONG:
-        np.save(f"{room}/{name}.npy", found.values)
-        return replace(found, values=None, stored=f"{room}/{name}.npy")
-    inner = (_stored(one, room, f"{name}-{place}") for place, one in enumerate(found.fields))
-    return replace(found, fields=tuple(inner))
+def _stored(array: Array, room: str, name: str) -> Array:
+    if array.values is not None and len(array.values) > LONG:
+        np.save(f"{room}/{name}.npy", array.values)
+        return replace(array, values=None, stored=f"{room}/{name}.npy")
+    inner = (_stored(field, room, f"{name}-{index}") for index, field in enumerate(array.fields))
+    return replace(array, fields=tuple(inner))
 
 
-def taken(found: Array) -> Array:
+def taken(array: Array) -> Array:
     """An array with its values, wherever they are."""
-    if found.stored:
-        return replace(found, values=np.load(found.stored), stored="")
-    return replace(found, fields=tuple(map(taken, found.fields)))
+    if array.stored:
+        return replace(array, values=np.load(array.stored), stored="")
+    return replace(array, fields=tuple(map(taken, array.fields)))
 
 
 def arrays(path: str, hdf5: bool) -> list[Array]:
@@ -97,11 +97,11 @@ def _of_version_5(path: str) -> Iterator[Array]:
 
     # loadmat of the whole would keep one of the variables that share a name, or have none
     with open(path, "rb") as file:
-        for found, variable in varmats_from_mat(file):
+        for header, variable in varmats_from_mat(file):
             try:
                 values = loadmat(variable)
             except Exception as error:
-                raise Damaged(f"variable '{found}': {error}") from error
+                raise Damaged(f"variable '{header}': {error}") from error
             for name, value in values.items():
                 if not name.startswith("__"):  # of the header, or the workspace of functions
                     yield array(name, value)
@@ -117,8 +117,10 @@ def _of_hdf5(path: str) -> Iterator[Array]:
     import h5py
 
     def array(name: str, item: Any, field: bool = False) -> Array:
-        said = item.attrs.get("MATLAB_class", b"")
-        kind = {"function_handle": "function"}.get(said := said.decode() if isinstance(said, bytes) else said, said)
+        class_name = item.attrs.get("MATLAB_class", b"")
+        kind = {"function_handle": "function"}.get(
+            class_name := class_name.decode() if isinstance(class_name, bytes) else class_name, class_name
+        )
         if "MATLAB_sparse" in item.attrs:
             return Array(name, "sparse")
         if kind in ("cell", "char", "function"):

@@ -48,7 +48,7 @@ def _gzip(path: Path, room: Path) -> Path:
 
 def _zip(path: Path, room: Path, member: str | None) -> Path:
     with zipfile.ZipFile(path) as archive:
-        files = {one.filename: one for one in archive.infolist() if not one.is_dir()}
+        files = {entry.filename: entry for entry in archive.infolist() if not entry.is_dir()}
         if member is None and len(files) != 1:
             raise StickslipError(
                 f"'{path}' holds {len(files)} files: {', '.join(list(files)[:8])}. Say which one: stickslip describe "

@@ -6,6 +6,7 @@ A time of day that falls by half a day or more has passed midnight. Stamps that 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -30,9 +31,9 @@ _KINDS = {
 ORDERS = ("day", "month")
 
 
-def kind_of(cell: str) -> str | None:
-    """ "date and time", "date", "time of day", or None for a cell that is none of them."""
-    return next((kind for kind, pattern in _KINDS.items() if pattern.fullmatch(cell.strip())), None)
+def kinds_of(cells: Sequence[str]) -> list[str | None]:
+    """Each cell's kind: "date and time", "date", "time of day", or None where it is no stamp."""
+    return [next((k for k, pattern in _KINDS.items() if pattern.fullmatch(cell.strip())), None) for cell in cells]
 
 
 def instants(cells: Series, kind: str, first: str) -> tuple[np.ndarray, bool]:
@@ -48,17 +49,17 @@ def instants(cells: Series, kind: str, first: str) -> tuple[np.ndarray, bool]:
 
     text = cells.astype("string").str.strip().str.replace(",", ".", regex=False)
     zoned = text.str.contains(r"(?:Z|UTC|[+-]\d\d:?\d\d)$", case=False, regex=True).fillna(False).to_numpy(dtype=bool)
-    known = text.notna().to_numpy() & (text != "").fillna(False).to_numpy(dtype=bool)
-    some = kind == "date and time" and bool(zoned.any())
-    if some and not zoned[known].all():
-        row = int(np.flatnonzero(known & ~zoned)[0])
+    filled = text.notna().to_numpy() & (text != "").fillna(False).to_numpy(dtype=bool)
+    any_zone = kind == "date and time" and bool(zoned.any())
+    if any_zone and not zoned[filled].all():
+        row = int(np.flatnonzero(filled & ~zoned)[0])
         raise StickslipError(f"a stamp without a time zone, '{cells.iloc[row]}', among stamps with one")
     if kind == "time of day":
         text = "1970-01-01 " + text
         first = "month"
-    shown = next((one for one in text[known]), "")
-    found = pandas.to_datetime(text, format=_format(str(shown), first), errors="coerce", utc=True)
-    return found.to_numpy(dtype="datetime64[ns]").astype(np.int64), some
+    sample = next((cell for cell in text[filled]), "")
+    times = pandas.to_datetime(text, format=_format(str(sample), first), errors="coerce", utc=True)
+    return times.to_numpy(dtype="datetime64[ns]").astype(np.int64), any_zone
 
 
 MISSING = np.iinfo(np.int64).min  # what pandas makes of no time
@@ -71,17 +72,19 @@ def _format(cell: str, first: str) -> str:
     mark = re.search(r"[-/.]", cell)
     between = mark[0] if mark else "."
     year_first = re.match(r"\d{4}", cell)
-    parts = ("%Y", "%m", "%d") if year_first else ("%d", "%m", "%Y") if first == "day" else ("%m", "%d", "%Y")
-    made = between.join(parts)
+    fields = ("%Y", "%m", "%d") if year_first else ("%d", "%m", "%Y") if first == "day" else ("%m", "%d", "%Y")
+    pattern = between.join(fields)
     if ":" not in cell:
-        return made
+        return pattern
     half = re.search(r" ?[AP]M$", cell, re.IGNORECASE)
-    made += ("T" if "T" in cell[:12] else " ") + ("%I" if half else "%H") + ":%M"
-    made += ":%S" if cell.count(":") > 1 else ""
-    made += ".%f" if re.search(r":\d\d\.\d", cell) else ""
+    pattern += ("T" if "T" in cell[:12] else " ") + ("%I" if half else "%H") + ":%M"
+    pattern += ":%S" if cell.count(":") > 1 else ""
+    pattern += ".%f" if re.search(r":\d\d\.\d", cell) else ""
     if half:
-        return made + (" %p" if half[0].startswith(" ") else "%p")
-    return made + (" %Z" if cell.upper().endswith(" UTC") else "%z" if re.search(r"(Z|[+-]\d\d:?\d\d)$", cell) else "")
+        return pattern + (" %p" if half[0].startswith(" ") else "%p")
+    return pattern + (
+        " %Z" if cell.upper().endswith(" UTC") else "%z" if re.search(r"(Z|[+-]\d\d:?\d\d)$", cell) else ""
+    )
 
 
 def order_of(cells: list[str]) -> str | None:
@@ -90,12 +93,12 @@ def order_of(cells: list[str]) -> str | None:
     With points or hyphens it is the day; with strokes a number beyond twelve decides.
     """
     for cell in cells:
-        found = re.match(r"(\d{1,2})([./-])(\d{1,2})[./-]\d{4}", cell.strip())
-        if not found:
+        match = re.match(r"(\d{1,2})([./-])(\d{1,2})[./-]\d{4}", cell.strip())
+        if not match:
             continue
-        if found[2] != "/" or int(found[1]) > 12:
+        if match[2] != "/" or int(match[1]) > 12:
             return "day"
-        if int(found[3]) > 12:
+        if int(match[3]) > 12:
             return "month"
     return None
 
@@ -106,16 +109,16 @@ def seconds(nanoseconds: np.ndarray, kind: str, zoned: bool) -> tuple[np.ndarray
     if not good.any():
         return np.full(len(nanoseconds), np.nan), None
     origin = int(nanoseconds[good][0] // int(DAY / NANO) * int(DAY / NANO))
-    found = np.where(good, (nanoseconds - origin) * NANO, np.nan)
+    time = np.where(good, (nanoseconds - origin) * NANO, np.nan)
     if kind == "time of day":
-        return past_midnight(found), None
-    return found, datetime.fromtimestamp(origin * NANO, UTC).replace(tzinfo=UTC if zoned else None)
+        return past_midnight(time), None
+    return time, datetime.fromtimestamp(origin * NANO, UTC).replace(tzinfo=UTC if zoned else None)
 
 
 def past_midnight(time: np.ndarray) -> np.ndarray:
     """Seconds of the day (n,) that go on after midnight."""
-    known = np.isfinite(time)
-    steps = np.diff(time[known], prepend=time[known][:1])
+    finite = np.isfinite(time)
+    steps = np.diff(time[finite], prepend=time[finite][:1])
     later = time.copy()
-    later[known] += DAY * (np.cumsum(steps < -DAY / 2) - np.cumsum(steps > DAY / 2))
+    later[finite] += DAY * (np.cumsum(steps < -DAY / 2) - np.cumsum(steps > DAY / 2))
     return later

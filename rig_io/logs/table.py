@@ -22,10 +22,10 @@ def check_file(path: Path, expected: str) -> None:
     """
     try:
         with open(existing(path, "log", " Check the name and the folder."), "rb") as file:
-            some = file.read(1)
+            first_byte = file.read(1)
     except OSError as error:
         raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
-    if not some:
+    if not first_byte:
         raise StickslipError(f"The log '{path}' is empty. Expected {expected}.")
 
 

@@ -110,8 +110,8 @@ def encoding_of(path: Path, head: bytes) -> str:
     zeros = head.count(0)
     if zeros:
         # of a text in UTF-16 without its mark every second byte is zero
-        for name, place in (("utf-16-le", 1), ("utf-16-be", 0)):
-            if head[place::2].count(0) > 0.9 * (len(head) // 2) and zeros < 0.6 * len(head):
+        for name, offset in (("utf-16-le", 1), ("utf-16-be", 0)):
+            if head[offset::2].count(0) > 0.9 * (len(head) // 2) and zeros < 0.6 * len(head):
                 return name
         raise StickslipError(
             f"'{path}' holds zero bytes: a binary file. Give it the suffix of its kind, or save it as CSV in UTF-8."
@@ -131,9 +131,9 @@ def _decodes(data: bytes, encoding: str) -> bool:
 
 
 def layout_of(
-    path: Path, head: bytes, whole: bool, encoding: str, options: Mapping[str, str], offset: int = 0
+    path: Path, head: bytes, complete: bool, encoding: str, options: Mapping[str, str], offset: int = 0
 ) -> Layout:
-    """How a text is written. head: its first bytes; whole: whether that is all of it; options: what the user has
+    """How a text is written. head: its first bytes; complete: whether that is all of it; options: what the user has
     said, "separator", "decimal", "header" (line of the names, from 1; 0: none), "dates".
 
     Raises:
@@ -141,7 +141,7 @@ def layout_of(
     """
     text = head.decode(encoding, errors="replace").removeprefix("\ufeff")
     lines = text.split("\n")
-    if not whole and len(lines) > 1:
+    if not complete and len(lines) > 1:
         lines.pop()
     while lines and not lines[-1].strip():
         lines.pop()
@@ -152,17 +152,17 @@ def layout_of(
     rows = [split(line, separator) for line in lines]
     width, kinds = _columns(rows, decimal)
     # recorders end every line by a separator: a column of nothing
-    begin = next((i for i, row in enumerate(rows) if _fits(row, width, kinds, decimal)), None)
-    if begin is None or not width:
+    first = next((i for i, row in enumerate(rows) if _fits(row, width, kinds, decimal)), None)
+    if first is None or not width:
         raise _no_rows(path, lines)
-    names, units, header = _header(path, rows, begin, width, options, lines)
+    names, units, header = _header(path, rows, first, width, options, lines)
     nameless = not any(names)
     unique, doubled = _unique(names)
-    before = "\n".join(text.split("\n")[:begin])
-    skipped = len((before + "\n").encode(encoding.removesuffix("-sig"))) if begin else 0
+    before = "\n".join(text.split("\n")[:first])
+    skipped = len((before + "\n").encode(encoding.removesuffix("-sig"))) if first else 0
     mark = len(codecs.BOM_UTF8) if encoding == "utf-8-sig" else 0
     dates = options.get("dates") or stamps.order_of(
-        [row[j] for row in rows[begin:] if len(row) == width for j in range(width) if kinds[j].startswith("date")]
+        [row[j] for row in rows[first:] if len(row) == width for j in range(width) if kinds[j].startswith("date")]
     )
     return Layout(
         encoding,
@@ -171,12 +171,12 @@ def layout_of(
         tuple(unique),
         {unique[i]: unit for i, unit in units.items()},
         tuple(kinds),
-        begin + 1,
+        first + 1,
         offset + mark + skipped,
         nameless,
         doubled,
         dates or "month",
-        tuple(line.strip() for line in lines[: header if header is not None else begin] if line.strip()),
+        tuple(line.strip() for line in lines[: header if header is not None else first] if line.strip()),
     )
 
 
@@ -193,7 +193,8 @@ def _parted(path: Path, lines: Sequence[str], options: Mapping[str, str]) -> tup
             if decimal == separator and len(separators) > 1:
                 continue
             cells = [cell for row in even for cell in row]
-            numbers = sum(is_number(c, decimal) or is_none(c) or stamps.kind_of(c) is not None for c in cells)
+            words = [cell for cell in cells if not is_number(cell, decimal) and not is_none(cell)]
+            numbers = len(cells) - stamps.kinds_of(words).count(None)
             score = numbers / max(len(cells), 1) * len(even) / len(rows)
             if separator == "," and _is_one_number(even):
                 score *= 0.5
@@ -204,15 +205,15 @@ def _parted(path: Path, lines: Sequence[str], options: Mapping[str, str]) -> tup
     return chosen
 
 
-def _asked(path: Path, name: str, known: Mapping[str, str], options: Mapping[str, str]) -> list[str]:
+def _asked(path: Path, name: str, choices: Mapping[str, str], options: Mapping[str, str]) -> list[str]:
     if name not in options:
-        return list(known.values())
-    said = options[name]
-    if said in known.values():
-        return [said]
-    if said not in known:
-        raise StickslipError(f"'{path}': the {name} '{said}' is unknown.{nearest(said, known)}")
-    return [known[said]]
+        return list(choices.values())
+    choice = options[name]
+    if choice in choices.values():
+        return [choice]
+    if choice not in choices:
+        raise StickslipError(f"'{path}': the {name} '{choice}' is unknown.{nearest(choice, choices)}")
+    return [choices[choice]]
 
 
 def _is_one_number(rows: Sequence[Sequence[str]]) -> bool:
@@ -244,8 +245,8 @@ def _kind(cells: Sequence[str], decimal: str) -> str:
         return "number" if sum(map(bool, cells)) > len(filled) else "empty"
     if sum(is_number(cell, decimal) for cell in filled) >= 0.5 * len(filled):
         return "number"
-    found, number = Counter(stamps.kind_of(cell) or _WORD for cell in filled).most_common(1)[0]
-    return found if number >= 0.5 * len(filled) else _WORD
+    kind, number = Counter(kind or _WORD for kind in stamps.kinds_of(filled)).most_common(1)[0]
+    return kind if number >= 0.5 * len(filled) else _WORD
 
 
 def _fits(row: Sequence[str], width: int, kinds: Sequence[str], decimal: str) -> bool:
@@ -253,46 +254,46 @@ def _fits(row: Sequence[str], width: int, kinds: Sequence[str], decimal: str) ->
     if len(row) != width:
         return False
     ours = [(cell, kind) for cell, kind in zip(row, kinds, strict=True) if kind not in (_WORD, "empty")]
-    good = [is_number(c, decimal) if kind == "number" else stamps.kind_of(c) == kind for c, kind in ours]
+    good = [is_number(c, decimal) if kind == "number" else stamps.kinds_of([c]) == [kind] for c, kind in ours]
     none = [is_none(cell) for cell, _ in ours]
     return any(good) and sum(g or n for g, n in zip(good, none, strict=True)) > 0.5 * len(ours)
 
 
 def _header(
-    path: Path, rows: list[list[str]], begin: int, width: int, options: Mapping[str, str], lines: Sequence[str]
+    path: Path, rows: list[list[str]], first: int, width: int, options: Mapping[str, str], lines: Sequence[str]
 ) -> tuple[list[str], dict[int, str], int | None]:
     """Names of the columns ("" where there is none), units by place, and the line (from 0) of the header if any."""
-    place: int | None = begin - 1
+    index: int | None = first - 1
     if "header" in options:
-        if not options["header"].isdigit() or int(options["header"]) > begin:
+        if not options["header"].isdigit() or int(options["header"]) > first:
             raise StickslipError(
-                f"'{path}': the header is said to be on line {options['header']}, but rows begin on line {begin + 1}. "
+                f"'{path}': the header is said to be on line {options['header']}, but rows begin on line {first + 1}. "
                 "Give the number of a line above, or 0 for none."
             )
-        place = int(options["header"]) - 1
-    while place is not None and place >= 0 and not any(rows[place]) and "header" not in options:
-        place -= 1
-    if place is None or place < 0:
+        index = int(options["header"]) - 1
+    while index is not None and index >= 0 and not any(rows[index]) and "header" not in options:
+        index -= 1
+    if index is None or index < 0:
         return [""] * width, {}, None
-    found, units = _padded(rows[place], width), {}
-    above = place - 1
-    if "header" not in options and above >= 0 and _are_units(found) and (upper := _padded(rows[above], width)):
-        units, found, place = _units(found), upper, above
-    elif "header" in options and place + 1 < begin and (below := _padded(rows[place + 1], width)) and _are_units(below):
+    cells, units = _padded(rows[index], width), {}
+    above = index - 1
+    if "header" not in options and above >= 0 and _are_units(cells) and (upper := _padded(rows[above], width)):
+        units, cells, index = _units(cells), upper, above
+    elif "header" in options and index + 1 < first and (below := _padded(rows[index + 1], width)) and _are_units(below):
         units = _units(below)
-    if not found:
-        if len(rows[place]) > 1 and len(rows[place]) > 0.4 * width and all(not is_number(c) for c in rows[place] if c):
-            raise _uneven(path, rows, place, begin)
+    if not cells:
+        if len(rows[index]) > 1 and len(rows[index]) > 0.4 * width and all(not is_number(c) for c in rows[index] if c):
+            raise _uneven(path, rows, index, first)
         return [""] * width, {}, None
-    if "header" not in options and width == 1 and begin > 1 and " " in found[0] and ":" in found[0]:
+    if "header" not in options and width == 1 and first > 1 and " " in cells[0] and ":" in cells[0]:
         return [""], {}, None  # a remark above a single column
     names = []
-    for i, cell in enumerate(found):
+    for i, cell in enumerate(cells):
         name, unit = unit_of(cell)
         if unit is not None and (i not in units or "[" in cell):
             units[i] = unit
         names.append(name if unit is not None or i not in units else cell)
-    return names, units, place
+    return names, units, index
 
 
 def unit_of(cell: str) -> tuple[str, str | None]:
@@ -300,9 +301,9 @@ def unit_of(cell: str) -> tuple[str, str | None]:
     match = _NAME_AND_UNIT.fullmatch(cell)
     if match and match["unit"] is not None:
         return match["name"].strip(), match["unit"]
-    found = _ROUND.fullmatch(cell)
-    if found and unit_like(found["unit"]):
-        return found["name"], found["unit"]
+    in_brackets = _ROUND.fullmatch(cell)
+    if in_brackets and unit_like(in_brackets["unit"]):
+        return in_brackets["name"], in_brackets["unit"]
     return cell.strip(), None
 
 
@@ -344,23 +345,23 @@ def unit_like(text: str) -> bool:
 
 def _unique(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     """Names that differ: nameless columns by their place, doubled ones with a number; and the doubled ones."""
-    made: list[str] = []
+    unique: list[str] = []
     for i, name in enumerate(names):
-        given = name or f"column {i + 1}"
-        number, candidate = 1, given
-        while candidate in made:
+        base = name or f"column {i + 1}"
+        number, candidate = 1, base
+        while candidate in unique:
             number += 1
-            candidate = f"{given} ({number})"
-        made.append(candidate)
-    return made, tuple(name for name, times in Counter(n for n in names if n).items() if times > 1)
+            candidate = f"{base} ({number})"
+        unique.append(candidate)
+    return unique, tuple(name for name, times in Counter(n for n in names if n).items() if times > 1)
 
 
-def _uneven(path: Path, rows: Sequence[Sequence[str]], header: int, begin: int) -> StickslipError:
+def _uneven(path: Path, rows: Sequence[Sequence[str]], header: int, first: int) -> StickslipError:
     advice = "Name every column, or say which line holds the names: stickslip describe FILE --read header=LINE."
-    if len(rows[begin]) >= 2 * len(rows[header]) - 1:
+    if len(rows[first]) >= 2 * len(rows[header]) - 1:
         advice = "A comma as decimal mark needs ';' between cells, or use a decimal point."
     return StickslipError(
-        f"'{path}': line {begin + 1} has {len(rows[begin])} cells, the header has {len(rows[header])}. {advice}"
+        f"'{path}': line {first + 1} has {len(rows[first])} cells, the header has {len(rows[header])}. {advice}"
     )
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.disturbances import ANGLE, FORCE, WEAR, terms_of
+from identification.disturbances.terms import terms_of
 from identification.fit.fit import fit_friction
 from identification.measurement.pooling import pool
 from rig_io.bench.disturbances import Disturbances
@@ -26,6 +26,7 @@ from rig_io.bench.drive import Ripple
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.bench.materials import material
 
+FORCE, ANGLE, WEAR = "normal-force", "angle", "wear"
 NAMES = ("mu_s", "mu_k", "p")
 SIX = Disturbances(once=0.005, angle=0.01, per_log=0.005, within=0.005, drift=5e-5, zero=5e-4, offset=2e-5)
 CASES: Mapping[str, tuple[Disturbances, frozenset[str]]] = {

@@ -170,6 +170,15 @@ def test_derivatives_see_a_pulse_that_the_motion_does_not() -> None:
     np.testing.assert_allclose(np.ravel(result.derivative)[-2:], [x + 4.9 * v, v], rtol=1e-10)
 
 
+@pytest.mark.parametrize("width", [0.1, 1e-3, 1e-6])
+def test_derivatives_by_an_amplitude_that_is_zero(width: float) -> None:
+    """x'' + x = F exp(-((t - t0)/w)^2) at F = 0: dx/dF = w sqrt(pi) exp(-w^2/4) sin(t - t0)."""
+    with SensitiveRun(fmu("pulse"), by=["F"], recorded=["x", "v"]) as run:
+        result = run.run([8.0], parameters={"F": 0.0, "width": width}, start={"x": 0.3, "v": 0.1})
+    impulse = width * math.sqrt(math.pi) * math.exp(-(width**2) / 4)
+    np.testing.assert_allclose(np.ravel(result.derivative) / impulse, [math.sin(3.0), math.cos(3.0)], rtol=1e-9)
+
+
 def test_derivatives_where_a_neighbour_is_beside_a_pole() -> None:
     """x' = tanh(4 x): sinh(4 x(t)) = sinh(4 x(0)) exp(4 t). The disc of tanh as large as x has no bound."""
     x = State("x", "1", "x", start=-0.5)

@@ -40,6 +40,7 @@ FLOORS = (
     ("rig_io.commands",),
     ("identification.inference",),
     ("identification.laws", "identification.measurement"),
+    ("identification.disturbances",),
     ("identification.estimators", "identification.machines", "identification.slips"),
     ("identification.fit",),
     ("identification.fitted_model",),

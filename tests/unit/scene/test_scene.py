@@ -17,11 +17,11 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments, compare, compute
-from fmu_models.scene.explain import left_out
-from fmu_models.scene.measure import size, time_runs, whole_model
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
+from fmu_models.validation.scene_savings.left_out import left_out
+from fmu_models.validation.scene_savings.measure import size, time_runs, whole_model
 
 
 def test_units_are_converted(tmp_path: Path) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
+from identification.disturbances import DISTURBANCES
+from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.estimators.disturbances import ANGLE, CAUSES, DRIFT, FORCE, FORCE_EACH, WEAR, ZERO, terms_of
 from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_problem import shooting_problem
 from identification.fit.causes import _Search, find_causes
@@ -30,6 +31,7 @@ from rig_io.bench.emulator import emulate, free_decay, standard_set
 from rig_io.bench.materials import Material
 from rig_io.sensors.motion import integrated
 
+FORCE, FORCE_EACH, ANGLE, WEAR, ZERO, DRIFT = "normal-force", "normal-force-each", "angle", "wear", "zero", "drift"
 TRUTH = np.array([0.65, 0.35, 15.0])
 CONTI = find_law("Conti")
 CASES = {
@@ -177,7 +179,7 @@ def test_shooting_has_exact_derivatives_by_every_disturbance_and_finds_them() ->
     problem = shooting_problem(ready, CONTI, segments[::4], first, options, known)
     x, here = problem.first, problem.evaluate(problem.first)
     for place, term in enumerate(options.disturbances, 3):
-        step = 1e-4 * np.eye(len(x))[place] * (10 if term.moves == "angle" else 1)
+        step = 1e-4 * np.eye(len(x))[place] * (10 if term.effect.angular else 1)
         ahead, back = (problem.evaluate(x + sign * step).residual for sign in (1, -1))
         slope = (ahead - back) / (2 * step[place])
         # the projection on start states moves with x: to the order of the residual (1) over the slope
@@ -198,6 +200,7 @@ def test_shooting_has_exact_derivatives_by_what_the_sensor_shows_too_much() -> N
         assert off < 0.01 * np.linalg.norm(slope), term.name
 
 
+@pytest.mark.nightly
 def test_shooting_follows_wear_within_a_slip() -> None:
     fit = fit_friction(bench(Disturbances(per_log=0.08, within=0.08)), estimator="shooting", disturbances=[WEAR])
     # three standard deviations; with the friction of each slip held at its mean p is off by -6 %
@@ -225,6 +228,7 @@ def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -
     assert "without what disturbances changed: " in title and "wear" in title
 
 
+@pytest.mark.nightly
 def test_bristles_wear_too() -> None:
     wear = Disturbances(per_log=0.04, within=0.04)
     settings = standard_set(micro_slip=MicroSlip(5e4), duration=4.0, disturbances=wear)
@@ -281,7 +285,7 @@ def test_what_cannot_be_estimated_is_said() -> None:
     with pytest.raises(StickslipError, match=r"no disturbance 'weer'.*wear"):
         fit_friction(ready, disturbances=["weer"])
     with pytest.raises(StickslipError, match="one disturbance"):
-        fit_friction(ready, disturbances=list(CAUSES))
+        fit_friction(ready, disturbances=DISTURBANCES.names())
     with pytest.raises(StickslipError, match="one driving disc"):
         terms_of(replace(ready, contacts=("disc0", "disc1")), [WEAR])
     one = replace(

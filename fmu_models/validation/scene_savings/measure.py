@@ -6,10 +6,11 @@ the first result. Runs are timed in pairs, one of each in turn.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import statistics
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,7 @@ from fmu_models.scene.compute import arguments
 from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
+from fmu_models.validation.scene_savings.left_out import left_out
 
 PAIRS = 21
 LONGEST = 5.0  # s, after which no further pair of runs is begun
@@ -169,3 +171,25 @@ def _work(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> None:
     fmu = whole_model(scene) if of_model else Fmu.open(built_scene(scene))
     run = _for_model(scene, fmu, own, {}) if of_model else own
     simulate(fmu, **run, output_times=[own["stop_time"]])
+
+
+def measured(scene: Scene, progress: Callable[[float], Any]) -> dict[str, Any]:
+    """What is left out, sizes and times of the scene's FMU and of that of its model."""
+    parts = left_out(scene)
+    sizes = {"scene": size(Fmu.open(built_scene(scene))), "model": size(whole_model(scene))}
+    progress(0.1)
+    runs = time_runs(scene)
+    progress(0.4)
+    start = {"scene": time_start(scene, False), "model": time_start(scene, True)}
+    progress(0.6)
+    build = {"scene": time_build(scene, False), "model": time_build(scene, True)}
+    return {
+        "left_out": [dataclasses.asdict(part) for part in parts],
+        "sizes": {name: dataclasses.asdict(one) for name, one in sizes.items()},
+        "build_seconds": build,
+        "start_seconds": start,
+        "run_seconds": {"scene": runs.scene, "model": runs.model},
+        "faster": runs.faster,
+        "difference": runs.difference,
+        "muted": dict(runs.muted),
+    }

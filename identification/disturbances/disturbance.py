@@ -1,0 +1,42 @@
+"""A disturbance, declared once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from identification.disturbances.term import DisturbanceTerm
+from identification.measurement.pooled import Pool
+
+
+def _visible(ready: Pool) -> str:
+    return ""
+
+
+def _no_remark(ready: Pool, terms: Sequence[DisturbanceTerm]) -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """What a real bench adds to the law, or to what a sensor shows.
+
+    Attributes:
+        words: what happens, for reports and as the meaning of its terms.
+        terms: (logs, size) -> its parameters for pooled logs; size: as an earlier fit found it, None if there is none.
+        hidden: why pooled logs of one disc cannot show it, and what would; nothing where they can.
+        rank: its terms stand after those of a lower rank.
+        same_as: name of a disturbance that does the same in fewer terms, so that only one of the two is estimated.
+        mimics: name of one with fewer terms that looks like it, in whose stead it is tried.
+        remark: (logs, terms) -> what is said beside the words.
+        emulated: sizes of `rig_io.bench.disturbances.Disturbances` that emulate it.
+    """
+
+    words: str
+    terms: Callable[[Pool, float | None], Sequence[DisturbanceTerm]]
+    hidden: Callable[[Pool], str] = _visible
+    rank: int = 100
+    same_as: str = ""
+    mimics: str = ""
+    remark: Callable[[Pool, Sequence[DisturbanceTerm]], str] = _no_remark
+    emulated: tuple[str, ...] = ()

@@ -1,0 +1,14 @@
+"""N (1 + sum_n a_n cos(n phi) + b_n sin(n phi)), phi the angle of the drive by its counter, n = 1, 2."""
+
+from __future__ import annotations
+
+from identification.disturbances.disturbance import Disturbance
+from identification.disturbances.turn import too_little_turned, turn_terms
+
+DISTURBANCE = Disturbance(
+    words="the normal force changes with the angle of the drive (run-out of the disc or its shaft)",
+    terms=lambda ready, size: tuple(turn_terms()),
+    hidden=too_little_turned,
+    rank=0,
+    emulated=("once", "twice"),
+)

@@ -1,0 +1,94 @@
+"""The rig with one disc whose normal force has the factors of disturbances, as an FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from identification.disturbances.term import DisturbanceTerm
+
+if TYPE_CHECKING:
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.lowering.hybrid_system import HybridSystem
+
+TURNED, LOAD = "turned", "load"  # inputs: angle of the drive, rad; normal force by a load cell over its mean
+MIDDLE_ANGLE = "middle_angle"  # rad, a parameter: the reference of the terms
+MIDDLE, DURATION = "middle", "duration"  # s, parameters: of the log
+
+
+def disturbed_oscillator(disc: str, law: str, terms: Sequence[DisturbanceTerm]) -> Fmu:
+    """The rig with one disc ("disc0") under these terms: a parameter for each effect and order, and the inputs and
+    parameters that their formulas depend on."""
+    from fmu_models.codegen.package import built_of, kept_as, kept_by_name
+    from fmu_models.fmu.fmu import Fmu
+
+    parameters = {term.parameter: term for term in terms if not term.of_sensor}
+    name = "_".join(["disturbed", *parameters])
+    files = {__file__, *(term.effect.formula.__code__.co_filename for term in parameters.values())}
+
+    def oscillator() -> HybridSystem:
+        return _oscillator(name, disc, law, list(parameters.values()))
+
+    if not kept_by_name("disc_rig", {disc: law}):
+        return Fmu.open(built_of(oscillator()))
+    key = (name, disc, law, *(Path(file).read_bytes() for file in sorted(files)))
+    return Fmu.open(kept_as(name, key, oscillator))
+
+
+class _Symbols:
+    """Whereabouts as symbols; what no formula asks for is no variable of the oscillator."""
+
+    def __init__(self, angle: Any) -> None:
+        self._angle = angle
+
+    @cached_property
+    def turned(self) -> Any:
+        from fmu_models.language.quantities import Input
+
+        return Input(TURNED, 0.0, "rad", "angle of the drive")
+
+    @cached_property
+    def angle(self) -> Any:
+        from fmu_models.language.quantities import Parameter
+
+        return self._angle - Parameter(MIDDLE_ANGLE, 0.0, "rad", "angle at which friction is that of the law")
+
+    @cached_property
+    def share(self) -> Any:
+        from fmu_models.language.quantities import TIME, Parameter
+
+        middle = Parameter(MIDDLE, 0.0, "s", "middle of the log")
+        return (TIME - middle) / Parameter(DURATION, 1.0, "s", "duration of the log", positive=True)
+
+    @cached_property
+    def load(self) -> Any:
+        from fmu_models.language.quantities import Input
+
+        return Input(LOAD, 1.0, "1", "normal force by a load cell over its mean")
+
+
+def _oscillator(name: str, disc: str, law: str, terms: Sequence[DisturbanceTerm]) -> HybridSystem:
+    import sympy
+
+    from fmu_models.codegen.package import variant
+    from fmu_models.language.contacts import Friction
+    from fmu_models.language.laws.conti import Conti
+    from fmu_models.language.quantities import Parameter
+    from fmu_models.lowering.lower import lower
+
+    rig = variant("disc_rig", [disc])
+    (contact,), (theta,) = rig.contacts, rig.coordinates
+    assert isinstance(contact, Friction) and isinstance(contact.law, Conti)
+    symbols, factors = _Symbols(theta), dict[str, Any]()
+    for term in terms:
+        effect, order = term.effect, term.order
+        unit = effect.unit(order).replace("^", "")
+        value = Parameter(term.parameter, term.first, unit, effect.meaning(order))
+        factor = effect.factor or effect.name
+        factors[factor] = factors.get(factor, sympy.Integer(1)) + value * effect.formula(symbols, order, sympy)
+    force = sympy.Mul(contact.law.N, *factors.values())
+    rig = replace(rig.with_law(**{disc: replace(contact.law, N=force)}), name=name)
+    return lower(variant(rig, laws={disc: law}))

@@ -1,0 +1,156 @@
+"""Parameters of disturbances, and how friction and sensors depend on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import reduce
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from identification.inference.problem import Prior, Unknown
+
+LARGEST = 0.9  # of a relative term: friction does not change its sign
+ANGLE, LASER = "angle", "laser"  # sensors that a disturbance may change
+SENSOR_UNITS = {ANGLE: "rad", LASER: "m"}
+
+
+@dataclass(frozen=True, eq=False)
+class Whereabouts:
+    """Where and when friction acted, as arrays that broadcast to one shape.
+
+    Attributes:
+        turned: angle of the drive, rad.
+        angle: angle of the body, rad; in a formula, from the reference of its term.
+        share: of the log that is gone, -1/2 to 1/2.
+        log: number of the log.
+        load: normal force by a load cell over its mean.
+    """
+
+    turned: np.ndarray
+    angle: np.ndarray
+    share: np.ndarray
+    log: np.ndarray
+    load: np.ndarray
+
+    @classmethod
+    def joined(cls, pieces: Sequence[Whereabouts]) -> Whereabouts:
+        """One after the other along the first axis."""
+        return cls(*(np.concatenate([getattr(piece, name.name) for piece in pieces]) for name in fields(cls)))
+
+    def map(self, function: Callable[[np.ndarray], np.ndarray]) -> Whereabouts:
+        """The same with a function of each array."""
+        return Whereabouts(*(function(getattr(self, name.name)) for name in fields(self)))
+
+
+@dataclass(frozen=True)
+class Effect:
+    """How a term acts.
+
+    Attributes:
+        name: of its parameters in the disturbed oscillator, before their order.
+        formula: (whereabouts, order, functions) -> what the term multiplies. ``functions`` is `numpy` for a column of
+            the regression and `sympy` for the oscillator of the shooting, with symbols as whereabouts. The formula of a
+            sensor has the ``share`` alone, and the laser's is over R.
+        meaning: of the parameter of that order.
+        factor: terms of one factor are added, and the factors multiplied; its name if left out.
+        sensor: that shows too much, `ANGLE` or `LASER`; friction changes if it is empty.
+        angular: whether the unit is 1/rad to the power of the order.
+        limits: of the search.
+    """
+
+    name: str
+    formula: Callable[[Any, int, ModuleType], Any]
+    meaning: Callable[[int], str] = lambda order: ""
+    factor: str = ""
+    sensor: str = ""
+    angular: bool = False
+    limits: tuple[float, float] = (-LARGEST, LARGEST)
+
+    def unit(self, order: int) -> str:
+        """The unit of the parameter of an order."""
+        if self.angular:
+            return "1/rad" if order == 1 else f"1/rad^{order}"
+        return "rad" if self.sensor == ANGLE else "1"
+
+
+@dataclass(frozen=True)
+class DisturbanceTerm:
+    """One parameter of a disturbance.
+
+    Attributes:
+        log: the only one that it is of; None: all.
+        reference: angle of the body that its effect is counted from, rad.
+        prior: what is assumed beforehand.
+        words: what it means.
+        cause: name of the disturbance.
+    """
+
+    name: str
+    effect: Effect
+    order: int = 0
+    log: int | None = None
+    reference: float = 0.0
+    prior: Prior | None = None
+    words: str = ""
+    cause: str = field(default="", kw_only=True)
+
+    def shape(self, where: Whereabouts) -> np.ndarray:
+        """What it multiplies."""
+        if self.effect.sensor == ANGLE:
+            value = np.ones_like(where.angle) * self.curve(where.share)
+        elif self.effect.sensor == LASER:
+            value = self.curve(where.share) / np.cos(where.angle)
+        else:
+            value = self.effect.formula(replace(where, angle=where.angle - self.reference), self.order, np)
+        return value if self.log is None else value * (where.log == self.log)
+
+    def curve(self, share: np.ndarray) -> np.ndarray:
+        """What a sensor shows too much, the laser over R, for a value of 1. share: (n,) of the log, from -1/2."""
+        return self.effect.formula(SimpleNamespace(share=share), self.order, np)
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether it changes what a sensor shows, and not friction."""
+        return bool(self.effect.sensor)
+
+    @property
+    def first(self) -> float:
+        """Value where a search begins."""
+        return self.prior.value if self.prior else 0.0
+
+    @property
+    def parameter(self) -> str:
+        """Its parameter in the disturbed oscillator."""
+        return f"{self.effect.name}{self.order}"
+
+    @property
+    def unknown(self) -> Unknown:
+        """The term as an unknown of a problem."""
+        return Unknown(self.name, self.effect.unit(self.order), *self.effect.limits, self.words, self.prior)
+
+
+def disturbed(
+    terms: Sequence[DisturbanceTerm], x: np.ndarray, where: Whereabouts
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Factor of the friction where it acted, and its derivative by each term. x: (m,) values."""
+    shapes = [np.zeros(1) if term.of_sensor else term.shape(where) for term in terms]
+    factors = [term.effect.factor or term.effect.name for term in terms]
+    sums: dict[str, np.ndarray] = {}
+    for value, shape, factor in zip(x, shapes, factors, strict=True):
+        sums[factor] = sums.get(factor, np.ones(1)) + value * shape
+    products = {factor: _product([sums[name] for name in sums if name != factor]) for factor in sums}
+    slopes = [shape * products[factor] for shape, factor in zip(shapes, factors, strict=True)]
+    return _product(list(sums.values())), slopes
+
+
+def misread(terms: Sequence[DisturbanceTerm], x: np.ndarray, where: Whereabouts) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Angle (rad) that the sensor showed too much, and its derivative by each term. x: (m,) values."""
+    slopes = [term.shape(where) if term.of_sensor else np.zeros(1) for term in terms]
+    return sum((value * slope for value, slope in zip(x, slopes, strict=True)), np.zeros(1)), slopes
+
+
+def _product(factors: Sequence[np.ndarray]) -> np.ndarray:
+    return reduce(np.multiply, factors, np.ones(1))

@@ -1,0 +1,54 @@
+"""The terms of disturbances for pooled logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.trust import is_place
+from identification.disturbances import DISTURBANCES, load_cell
+from identification.disturbances.disturbance import Disturbance
+from identification.disturbances.term import DisturbanceTerm
+from identification.measurement.pooled import Pool
+from identification.measurement.stated import weighed
+
+UNSIZED: Mapping[str, float] = MappingProxyType({})
+
+
+def ranked(names: Sequence[str] | None = None) -> dict[str, Disturbance]:
+    """Disturbances by name in the order of their terms; those of our own and of installed packages if None.
+
+    Raises:
+        StickslipError: there is none of a name.
+    """
+    for name in names or ():
+        if not (is_place(name) or name in DISTURBANCES.members() or name in DISTURBANCES.names()):
+            raise StickslipError(f"There is no disturbance '{name}'.{nearest(name, DISTURBANCES.names())}")
+    loaded = {name: DISTURBANCES.load(name) for name in (DISTURBANCES.names() if names is None else names)}
+    return dict(sorted(loaded.items(), key=lambda item: item[1].rank))
+
+
+def terms_of(ready: Pool, causes: Sequence[str], sizes: Mapping[str, float] = UNSIZED) -> tuple[DisturbanceTerm, ...]:
+    """The terms of these causes for pooled logs. sizes: of causes, where an earlier fit found them.
+
+    Raises:
+        StickslipError: an unknown cause, two discs, or logs that cannot show one.
+    """
+    disturbances = ranked(causes)
+    if causes and len(ready.contacts) > 1:
+        raise StickslipError("Disturbances are estimated with one driving disc. Fit the logs of each disc by itself.")
+    for name, disturbance in disturbances.items():
+        if disturbance.same_as in causes:
+            raise StickslipError(f"'{disturbance.same_as}' and '{name}' are one disturbance. Name one of them.")
+    for name in causes:
+        reason = disturbances[name].hidden(ready)
+        if reason:
+            raise StickslipError(f"These logs cannot show a disturbance '{name}': {reason}")
+    terms = [load_cell.TERM] if len(ready.contacts) == 1 and weighed(ready.motions) else []
+    for name, disturbance in disturbances.items():
+        with DISTURBANCES.running(name):
+            for term in disturbance.terms(ready, sizes.get(name)):
+                terms.append(replace(term, cause=name, words=term.words or disturbance.words))
+    return tuple(terms)

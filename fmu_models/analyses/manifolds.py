@@ -32,8 +32,8 @@ from fmu_models.analyses.homoclinic import homoclinic as locate_homoclinic
 from fmu_models.analyses.saddle import Saddle, saddle_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate

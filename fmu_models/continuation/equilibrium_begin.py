@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, numbers_of, problem_at
 from fmu_models.continuation.problem.imported_field import ImportedField
 from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 from fmu_models.simulation.field import Field
 from fmu_models.simulation.run import check_names, check_value
 

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK, TOUCHING
 from fmu_models.continuation.problem.imported_field import ImportedField
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Problem, Seen, Vector
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
+from fmu_models.language.contact_kinds import STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.field import Field, is_forced

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import CHATTERING, OPEN, STICK, TOUCHING
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
+from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of

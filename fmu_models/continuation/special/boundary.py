@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.normal_forms.set_valued import eigenvalue_crossings, hull
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem
 from fmu_models.continuation.problem.node import Lost, Node, arclength, look, solved, tangent_of
 from fmu_models.continuation.problem.problem import Seen, Vector
+from fmu_models.language.contact_kinds import STICK
 
 # how far apart points are, in u, whose differences are slopes of indicators
 APART = 1e-6

@@ -25,11 +25,11 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.codegen.contact_states import AWAY, STICK
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
 from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector
 from fmu_models.continuation.step.same_motion import begun_at
+from fmu_models.language.contact_kinds import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem
 from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.continuation.problem.problem import Seen, Vector, Word
+from fmu_models.language.contact_kinds import STICK
 
 # of a walk, in u: the first step, how near to its end it comes, how far it goes
 FIRST, NEAR, FAR = 1e-3, 1e-7, 1e6

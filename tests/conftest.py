@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from shared_builds import share_builds
 from threadpoolctl import threadpool_limits
 from xdist.scheduler import WorkStealingScheduling
 
@@ -23,6 +24,20 @@ threadpool_limits(1)
 # Ctrl-C does here and in children what it does at a terminal: background jobs of a shell, and what nohup or a service
 # starts, inherit it as ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compile into a cache beside pytest's own, which outlives a run."""
+    share_builds(config.rootpath / ".pytest_cache" / "stickslip")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What needs a browser runs at night, but for the smoke test."""
+    for item in items:
+        fixtures = getattr(item, "fixturenames", ())
+        if {"browser", "firefox_tab"} & set(fixtures) and not item.get_closest_marker("smoke"):
+            item.add_marker(pytest.mark.nightly)
 
 
 @pytest.fixture(scope="module")

@@ -89,7 +89,7 @@ def follow_branch(
     curve: Annotated[Range | None, Option("Each special point as a curve in this parameter too.")] = None,
     closed_form: Annotated[
         str | None,
-        Option("With --curve: NAME as it is known of one, by the first parameter.", metavar="FORMULA"),
+        Option("With --curve: NAME as it is known of one, by the first parameter.", metavar="FORMULA", scene=False),
     ] = None,
     points: Annotated[int, Option("Motions in each direction, at most.", minimum=2)] = 2000,
     of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,

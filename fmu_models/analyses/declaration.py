@@ -36,6 +36,7 @@ class Option:
         metavar: what stands for its value in the shell.
         words: of the shell for False and True.
         in_scene: the default of a scene, where it is another one.
+        scene: whether a scene has it, as it has all but parameters with a range.
     """
 
     help: str
@@ -45,6 +46,7 @@ class Option:
     metavar: str | None = None
     words: tuple[str, str] | None = None
     in_scene: Any = None
+    scene: bool = True
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Declared:
         return Range in (self.type, *get_args(self.type))
 
     @property
-    def in_scene(self) -> int | str | None:
+    def in_scene(self) -> float | str | None:
         """Its default in a scene, where False and True are 0 and 1."""
         default = self.default if self.option.in_scene is None else self.option.in_scene
         return int(default) if isinstance(default, bool) else default

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.version import version
-from fmu_models.codegen import contact_states
 from fmu_models.explorer.subject import Subject
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language import contact_kinds
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
@@ -115,9 +115,8 @@ def _rounded(value: float) -> float:
 
 
 def _contact(variable: ScalarVariable) -> dict[str, Any]:
-    kinds = {contact_states.type_name(kind): kind for kind in contact_states.MEANINGS}
     declared = variable.declaredType
-    kind = kinds[str(declared.name if declared else "")]
-    words = {str(number): word for number, word in contact_states.MEANINGS[kind].items()}
+    kind = contact_kinds.BY_TYPE_NAME[str(declared.name if declared else "")]
+    words = {str(number): word for number, word in kind.meanings.items()}
     meaning = str(variable.description or "").partition(":")[0]
-    return {"name": variable.name.removesuffix("_state"), "kind": kind, "meaning": meaning, "states": words}
+    return {"name": variable.name.removesuffix("_state"), "kind": kind.name, "meaning": meaning, "states": words}

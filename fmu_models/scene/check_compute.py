@@ -116,8 +116,10 @@ def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple
     return {axis: tuple(doc.values(raw, known[axis], *place, axis)) for axis, raw in given.items()}
 
 
-def _setting(doc: Document, key: str, default: int | str | None) -> int | str:
+def _setting(doc: Document, key: str, default: float | str | None) -> float | str:
     """A key that a kind of computation alone reads."""
+    if isinstance(default, float):
+        return doc.value(doc.table("compute")[key], "1", "compute", key)
     if isinstance(default, int):
         return doc.count(key, default, 0, "compute")
     return doc.text(key, "compute")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.importer import Begin
-from fmu_models.sections.oscillator import ON_LEVEL, PATIENCE, FmuSection
+from fmu_models.sections.backend import PATIENCE, Begin
+from fmu_models.sections.oscillator import ON_LEVEL, FmuSection
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.sections import Section
@@ -34,17 +34,17 @@ class Crossing(FmuSection):
         """The level binds one of the states; the phase counts instead where there is one."""
         return len(self.fmu.states) - (not self.forced)
 
-    def _placed(self, starts: Vector) -> Vector:
+    def placed(self, starts: Vector) -> Vector:
         column = self.states.index(self.state)
         near = np.abs(starts[:, column] - self.level) <= ON_LEVEL * self.sizes()[column]
         placed = starts.copy()
         placed[near, column] = self.level
         return placed
 
-    def _where(self) -> Where:
+    def where(self) -> Where:
         return Where(KINDS.LEVEL, self.fmu.variables[self.state].valueReference, self.level, self.direction)
 
-    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+    def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         time = float(point[-1]) * period if self.forced else 0.0
         section = Section(self.state, self.level, self.direction)
         return Begin(values, time, time + PATIENCE * (period or 1.0), section, period)

@@ -7,7 +7,7 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.importer import Begin
+from fmu_models.sections.backend import Begin
 from fmu_models.sections.oscillator import FmuSection
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.ensemble import KINDS, Where
@@ -38,8 +38,8 @@ class Impacts(FmuSection):
         """The contact binds one of the states to the phase."""
         return len(self.fmu.states) - (not self.forced)
 
-    def _where(self) -> Where:
+    def where(self) -> Where:
         return Where(KINDS.END if self.ends else KINDS.BEGIN, contact=self.contacts.index(self.contact))
 
-    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+    def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         raise StickslipError(f"'{self.name}' is not of this suite: it has no contacts to be seen at.")

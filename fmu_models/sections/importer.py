@@ -1,4 +1,4 @@
-"""Steps of the sections of FMUs that others made, through the importer's loop.
+"""The importer as a backend: steps of the sections of third-party FMUs.
 
 Every step is a motion of its own from the states at its begin: what such an FMU remembers beside its states is as after
 its initialization there. Derivatives follow the motion by the FMU's directional derivatives, or by differences of its
@@ -12,14 +12,19 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from threading import Semaphore
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.families import stepwise
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
-from fmu_models.simulation.sections import Section
+from fmu_models.sections.backend import Begin, SectionQuestions
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -29,26 +34,8 @@ CHANGE = 1e-4
 INSTANCES = 64
 
 
-@dataclass(frozen=True)
-class Begin:
-    """What a motion from some states is beside them.
-
-    Attributes:
-        values: of parameters by name.
-        time, latest: s, its begin and its latest end.
-        section: where it ends before that.
-        period: s, of the forcing; 0: its begin is no number of a point.
-    """
-
-    values: Mapping[str, float]
-    time: float
-    latest: float
-    section: Section | None = None
-    period: float = 0.0
-
-
 @dataclass(eq=False)
-class ImporterSteps:
+class ImporterBackend:
     """Steps of one FMU for Model Exchange; several threads may ask for them.
 
     Attributes:
@@ -58,6 +45,7 @@ class ImporterSteps:
 
     fmu: Fmu
     tolerance: float
+    pace = 1
     _idle: list[FlowDriver] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -73,6 +61,50 @@ class ImporterSteps:
         by = "its directional derivatives" if self.directional else "differences of its rates"
         return f"steps by the importer, tangents by {by}, and by differences of motions where events move states"
 
+    def fresh(self) -> Self:
+        return self
+
+    def step(
+        self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
+    ) -> Step:
+        """One step of points (m, n), one after the other."""
+        (m, k), n = points.shape, len(section.fmu.states)
+        points, periods = section.placed(points), section.periods(varied, m)
+        ends, times = np.full((m, k), np.nan), np.full(m, np.nan)
+        derivatives = np.full((m, k, k) if derivative else (m, 0), np.nan)
+        why: dict[int, str] = {}
+        for i in range(m):
+            values = {**section.values, **{name: float(numbers[i]) for name, numbers in varied.items()}}
+            begin = section.begin(points[i], values, float(periods[i]))
+            try:
+                flow = self.flow(points[i, :n], begin, derivative=derivative)
+                if begin.section is not None and not flow.crossed:
+                    why[i] = section.missed(float(periods[i]))
+                    continue
+                scale = np.append(np.ones(n), periods[i] or 1.0)
+                ends[i] = np.append(flow.states, flow.time)[:k] / scale[:k]
+                times[i] = flow.time - begin.time
+                if derivative:
+                    exact = self.derivative(points[i, :n], begin, flow, section.sizes()[:n])
+                    derivatives[i] = (exact * scale / scale[:, None])[:k, :k]
+            except StickslipError as error:
+                ends[i], why[i] = np.nan, str(error)
+        return Step(section.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
+
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+        return stepwise.run(section, jobs, stop)
+
+    def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
+        """(m, n) rates of the states at points (m, n)."""
+        periods = section.periods(varied, len(points))
+        rates = np.zeros_like(points)
+        for i, (point, period) in enumerate(zip(points, periods.tolist(), strict=True)):
+            values = {**section.values, **{name: float(numbers[i]) for name, numbers in varied.items()}}
+            begin = section.begin(point, values, period)
+            flow = self.flow(point, replace(begin, latest=begin.time), derivative=True)
+            rates[i] = flow.start_rates
+        return rates
+
     @contextmanager
     def _driver(self) -> Iterator[FlowDriver]:
         with self._room:
@@ -82,8 +114,8 @@ class ImporterSteps:
             finally:
                 self._idle.append(driver)
 
-    def flow(self, x: Vector, begin: Begin, *, derivative: bool = False, told: bool = False) -> Flow:
-        """The motion from states (n,), with its events and misses if they are to be told.
+    def flow(self, x: Vector, begin: Begin, *, derivative: bool = False, events: bool = False) -> Flow:
+        """The motion from states (n,), with its events and misses on request.
 
         Raises:
             StickslipError: it cannot be continued; says why.
@@ -91,7 +123,7 @@ class ImporterSteps:
         values = {**begin.values, **dict(zip(self.fmu.states, x.tolist(), strict=True))}
         with self._driver() as driver:
             return driver.follow(
-                values, begin.time, begin.latest, section=begin.section, derivative=derivative, told=told
+                values, begin.time, begin.latest, section=begin.section, derivative=derivative, told=events
             )
 
     def derivative(self, x: Vector, begin: Begin, flow: Flow, sizes: Vector) -> Vector:
@@ -103,29 +135,29 @@ class ImporterSteps:
         n = len(x)
         if not np.isfinite(flow.derivative).all() or not np.allclose(flow.start, x, rtol=1e-12, atol=0.0):
             return self._differences(x, begin, flow, sizes)
-        found = np.zeros((n + 1, n + 1))
+        matrix = np.zeros((n + 1, n + 1))
         # a motion that begins later from these states is, at first, one from states that are behind by their rates
-        found[:n, :n], found[:n, n] = flow.derivative, -flow.derivative @ flow.start_rates
+        matrix[:n, :n], matrix[:n, n] = flow.derivative, -flow.derivative @ flow.start_rates
         if begin.section is not None:
             bound = self.fmu.states.index(begin.section.state)
-            found[n] = -found[bound] / flow.rates[bound]
-            found[:n] += np.outer(flow.rates, found[n])
-        return found
+            matrix[n] = -matrix[bound] / flow.rates[bound]
+            matrix[:n] += np.outer(flow.rates, matrix[n])
+        return matrix
 
     def _differences(self, x: Vector, begin: Begin, flow: Flow, sizes: Vector) -> Vector:
         n = len(x)
-        found = np.zeros((n + 1, n + 1))
+        matrix = np.zeros((n + 1, n + 1))
         bound = self.fmu.states.index(begin.section.state) if begin.section is not None else -1
         for j in (j for j in range(n + (begin.period > 0.0)) if j != bound):
             change = CHANGE * (sizes[j] if j < n else begin.period)
             moved = np.zeros(n + 1)
             moved[j] = change
-            found[:, j] = (self._end(x, begin, moved) - self._end(x, begin, -moved)) / (2.0 * change)
+            matrix[:, j] = (self._end(x, begin, moved) - self._end(x, begin, -moved)) / (2.0 * change)
         if bound >= 0:
             # a start farther along its motion arrives at the same point
             along = np.append(flow.start_rates, 1.0)
-            found[:, bound] = -(found @ along - found[:, bound] * along[bound]) / along[bound]
-        return found
+            matrix[:, bound] = -(matrix @ along - matrix[:, bound] * along[bound]) / along[bound]
+        return matrix
 
     def _end(self, x: Vector, begin: Begin, moved: Vector) -> Vector:
         """(n + 1,) where a motion beside another one arrives, and when; a period later, before which no time lies."""
@@ -140,4 +172,4 @@ class ImporterSteps:
 
     def __reduce__(self) -> tuple[object, ...]:
         # another process loads the FMU for itself
-        return ImporterSteps, (self.fmu, self.tolerance)
+        return ImporterBackend, (self.fmu, self.tolerance)

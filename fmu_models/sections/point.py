@@ -46,10 +46,10 @@ class FmuPoints(SectionSystem):
         return str(self.fmu.description.modelName)
 
     @cached_property
-    def _columns(self) -> list[tuple[str, int]]:
+    def columns(self) -> list[tuple[str, int]]:
         """Each number of a point and its place in a row of the engine: states, memories of all contacts, time."""
         n, contacts = len(self.fmu.states), self.contacts
-        memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self._memories]
+        memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self.memories]
         return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
 
     def _phase(self, place: int) -> list[tuple[str, int]]:
@@ -57,7 +57,7 @@ class FmuPoints(SectionSystem):
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
-        return tuple(name for name, _ in self._columns)
+        return tuple(name for name, _ in self.columns)
 
     @cached_property
     def _contacts(self) -> tuple[str, ...]:
@@ -68,7 +68,8 @@ class FmuPoints(SectionSystem):
         return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
 
     @cached_property
-    def _memories(self) -> list[str]:
+    def memories(self) -> list[str]:
+        """Names of the speeds of entry that stops remember."""
         return self.fmu.memories if self.fmu.ours else []
 
     @property
@@ -153,7 +154,7 @@ class FmuPoints(SectionSystem):
             for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
         }
         states = {name: value for name, value in found.items() if name in self.fmu.states}
-        return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
+        return {**given, "start": states | {name: found[name] for name in self.memories if found[name] != 0.0}}
 
 
 def _checked(

@@ -10,7 +10,8 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow
-from fmu_models.sections.importer import Begin
+from fmu_models.sections.backend import Begin
+from fmu_models.sections.importer import ImporterBackend
 from fmu_models.sections.oscillator import FmuSection
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
@@ -29,6 +30,8 @@ class Strobe(FmuSection):
         autonomous: nothing forces the motion, ``period`` is how often it is looked at.
         others: of ``FmuSection``.
     """
+
+    strobes = True
 
     def __init__(self, fmu: Fmu, *, every: int = 1, autonomous: bool = False, **others: Any) -> None:
         super().__init__(fmu, **others)
@@ -77,28 +80,24 @@ class Strobe(FmuSection):
         length = self.every * float(self.periods({}, 1)[0])
         return np.array([volume_change(self.fmu, length, **self.as_run(point)) for point in points])
 
-    def told(self, point: Vector) -> Flow:
-        """The step of an FMU of others from a point (n,), with its events and misses.
+    def flow(self, point: Vector) -> Flow:
+        """The step of a third-party FMU from a point (n,), with its events and misses.
 
         Raises:
             StickslipError: it cannot be made.
         """
-        assert self._importer is not None
-        begin = self._begin(point, self.values, float(self.periods({}, 1)[0]))
-        return self._importer.flow(point, begin, told=True)
+        assert isinstance(self.backend, ImporterBackend)
+        begin = self.begin(point, self.values, float(self.periods({}, 1)[0]))
+        return self.backend.flow(point, begin, events=True)
 
     def _phase(self, place: int) -> list[tuple[str, int]]:
         return []
 
-    @property
-    def _strobes(self) -> bool:
-        return True
-
-    def _repeats(self, periods: Vector) -> Vector:
+    def repeats(self, periods: Vector) -> Vector:
         return self.every * periods
 
-    def _where(self) -> Where:
+    def where(self) -> Where:
         return Where(KINDS.STROBE)
 
-    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+    def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         return Begin(values, 0.0, self.every * period)

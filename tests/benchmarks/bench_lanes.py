@@ -71,7 +71,7 @@ def few_motions(repetitions: int) -> None:
             calls = [[jobs.part(i, i + 1) for i in range(motions)], *([jobs] for _ in steppers)]
             taken = []
             for stepper, parts in zip([steppers[0], *steppers], calls, strict=True):
-                vars(system)["_stepper"] = lambda _, one=stepper: one
+                vars(system.backend)["stepper"] = lambda _, one=stepper: one
                 made = seconds(lambda one=system, parts=parts: [one.run(jobs, GO) for jobs in parts], repetitions)
                 taken.append(made)
             gains = (f"{one.lanes}: {taken[0] / time:.2f}" for one, time in zip(steppers, taken[1:], strict=True))

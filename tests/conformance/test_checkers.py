@@ -8,7 +8,14 @@ from pathlib import Path
 
 import pytest
 from fmpy.validation import validate_fmu
+from some_nightly import some_nightly
 
+from fmu_models import oscillators
+from fmu_models.codegen.package import FMI_VERSIONS
+
+CASES = [(model, version) for model in oscillators.names() for version in FMI_VERSIONS]
+# friction, impacts, stops of Hertz, switched flows: each kind of generated C
+COMPILED = (("disc_rig", "2.0"), ("woodpecker", "3.0"), ("hinge_clearance", "3.0"), ("planar_hopf", "3.0"))
 # friction, impacts, laws that are no analytic function where contact begins
 FACES = ("disc_rig", "woodpecker", "hinge_clearance")
 
@@ -35,6 +42,7 @@ def test_fmu_manipulation_toolbox_finds_no_problem(path: Path, caplog: pytest.Lo
     assert any("No semantic error" in message for _, message in said)
 
 
+@pytest.mark.parametrize("case", some_nightly(CASES, COMPILED), ids="-fmi".join, indirect=True)
 def test_importers_that_compile_can(case: tuple[str, str], path: Path, tmp_path: Path) -> None:
     from fmpy import extract, platform, platform_tuple, simulate_fmu
     from fmpy.build import build_platform_binary

@@ -38,26 +38,31 @@ def pause(fmu: Fmu) -> tuple[float, float]:
 
 
 def test_they_extrapolate_outputs(fmu: Fmu, pause: tuple[float, float]) -> None:
+    """Far by all orders together; near, each order by those above it, so that none may be wrong."""
     time, quiet = pause
     with face(fmu) as one:
         one.initialize()
         one.step(0.0, time)
-        before = one.get(fmu.outputs)
+        before = [one.get(fmu.outputs), *(derivatives(one, fmu.outputs, k) for k in range(1, HIGHEST + 1))]
         # a step over which the series converges: terms shrink at least fourfold
         h = 0.9 * quiet
-        terms = [before, *(derivatives(one, fmu.outputs, k) / factorial(k) for k in range(1, HIGHEST + 1))]
+        terms = [value / factorial(k) for k, value in enumerate(before)]
         scale = np.abs(terms[:3]).max() + 1e-3
         while any(np.abs(term).max() * h**k > 4.0**-k * scale for k, term in enumerate(terms) if k > 1):
             h /= 2
-        one.step(time, h)
-        after = one.get(fmu.outputs)
-    wrong = [np.abs(after - sum(term * h**k for k, term in enumerate(terms[:n]))).max() for n in range(1, HIGHEST + 2)]
-    # each order makes less of the error that is left: the next terms are at most a quarter of the last
-    assert wrong[-1] <= 4.0**-HIGHEST * scale
-    for order in range(1, HIGHEST + 1):
-        last = np.abs(terms[order] * h**order).max()
-        if last > 1e-10 * scale:
-            assert wrong[order] < max(wrong[order - 1], 4.0 ** -(order + 1) * scale), order
+        near = h / 64
+        one.step(time, near)
+        after = [one.get(fmu.outputs), *(derivatives(one, fmu.outputs, k) for k in range(1, HIGHEST))]
+        one.step(time + near, h - near)
+        far = one.get(fmu.outputs)
+    assert np.abs(far - sum(term * h**k for k, term in enumerate(terms))).max() <= 4.0**-HIGHEST * scale
+    for order in range(HIGHEST):
+        series = [value * near**k / factorial(k) for k, value in enumerate(before[order:])]
+        # four times the first term left out, if terms go on to shrink so, and rounding
+        left_out = HIGHEST + 1 - order
+        highest = 4.0**-HIGHEST * scale * factorial(HIGHEST + 1) / h ** (HIGHEST + 1)
+        rounding = 1e-10 * scale * factorial(order) / h**order
+        assert np.abs(after[order] - sum(series)).max() <= highest * near**left_out / factorial(left_out) + rounding
 
 
 def test_the_first_is_the_directional_derivative_along_the_motion(fmu: Fmu, pause: tuple[float, float]) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from some_nightly import some_nightly
 
 from fmu_models.explorer.page import explore
 from fmu_models.fmu.load import load
@@ -68,7 +69,8 @@ def opened(browser: Any, belt: Path) -> Opened:
     return Opened(browser, belt.as_uri()).ready()
 
 
-@pytest.mark.parametrize("width", [360, 1400])
+@pytest.mark.smoke
+@pytest.mark.parametrize("width", some_nightly([360, 1400], [1400]))
 def test_its_curve_goes_through_the_points_that_the_suite_computes(browser: Any, belt: Path, width: int):
     page = Opened(browser, belt.as_uri(), width).ready()
     assert page.requests == [belt.as_uri()] and page.complaints == []

@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from benchmark_scripts import benchmark_script
+from some_nightly import some_nightly
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
@@ -53,6 +54,7 @@ def benchmark() -> ModuleType:
     return benchmark_script("bench_fit_statistics")
 
 
+@pytest.mark.nightly
 def test_statistics_over_ten_benches(benchmark: ModuleType) -> None:
     results = [benchmark.fits(seed, "paper/rubber", SLIP) for seed in range(300, 310)]
     # rows of the prototypes, per cent
@@ -93,7 +95,7 @@ def test_a_fit_says_what_it_assumed_and_used(logs: list[RigLog], fit: FrictionFi
     assert FrictionFit.from_json(fit.to_json()) == fit
 
 
-@pytest.mark.parametrize("estimator", SLIP)
+@pytest.mark.parametrize("estimator", some_nightly(SLIP, ("weak-form", "savitzky-golay")))
 def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], estimator: str) -> None:
     sliding = logs[:3]
 
@@ -123,6 +125,7 @@ def off(logs: list[RigLog], **shares: float) -> list[RigLog]:
     return [replace(log, rig=replace(log.rig, **moved)) for log in logs]
 
 
+@pytest.mark.nightly
 def test_slips_adjust_the_constants_that_are_stated(logs: list[RigLog]) -> None:
     # each off by one of its deviations: as stated they move p by 5 %
     found = fit_friction(off(logs[:3], J=5.5e-3, k=-5.7e-3, c=0.018))
@@ -178,6 +181,7 @@ def test_a_constant_without_uncertainty_stays_and_tells_the_others_nothing(logs:
     assert J.standard_uncertainty == pytest.approx(3e-4, rel=0.01)
 
 
+@pytest.mark.nightly
 def test_bootstrap_agrees_with_the_jackknife(logs: list[RigLog]) -> None:
     fit = fit_friction(logs, estimator="weak-form")
     other = fit_friction(logs, estimator="weak-form", inference=Inference("bootstrap", draws=200, seed=5))
@@ -198,6 +202,7 @@ def test_an_unknown_laser_gain_is_found_by_the_encoder(logs: list[RigLog]) -> No
     assert second.law_values == pytest.approx(first.law_values, rel=3e-4)
 
 
+@pytest.mark.nightly
 def test_what_the_encoder_leaves_open_about_the_gain_joins_the_deviations(logs: list[RigLog]) -> None:
     ready = pool(logs)
     ideal = replace(ready, sensors=replace(ready.sensors, covariance=np.zeros((2, 2))))
@@ -280,6 +285,7 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
         compare_families(fit, [replace(logs[0], rig=heavier)])
 
 
+@pytest.mark.digits
 def test_the_logs_of_the_project_give_their_truth_back() -> None:
     found = fit_friction(read_package(ROOT / "data" / "rigs" / "paper_rubber"))
     for name, value in TRUTH.items():

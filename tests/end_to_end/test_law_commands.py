@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from benchmark_scripts import benchmark_script
 from rich.console import Console
+from some_nightly import some_nightly
 
 from identification.commands.fit import fit as fit_command
 from identification.commands.laws import print_laws
@@ -85,7 +86,7 @@ def test_bad_options_are_answered_in_words(stickslip, tmp_path):
     assert "no friction law 'conty'" in stickslip("fit", RIGS, "--law", "conty", "--estimator", "weak-form").err
 
 
-@pytest.mark.parametrize("name", slip_laws())
+@pytest.mark.parametrize("name", some_nightly(slip_laws(), ("Conti", "Dieterich")))
 def test_every_law_is_fitted_written_read_and_simulated(name: str, logs: list[RigLog]) -> None:
     fit = fit_friction(pool(logs), estimator="weak-form", law=name)
     again = FrictionFit.from_json(fit.to_json())
@@ -113,6 +114,7 @@ def test_every_law_is_fitted_written_read_and_simulated(name: str, logs: list[Ri
         assert np.ptp(motion.angle) < 1e-3
 
 
+@pytest.mark.nightly
 def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleType) -> None:
     cases = {case.name: case for case in benchmark.CASES}
     right = benchmark.one(3, cases["paper/rubber"], "weak-form")

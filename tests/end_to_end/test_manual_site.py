@@ -88,6 +88,7 @@ def read(site: Path) -> dict[Path, Page]:
     return {path.resolve(): Page(path) for path in sorted(site.rglob("*.html"))}
 
 
+@pytest.mark.nightly
 def test_the_manual_is_built_and_holds_together(stickslip) -> None:
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from quick_export import QUICK
 
 from fmu_models.codegen.c_source import sources
 from fmu_models.language.automaton import Automaton
@@ -126,7 +127,7 @@ class CompiledModel:
         headers = {name: text for name, text in engine_sources().items() if name.endswith(".h")}
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             output = Path(folder) / "model.library"
-            compile_shared({**self.sources, **headers, "all.c": _DRIVER}, output)
+            compile_shared({**self.sources, **headers, "all.c": _DRIVER}, output, options=QUICK)
             self._library = ctypes.CDLL(str(output))
         self._library.series.restype = ctypes.POINTER(ctypes.c_double)
         self._library.series.argtypes = [ctypes.c_char, ctypes.c_int, ctypes.c_int]

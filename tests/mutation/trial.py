@@ -201,7 +201,7 @@ def _child(
         measured = coverage.Coverage(config_file=str(settings), context=None, messages=False)
         measured.start()
     recorder = _Recorder(order, measured)
-    options = ["-q", "-n", "0", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
+    options = ["-q", "-n", "0", "-p", "no:cacheprovider", "-m", "", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
     code = pytest.main([*options, *(["-x"] if first else []), *files], plugins=[recorder])
     record = recorder.record
     record["seconds"] = {test: recorder.seconds[test] for test in record["seconds"] if test not in record["failures"]}

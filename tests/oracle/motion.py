@@ -24,7 +24,7 @@ GRAZES = "touches a bound within rounding"
 AT_ZERO = 1e-9  # of a speed or place, of the sizes of the motion
 CHATTER = 1e-5  # of the fastest impact: slower ones are the last; what they do is of the order of its square
 SHORT = (1e-4, 1e-3, 1e-2)  # s, for which a tie is followed
-MOST_EVENTS, MOST_EVALUATIONS = 400, 60_000
+MOST_EVENTS, MOST_EVALUATIONS = 400, 30_000
 
 
 @dataclass

@@ -14,6 +14,8 @@ from scipy.integrate import solve_ivp
 
 from fmu_models import Fmu, load, simulate
 
+pytestmark = pytest.mark.digits
+
 # of the declaration; SI units
 M, K, C, N, MU_S, MU_K, P, V = 1.0, 100.0, 0.5, 9.81, 0.65, 0.35, 15.0, 0.1
 # events and states come from Taylor series of the engine's order: what is left is rounding

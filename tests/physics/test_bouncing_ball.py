@@ -19,6 +19,8 @@ from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
+pytestmark = pytest.mark.digits
+
 BALL = Fmu.open(built("bouncing_ball"))
 T = 2 * math.pi
 

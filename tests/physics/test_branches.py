@@ -16,6 +16,8 @@ from fmu_models.continuation.special.discontinuous import shrinking
 from fmu_models.continuation.special.growing_multiplier import why_huge
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
+pytestmark = pytest.mark.digits
+
 POINTS = [
     one
     for one in json.loads(Path(__file__).with_name("branches_reference.json").read_text())["points"]

@@ -16,6 +16,8 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Parameter, State
 from fmu_models.language.stops import Stop
 
+pytestmark = pytest.mark.digits
+
 X, Y = State("x", "1", "first"), State("y", "1", "second")
 A, B, H = (Parameter(name, 0.0, "1", "unfolds") for name in "abh")
 R = X**2 + Y**2

@@ -9,6 +9,8 @@ from steady_cycle import disc_rig
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
+pytestmark = pytest.mark.digits
+
 ONE, TWO = ("disc0",), ("disc0", "disc1")
 STATES = ("theta", "omega")
 

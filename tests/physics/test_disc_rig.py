@@ -12,6 +12,8 @@ from steady_cycle import disc_rig, steady_cycle
 
 from fmu_models.simulation.run import simulate
 
+pytestmark = pytest.mark.digits
+
 MATERIALS = {"paper/rubber": (0.65, 0.35, 15.0), "liner/rubber": (0.5, 0.33, 20.0)}
 ONE = ("disc0",)
 TWO = ("disc0", "disc1")

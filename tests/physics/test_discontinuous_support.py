@@ -16,6 +16,8 @@ from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 
+pytestmark = pytest.mark.digits
+
 SUPPORT = Fmu.open(built("discontinuous_support"))
 T = 2 * np.pi
 REST = {"x": 0.0, "v": 0.0}

@@ -13,6 +13,8 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
 from fmu_models.sections.strobe import Strobe
 
+pytestmark = pytest.mark.digits
+
 GO = np.zeros(1, np.int32)
 PERIODS = 10
 

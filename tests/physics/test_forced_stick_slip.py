@@ -16,6 +16,8 @@ from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
 
+pytestmark = pytest.mark.digits
+
 BLOCK = Fmu.open(built("forced_stick_slip"))
 POINTS = [
     # branch, omega, forcing periods, x0, v0, largest multiplier, stick time

@@ -20,6 +20,8 @@ from fmu_models.oscillators.hinge_clearance_dimensional import scaled
 from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
 
+pytestmark = pytest.mark.digits
+
 HINGE = Fmu.open(built("hinge_clearance"))
 CLAMPED = Fmu.open(built("hinge_clearance_clamped"))
 DIMENSIONAL = Fmu.open(built("hinge_clearance_dimensional"))

@@ -56,6 +56,7 @@ def published() -> dict[str, float]:
     return dict(zip(base.names, base.combine @ regressor.declared, strict=True))
 
 
+@pytest.mark.nightly
 def test_instruments_hardly_move_with_the_cutoff_and_lie_near_the_publication(fits: dict[float, MachineFit]):
     for name in INERTIAL:
         low, high = fits[4.0][name].value, fits[20.0][name].value

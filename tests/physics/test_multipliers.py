@@ -18,6 +18,8 @@ from fmu_models.simulation.sections import Section
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.tangent import flow_derivative
 
+pytestmark = pytest.mark.digits
+
 SUPPORT = Fmu.open(built("discontinuous_support"))
 HINGE = Fmu.open(built("hinge_clearance"))
 BELT = Fmu.open(built("forced_stick_slip"))

@@ -32,10 +32,10 @@ from fmu_models import (
     simulate,
     simulate_with_error,
 )
+from fmu_models.language.contact_dynamics import terms
 from fmu_models.language.impacts import Newton
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.laws.stribeck import Stribeck
-from fmu_models.lowering.hybrid_system import terms
 from fmu_models.simulation.sensitivity import SensitiveRun
 
 
@@ -168,6 +168,15 @@ def test_derivatives_see_a_pulse_that_the_motion_does_not() -> None:
     # from where the pulse begins to where it is over
     x, v = reference(lambda t, y: [y[1], 100 * y[0] * math.exp(-(((t - 0.1) / width) ** 2))], [1, 0], 0.2, width / 4)
     np.testing.assert_allclose(np.ravel(result.derivative)[-2:], [x + 4.9 * v, v], rtol=1e-10)
+
+
+@pytest.mark.parametrize("width", [0.1, 1e-3, 1e-6])
+def test_derivatives_by_an_amplitude_that_is_zero(width: float) -> None:
+    """x'' + x = F exp(-((t - t0)/w)^2) at F = 0: dx/dF = w sqrt(pi) exp(-w^2/4) sin(t - t0)."""
+    with SensitiveRun(fmu("pulse"), by=["F"], recorded=["x", "v"]) as run:
+        result = run.run([8.0], parameters={"F": 0.0, "width": width}, start={"x": 0.3, "v": 0.1})
+    impulse = width * math.sqrt(math.pi) * math.exp(-(width**2) / 4)
+    np.testing.assert_allclose(np.ravel(result.derivative) / impulse, [math.sin(3.0), math.cos(3.0)], rtol=1e-9)
 
 
 def test_derivatives_where_a_neighbour_is_beside_a_pole() -> None:

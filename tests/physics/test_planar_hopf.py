@@ -18,6 +18,8 @@ from fmu_models.sections.orbits import Orbit, find_orbit
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
+pytestmark = pytest.mark.digits
+
 PERIOD = 7.161378395771368995
 MULTIPLIER = 0.01126519358321108
 

@@ -28,6 +28,8 @@ from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
 from fmu_models.simulation.signal import Signal
 
+pytestmark = pytest.mark.digits
+
 RIG = {"J": 0.0548, "k": 2.62, "c": 0.055, "R": 0.125, "r": 0.06, "N0": 4.905}
 RIG_ON_ONE = disc_rig(("disc0",))
 TINY = 1e-40

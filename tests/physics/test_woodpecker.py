@@ -26,6 +26,8 @@ from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section, SectionPoint, crossings
 
+pytestmark = pytest.mark.digits
+
 TOY = Fmu.open(built("woodpecker"))
 STICK, SLIP_MINUS, OPEN, CLOSED = 0, -1, 2, 3
 PERIOD, LOWEST = 0.145976065144, -0.529471967111

@@ -70,7 +70,7 @@ class ImportedProblem(FlowProblem):
             residual = np.append(residual, 0.0)
         else:
             jacobian = np.column_stack(columns)
-        flow = strobe.told(x)
+        flow = strobe.flow(x)
         word = tuple((indicator(i), PASSED, PASSED) for i in flow.events)
 
         def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
@@ -87,7 +87,7 @@ class ImportedProblem(FlowProblem):
         def beside(j: int, steps: float) -> float:
             moved = z.copy()
             moved[j] += steps * sizes[j]
-            found = self._at(moved).told(moved[: len(self.states)]).misses[i]
+            found = self._at(moved).flow(moved[: len(self.states)]).misses[i]
             return float(found[0]) if abs(found[1] - time) < SAME_TIME * self.length(z) else np.nan
 
         gradient = np.zeros_like(z)
@@ -96,7 +96,7 @@ class ImportedProblem(FlowProblem):
             slopes = [(up - down) / 2.0]
             if not np.isfinite(slopes[0]):
                 slopes = [s * (4.0 * one - beside(j, 2.0 * s) - 3.0 * value) / 2.0 for s, one in ((1, up), (-1, down))]
-            known = [one for one in slopes if np.isfinite(one)]
+            known = [slope for slope in slopes if np.isfinite(slope)]
             if not known:
                 return None
             gradient[j] = known[0] / sizes[j]

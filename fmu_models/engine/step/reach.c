@@ -229,7 +229,7 @@ static void held_discs(Reach *a)
     }
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
             continue;
         }
         disc_multiple(a->b->capacity[c], fabs(model_friction(r->at.p, r->at.d, c)), a->b->force[normal]);
@@ -377,7 +377,7 @@ static double shortage_of(Reach *a, double h)
     return a->shortage;
 }
 
-double reach_of_step(Run *r, const StateSeries *along, int order, double h, double least)
+static double proven_length(Run *r, const StateSeries *along, int order, double h, double least)
 {
     if (!has_unseen(r) || !(h > 0.0)) {
         return h;
@@ -405,11 +405,30 @@ double reach_of_step(Run *r, const StateSeries *along, int order, double h, doub
     return proven > least ? proven : 0.0;
 }
 
+double reach_of_step(Run *r, const Neighbour *neighbour, int order, double h, double least)
+{
+    if (neighbour == NULL || neighbour->weightless == NULL) {
+        return proven_length(r, neighbour ? neighbour->along : NULL, order, h, least);
+    }
+    double p[MODEL_ROOM(MODEL_NP)];
+    double d[MODEL_ROOM(MODEL_ND)];
+    memcpy(p, r->at.p, sizeof p);
+    memcpy(d, r->at.d, sizeof d);
+    for (int i = 0; i < MODEL_NP; i++) {
+        r->at.p[i] += neighbour->weightless[i];
+    }
+    model_prepare(r->at.p, r->at.d);
+    const double length = proven_length(r, neighbour->along, order, h, least);
+    memcpy(r->at.p, p, sizeof p);
+    memcpy(r->at.d, d, sizeof d);
+    return length;
+}
+
 #else
 
-double reach_of_step(Run *r, const StateSeries *along, int order, double h, double least)
+double reach_of_step(Run *r, const Neighbour *neighbour, int order, double h, double least)
 {
-    (void)r, (void)along, (void)order, (void)least;
+    (void)r, (void)neighbour, (void)order, (void)least;
     return h;
 }
 

@@ -89,7 +89,8 @@ void tangents_along(Tangents *tangents, int k, Along what, int index)
     model_inertia(at->p, at->d, &t->jets, 0);
     keep_constants(tangents, k);
     for (int i = 0; i < MODEL_NP; i++) {
-        t->relative = creal(at->p[i]) != 0.0 ? fmax(t->relative, fabs(cimag(at->p[i]) / creal(at->p[i]))) : t->relative;
+        const double size = creal(at->p[i]) != 0.0 ? fabs(creal(at->p[i])) : 1.0;
+        t->relative = fmax(t->relative, fabs(cimag(at->p[i])) / size);
     }
 }
 

@@ -120,12 +120,25 @@ enum { NEIGHBOURS = 4 };
 /* a length of less than this part of the step asks for nearer neighbours */
 static const double WORTH = 0.5;
 
+/* whether a parameter that is zero moves: what it weighs is nothing in the motion, and all in the derivative */
+static int read_weightless(const Run *r, const Variation *l, int lane, double *weightless)
+{
+    int moves = 0;
+    for (int i = 0; i < MODEL_NP; i++) {
+        weightless[i] = r->at.p[i] == 0.0 ? l->p[i][lane] : 0.0;
+        moves |= weightless[i] != 0.0;
+    }
+    return moves;
+}
+
 /* the length over which neighbours along tangent k see no more than its series shows, if it is less than h; else h */
 static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
 {
     const int order = variation_of(tangents, k)->order;
     StateSeries along[MODEL_ROOM(MODEL_NX)];
-    double scale = INFINITY;
+    double weightless[MODEL_ROOM(MODEL_NP)];
+    const int moves = read_weightless(r, variation_of(tangents, k), k % PAIR, weightless);
+    double scale = moves ? FIRST_APART : INFINITY;
     for (int i = 0; i < MODEL_NX; i++) {
         read_series(r, tangents, k, i, along[i]);
         const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
@@ -136,13 +149,17 @@ static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
     }
     double reach = 0.0;
     for (int trial = 0; trial < NEIGHBOURS && reach < WORTH * h; trial++, scale = NEARER) {
+        for (int i = 0; i < MODEL_NP; i++) {
+            weightless[i] *= scale;
+        }
         for (int i = 0; i < MODEL_NX; i++) {
             for (int m = 0; m <= order; m++) {
                 along[i][m] *= scale;
             }
         }
         const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
-        reach = fmax(reach, reach_of_step(r, (const StateSeries *)along, order, h, least));
+        const Neighbour neighbour = {(const StateSeries *)along, moves ? weightless : NULL};
+        reach = fmax(reach, reach_of_step(r, &neighbour, order, h, least));
     }
     return reach > 0.0 ? reach : h;
 }

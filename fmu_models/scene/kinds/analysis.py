@@ -37,7 +37,8 @@ def kind_of(analysis: Analysis) -> Kind:
             return Row(None, numbers, family=result)
         return tuple(Row(at, values, family=result) for at, values in numbers)
 
-    own = {} if analysis.of_run else {n: declared for n, declared in analysis.options.items() if not declared.range}
+    options = {} if analysis.of_run else analysis.options
+    own = {name: declared for name, declared in options.items() if declared.option.scene and not declared.range}
     differing = {name: declared.in_scene for name, declared in own.items() if declared.option.in_scene is not None}
     return Kind(
         compute,

@@ -52,7 +52,7 @@ class Kind:
     anywhere: bool = False
     sweeps: bool = False
     axes: str = ""
-    settings: Mapping[str, int | str | None] = field(default_factory=dict)
+    settings: Mapping[str, float | str | None] = field(default_factory=dict)
 
 
 def period(scene: Scene, parameters: Mapping[str, float]) -> float:
@@ -99,16 +99,26 @@ def section_of(
     return Strobe(fmu, every=how.periods, autonomous=how.autonomous, **common)
 
 
+def periods_of(scene: Scene, run: Mapping[str, Any]) -> tuple[float, int]:
+    """The period of a strobe, s, and how many of them fit into the run.
+
+    Raises:
+        StickslipError: fewer than two.
+    """
+    length = period(scene, run["parameters"])
+    count = int(run["stop_time"] / length * (1.0 + 1e-12))
+    if count < 2:
+        raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
+    return length, count
+
+
 def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[Strobe, int]:
     """The strobe of a scene, and how many of its steps fit into the run.
 
     Raises:
         StickslipError: a drive that moves, or a run shorter than two periods.
     """
-    length = period(scene, run["parameters"])
-    count = int(run["stop_time"] / length * (1.0 + 1e-12))
-    if count < 2:
-        raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
+    _, count = periods_of(scene, run)
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
     assert isinstance(system, Strobe)  # other sections are refused with the scene
     return system, count

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, period
+from fmu_models.scene.kinds.kind import Kind, Row, periods_of
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
 
@@ -21,10 +20,7 @@ SAME = 1e-6  # of the size of a state, up to which two points of a strobe are on
 
 def _strobe(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     """Once per period; as many whole periods as fit into the run."""
-    length = period(scene, run["parameters"])
-    count = int(run["stop_time"] / length * (1.0 + 1e-12))
-    if count < 2:
-        raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
+    length, count = periods_of(scene, run)
     run["stop_time"] = count * length
     trajectory = simulate(fmu, **run, output_times=length * np.arange(count + 1))
     last = np.stack([trajectory[name][-min(KEPT, count) :] for name in fmu.states], axis=1)

@@ -60,6 +60,7 @@ def test_the_date_is_the_stated_one_or_none(tmp_path: Path, monkeypatch: pytest.
     assert not (tmp_path / "never.fmu").exists()
 
 
+@pytest.mark.nightly
 def test_the_same_model_gives_the_same_bytes_wherever_and_whenever(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from checkout import ROOT
 from explored import NODE, Twin, answers_at_ends, in_node, values_of
+from some_nightly import some_nightly
 
 from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
@@ -29,7 +30,7 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", some_nightly(MOTIONS, ("hinge_clearance", "disc_rig")))
 def test_a_page_has_the_bits_of_its_native_twin_and_the_motion_of_the_engine(name: str, tmp_path: Path):
     changed, until, section, period = MOTIONS[name]
     fmu, times = load(name), np.linspace(0.0, MOTIONS[name][1], 301)
@@ -57,7 +58,7 @@ def test_a_page_has_the_bits_of_its_native_twin_and_the_motion_of_the_engine(nam
 
 
 @pytest.mark.skipif(NODE is None, reason="node is not installed: the module cannot be run outside a browser")
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", some_nightly(MOTIONS, ("hinge_clearance", "disc_rig")))
 def test_a_parameter_at_an_end_of_its_range_moves_or_is_refused_in_words(name: str, tmp_path: Path):
     answers = answers_at_ends(name, tmp_path)  # how long they take, and those of all models: benchmarks/bench_explorer
     for one in answers:

@@ -103,6 +103,7 @@ def test_a_chunk_of_jobs_is_a_chunk_of_the_store(whole):
     assert stage["done"][:].all() and stage["outcomes"].chunks == (size,)
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="no kill -9 there")
 def test_what_is_killed_goes_on_and_repeats_one_chunk_per_worker(whole, tmp_path):
     """Each child makes four chunks and is killed; the last one comes to the end."""

@@ -110,6 +110,7 @@ def test_a_library_of_another_platform_is_loaded_there(
     assert said.stdout.strip() == version
 
 
+@pytest.mark.nightly
 def test_two_hosts_make_the_same_bytes(tmp_path: Path) -> None:
     """Another user, folder, zone, language, order of hashes and mask of files; nothing kept from the other host."""
     made = []

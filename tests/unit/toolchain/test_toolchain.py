@@ -13,10 +13,13 @@ import pytest
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.package import built
 from fmu_models.families.jobs import Jobs
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from fmu_models.lanes import library as lanes
 from fmu_models.sections.strobe import Strobe
+from fmu_models.simulation.run import simulate
 from fmu_models.toolchain import compiler as toolchain
 from fmu_models.toolchain import platforms
 from fmu_models.toolchain.compiler import compile_shared
@@ -123,6 +126,14 @@ def test_the_compiler_of_the_system_serves_without_the_package(
     assert not any("ziglang" in word for command in compiler for word in command)
     with pytest.raises(StickslipError, match=r"does not build for wasm32-wasi.*stickslip\[cross\]"):
         compile_shared(SOURCE, tmp_path / "library.wasm", target="wasm32-wasi")
+
+
+@pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="this system has no C compiler")
+def test_the_compiler_of_the_system_builds_a_model(without_package: None, compiler: list[list[str]]) -> None:
+    """The whole engine, whatever that compiler warns of."""
+    belt = simulate(Fmu.open(built("block_on_belt")), 1.0)
+    assert belt["time"][-1] == 1.0
+    assert not any("ziglang" in word for command in compiler for word in command)
 
 
 def test_a_compiler_that_does_not_work_is_as_none(

@@ -200,6 +200,7 @@ def test_shooting_has_exact_derivatives_by_what_the_sensor_shows_too_much() -> N
         assert off < 0.01 * np.linalg.norm(slope), term.name
 
 
+@pytest.mark.nightly
 def test_shooting_follows_wear_within_a_slip() -> None:
     fit = fit_friction(bench(Disturbances(per_log=0.08, within=0.08)), estimator="shooting", disturbances=[WEAR])
     # three standard deviations; with the friction of each slip held at its mean p is off by -6 %
@@ -227,6 +228,7 @@ def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -
     assert "without what disturbances changed: " in title and "wear" in title
 
 
+@pytest.mark.nightly
 def test_bristles_wear_too() -> None:
     wear = Disturbances(per_log=0.04, within=0.04)
     settings = standard_set(micro_slip=MicroSlip(5e4), duration=4.0, disturbances=wear)

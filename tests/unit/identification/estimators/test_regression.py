@@ -12,6 +12,8 @@ from identification.estimators.regression import Regression, RegressionProblem
 from identification.inference.problem import solve
 from identification.laws import find_law
 
+pytestmark = pytest.mark.digits
+
 CONTI = find_law("Conti")
 
 

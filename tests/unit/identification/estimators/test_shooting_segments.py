@@ -27,6 +27,8 @@ from identification.measurement.pooling import pool
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import Quantity, RigLog
 
+pytestmark = pytest.mark.digits
+
 CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 

@@ -101,6 +101,7 @@ def test_whole_cycles_find_the_truth_closer_than_slip_does(rigid: Pool) -> None:
         assert abs(near.value - value) < 5 * near.bound
 
 
+@pytest.mark.nightly
 def test_micro_slip_is_told_by_the_rigid_model_and_found_by_bristles(elastic: Pool) -> None:
     wrong = fit_friction(elastic, estimator="whole-cycle")
     assert any("times the noise" in warning and "micro-slip" in warning for warning in wrong.warnings)
@@ -140,6 +141,7 @@ def test_laws_that_bristles_do_not_fit_are_refused(rigid: Pool) -> None:
         fit_friction(rigid, law="LuGre")
 
 
+@pytest.mark.nightly
 def test_bristles_before_stribecks_curve_are_found(tmp_path: Path) -> None:
     truth = {"mu_s": 0.65, "mu_k": 0.35, "v_s": 0.06, "mu_v": 0.3, "sigma0": 3e4, "sigma1": 100.0}
     values = ", ".join(f"{name}0 = {value}" for name, value in truth.items())

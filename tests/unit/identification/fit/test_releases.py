@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from checkout import ROOT
+from some_nightly import some_nightly
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.law_parameter import T_0
@@ -90,7 +91,7 @@ SENSORS = {"with edge times": (), "without edge times": ("_edge_time",), "laser 
 
 
 @pytest.mark.parametrize("without", SENSORS.values(), ids=SENSORS)
-@pytest.mark.parametrize("seed", [1, 4, 9])
+@pytest.mark.parametrize("seed", some_nightly([1, 4, 9], [1]))
 def test_sensors_that_tell_less_raise_no_alarm(without: tuple[str, ...], seed: int) -> None:
     logs = [emulate(one, seed, number) for number, one in enumerate(standard_set(duration=8.0, ripple=SMOOTH))]
     fit = fit_friction(lacking(logs, without), estimator="weak-form")
@@ -127,6 +128,7 @@ def test_ageing_shows_without_holds_but_not_how_fast(tmp_path: Path) -> None:
     assert "holds over two decades" in _holds(fit)
 
 
+@pytest.mark.nightly
 def test_sticks_that_do_not_age_raise_no_alarm(tmp_path: Path) -> None:
     fit = fitted(tmp_path, 0.0)
     assert fit.breakaway is not None and not fit.breakaway.ages and not fit.breakaway.warnings

@@ -10,6 +10,8 @@ from linear_problem import linear
 
 from identification.inference.adjustment import Pull, Reading, adjusted, contradiction, pull, widened
 
+pytestmark = pytest.mark.digits
+
 NAMES = ("J", "k", "c")
 AT = np.array([1.0, 48.0, 1.0])
 READINGS = (

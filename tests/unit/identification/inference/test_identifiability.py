@@ -9,6 +9,8 @@ from linear_problem import linear
 from identification.inference.identifiability import collinearity, of_gradient
 from identification.inference.problem import Prior, Unknown, information, solve
 
+pytestmark = pytest.mark.digits
+
 
 def columns(cosine: float) -> np.ndarray:
     """Two columns of lengths 2 and 5 at an angle."""

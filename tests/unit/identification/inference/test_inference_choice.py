@@ -12,6 +12,8 @@ from fmu_models.base.errors import StickslipError
 from identification.inference.choice import Inference, infer
 from identification.inference.problem import Prior, Unknown, solve
 
+pytestmark = pytest.mark.digits
+
 
 def coloured_mean(colour: float, count: int = 4000) -> Curve:
     """A mean of autoregressive values in 40 clusters."""

@@ -10,6 +10,7 @@ import pytest
 from linear_problem import Curve, line, linear
 from machine_log import log_of, recipe_of
 from short_bench import bench
+from some_nightly import some_nightly
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
@@ -43,7 +44,7 @@ def asked(*said: tuple[str, float, bool, float, float]) -> lmfit.Parameters:
     return parameters
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS.members())
+@pytest.mark.parametrize("estimator", some_nightly(ESTIMATORS.members(), ("savitzky-golay", "shooting", "weak-form")))
 def test_a_parameter_that_is_held_stays_and_bounds_are_kept(estimator: str, request) -> None:
     ready = request.getfixturevalue("elastic" if estimator == "lugre" else "rigid")
     free = fit_friction(ready, estimator=estimator)

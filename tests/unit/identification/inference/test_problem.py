@@ -10,6 +10,8 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from identification.inference.problem import Evaluation, Prior, Problem, Solution, Unknown, information, solve
 
+pytestmark = pytest.mark.digits
+
 RNG = np.random.default_rng(4)
 DESIGN = RNG.standard_normal((60, 3))
 VALUES = DESIGN @ [1.0, -2.0, 0.5] + 0.1 * RNG.standard_normal(60)

@@ -10,6 +10,8 @@ from fmu_models.base.errors import StickslipError
 from identification.inference.problem import Prior, Unknown, information, solve
 from identification.inference.profile import Interval, profile
 
+pytestmark = pytest.mark.digits
+
 
 @pytest.mark.parametrize("colour", [1.0, 4.0])
 def test_of_a_linear_problem_it_is_the_interval_of_the_covariance(colour: float) -> None:

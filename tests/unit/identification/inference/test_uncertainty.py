@@ -15,6 +15,8 @@ from identification.inference.uncertainty import (
     plain_covariance,
 )
 
+pytestmark = pytest.mark.digits
+
 
 def coloured(rng: np.random.Generator, count: int, colour: float) -> np.ndarray:
     """First-order autoregression (count,) of unit variance."""

@@ -9,6 +9,8 @@ from scipy.stats import f
 from identification.inference.problem import Evaluation
 from identification.inference.whiteness import BINS, COURSE, whiteness
 
+pytestmark = pytest.mark.digits
+
 CLUSTERS, ROWS = 20, 40
 
 

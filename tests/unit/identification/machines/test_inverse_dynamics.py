@@ -26,6 +26,8 @@ from identification.measurement.signals import filtered, prepare
 from rig_io.logs.table import Table
 from rig_io.readers.csv_log import write
 
+pytestmark = pytest.mark.digits
+
 TRUTH = {"M": 5.0, "Fv": 12.0, "Fc": 3.0, "offset": -0.5}
 
 

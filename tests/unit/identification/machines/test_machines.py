@@ -30,6 +30,8 @@ from identification.machines.read import read_machine_log
 from identification.machines.regressor import regressor_of
 from identification.report.machine_figures import machine_fit_figure
 
+pytestmark = pytest.mark.digits
+
 DATA = ROOT / "data" / "machines"
 KNOWN = {"g": ARM["g"], "l1": ARM["l1"]}
 RNG = np.random.default_rng(4)

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from fmu_models.base.errors import StickslipError
 from identification.measurement.free_decay import fit_decay
 
+pytestmark = pytest.mark.digits
+
 TIME = np.arange(20_000) / 1000
 
 

@@ -1,0 +1,166 @@
+"""The engine in an FMU of ours, and its exact lanes, as backends: whole families of runs in one call."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.families import jobs as families
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.stepwise import Step
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.lanes.library import Stepper, lanes_of
+from fmu_models.sections.backend import PATIENCE, SectionQuestions
+from fmu_models.sections.point import Vector
+from fmu_models.simulation.engine import Engine
+from fmu_models.simulation.ensemble import Runs, Targets, make_runs
+from fmu_models.simulation.rows import Rows, joined
+
+# steps in lanes in the time of one by the series, about
+PACE = 8
+
+
+@dataclass(eq=False)
+class EngineBackend:
+    """The series of the engine.
+
+    Attributes:
+        engine: of the FMU.
+        counts: steps of each call, and how many of them were made in lanes.
+    """
+
+    engine: Engine
+    counts: list[tuple[int, int]] = field(default_factory=list)
+    pace = 1
+
+    @property
+    def how(self) -> str:
+        return ""
+
+    def fresh(self) -> Self:
+        other = copy.copy(self)
+        other.counts = []
+        return other
+
+    def stepper(self, motions: int) -> Stepper | None:
+        """What makes the steps of so many motions at once, if not the engine."""
+        return None
+
+    def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
+        raise NotImplementedError("the engine follows the motion's direction by itself")
+
+    def step(
+        self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
+    ) -> Step:
+        """One step of points (m, n), all by one instance."""
+        rows = self.run(section, Jobs(points, varied, derivatives=derivative), np.zeros(1, np.int32))
+        lost = np.flatnonzero(rows.filled == 0)
+        messages = {int(i): rows.messages.get(int(i), "the motion goes to infinity") for i in lost}
+        derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
+        return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], messages)
+
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+        """The rows of some jobs, in one call of the engine per chain."""
+        if jobs.chain > 1 and len(jobs) > jobs.chain:
+            begins = range(0, len(jobs), jobs.chain)
+            return joined([self.run(section, jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+        places = [place for _, place in section.columns]
+        periods = section.periods(jobs.varied, len(jobs))
+        sizes = (len(section.fmu.states), len(section.contacts))
+        runs = self._runs(section, jobs)
+        rows = make_runs(self.engine, sizes, section.where(), runs, stop)
+        self.counts.append((int(rows.steps.sum()), int(rows.in_lanes.sum())))
+        lost = np.flatnonzero(rows.outcomes == families.LOST)
+        points, derivatives = rows.points[..., places], rows.derivatives
+        if jobs.derivatives:
+            derivatives = np.zeros((*points.shape, len(places)))
+            columns = [places.index(place) for place in _along(section, jobs)]
+            derivatives[..., columns] = rows.derivatives[:, :, places, :]
+        if section.states[-1:] == ("phase",):
+            points[..., -1] /= periods[:, None]
+            derivatives[:, :, -1:, :] /= periods[:, None, None, None]
+            derivatives[..., -1:] *= periods[:, None, None, None]
+        messages = {int(i): section.missed(float(periods[i])) for i in lost} | rows.messages
+        return replace(rows, points=points, derivatives=derivatives, messages=messages)
+
+    def _runs(self, section: SectionQuestions, jobs: Jobs) -> Runs:
+        m, n = len(jobs), len(section.fmu.states)
+        variables, phased = section.fmu.variables, section.states[-1:] == ("phase",)
+        constants = {name: np.full(m, value) for name, value in section.values.items()} | dict(jobs.varied)
+        numbers = section.states[: -1 if phased else None]
+        values = np.stack([*constants.values(), *jobs.starts.T[: len(numbers)]], axis=1)
+        periods = section.periods(jobs.varied, m)
+        weights = np.zeros(n + 1)
+        weights[:n] = 1.0 / section.sizes()[:n]
+        return Runs(
+            references=[variables[name].valueReference for name in (*constants, *numbers)],
+            values=values,
+            starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
+            periods=section.repeats(periods),
+            patience=PATIENCE * np.where(periods > 0, periods, 1.0),
+            transient=jobs.transient,
+            rows=jobs.rows,
+            weights=weights,
+            batch=jobs.batch,
+            follow=jobs.chain > 1,
+            resumed=jobs.resumed,
+            longest=jobs.longest,
+            settled=jobs.settled,
+            known=_targets(section, jobs),
+            along=_along(section, jobs) if jobs.derivatives else range(jobs.tangents),
+            flow=jobs.flow,
+            jacobians=jobs.derivatives,
+            tolerance=section.tolerance,
+            stepper=self.stepper(1 if jobs.chain > 1 else m),
+        )
+
+
+@dataclass(eq=False)
+class LanesBackend(EngineBackend):
+    """The exact flow in lanes, and the engine's series for the steps that they refuse.
+
+    Attributes:
+        fmu: whose strobe it is.
+    """
+
+    fmu: Fmu = field(kw_only=True)
+    pace = PACE
+
+    @property
+    def how(self) -> str:
+        steps, in_lanes = sum(steps for steps, _ in self.counts), sum(lanes for _, lanes in self.counts)
+        if not in_lanes or self._all_lanes is None:
+            return ""
+        share = 100.0 * (steps - in_lanes) / steps
+        by_series = f"; {share:.2g} % of the steps made now by series" if share else ""
+        return f"exact flow, up to {self._all_lanes.lanes} lanes{by_series}"
+
+    def stepper(self, motions: int) -> Stepper | None:
+        """That for so many motions at once: empty lanes cost time, and change no bit of the others."""
+        if self._all_lanes is None or motions >= self._all_lanes.lanes:
+            return self._all_lanes
+        return lanes_of(self.fmu).stepper(1 << (motions - 1).bit_length())
+
+    @cached_property
+    def _all_lanes(self) -> Stepper | None:
+        return lanes_of(self.fmu).stepper()
+
+
+def _along(section: SectionQuestions, jobs: Jobs) -> list[int]:
+    """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
+    matters = [name not in section.memories or jobs.starts[:, i].any() for i, name in enumerate(section.states)]
+    return [place for (_, place), decides in zip(section.columns, matters, strict=True) if decides]
+
+
+def _targets(section: SectionQuestions, jobs: Jobs) -> Targets | None:
+    """The targets by their states alone."""
+    if jobs.targets is None:
+        return None
+    t, n = jobs.targets, len(section.fmu.states)
+    return replace(t, points=t.points[:, :n], forms=t.forms[:, :n, :n])

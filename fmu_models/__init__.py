@@ -75,8 +75,10 @@ if TYPE_CHECKING:
     from fmu_models.language.quantities import Input as Input
     from fmu_models.language.quantities import Parameter as Parameter
     from fmu_models.language.quantities import State as State
+    from fmu_models.language.rolling import RollingResistance as RollingResistance
     from fmu_models.language.smoothing import Smoothed as Smoothed
     from fmu_models.language.stops import Stop as Stop
+    from fmu_models.language.two_stage_stop import TwoStageStop as TwoStageStop
     from fmu_models.maps import MAPS as MAPS
     from fmu_models.scene.read import read_scene as read_scene
     from fmu_models.scene.scene import Scene as Scene

@@ -80,16 +80,16 @@ def claimed(
         which = np.flatnonzero(finished & (rows.filled == filled))
         periods[which] = _alike(system, rows.points[which, :filled], longest)
     parts: list[tuple[Cycles, NDArray[np.int64]]] = []
-    found = np.zeros(len(periods), np.int64)
+    least = np.zeros(len(periods), np.int64)
     # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
     shorter = _shorter(system, rows, periods)
     for tried in (shorter, np.where(shorter < periods, periods, 0)):
-        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1]) & (found == 0)]):
-            which = np.flatnonzero((tried == period) & (found == 0))
+        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1]) & (least == 0)]):
+            which = np.flatnonzero((tried == period) & (least == 0))
             for cycles, numbers in _solved(system, rows, varied, which, int(period)):
                 parts.append((cycles, numbers))
-                found[numbers] = period
-    return Claims(parts, found)
+                least[numbers] = period
+    return Claims(parts, least)
 
 
 def _solved(
@@ -141,13 +141,13 @@ def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> NDArray[n
 
 def _alike(system: SectionSystem, points: Vector, longest: int) -> NDArray[np.int64]:
     """(m,) the least numbers of points after which the last ones of runs (m, k, n) look alike; 0 if there is none."""
-    found = np.zeros(len(points), np.int64)
+    least = np.zeros(len(points), np.int64)
     within = ALIKE * system.sizes()
     for n in range(1, min(longest, points.shape[1] // 2) + 1):
-        left = np.flatnonzero(found == 0)
+        left = np.flatnonzero(least == 0)
         apart = system.difference(points[left, -n:] - points[left, -2 * n : points.shape[1] - n])
-        found[left[(np.abs(apart) <= within).all(axis=(1, 2))]] = n
-    return found
+        least[left[(np.abs(apart) <= within).all(axis=(1, 2))]] = n
+    return least
 
 
 def same_motion(system: SectionSystem, one: PeriodicMotion, other: PeriodicMotion) -> bool:

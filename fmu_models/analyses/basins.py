@@ -204,11 +204,11 @@ def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) ->
     """
     if not axes:
         raise StickslipError(f"Name the states of {system.name} that the grid is over, as x=[...]: {system.states}.")
-    values = {name: np.atleast_1d(np.asarray(one, dtype=float)) for name, one in axes.items()}
+    values = {name: np.atleast_1d(np.asarray(numbers, dtype=float)) for name, numbers in axes.items()}
     for name, one in values.items():
         if one.ndim != 1 or not one.size or not np.isfinite(one).all():
             raise StickslipError(f"The values of '{name}' must be a list of finite numbers, found shape {one.shape}.")
-    base = system.start({name: float(one[0]) for name, one in values.items()} | dict(start or {}))
+    base = system.start({name: float(value[0]) for name, value in values.items()} | dict(start or {}))
     for name, one in values.items():
         for extreme in (one.min(), one.max()):
             system.start({name: float(extreme)})
@@ -254,7 +254,7 @@ def basins(
 def _mapped(
     runner: Runner, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
 ) -> Basins:
-    rows, shape = 2 * longest, tuple(len(one) for one in values.values())
+    rows, shape = 2 * longest, tuple(len(value) for value in values.values())
     jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
     few = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
     known: list[Attractor] = []
@@ -288,7 +288,7 @@ def _mapped(
         runner.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
     order = sorted(range(len(known)), key=lambda i: (known[i].period == 0, known[i].period, *known[i].points[0]))
     place = {old: new for new, old in enumerate(order)}
-    labels = np.array([place.get(int(one), int(one)) for one in labels])
+    labels = np.array([place.get(int(label), int(label)) for label in labels])
     ordered = tuple(known[i] for i in order)
     return Basins(
         system.name,
@@ -303,11 +303,11 @@ def _mapped(
     )
 
 
-def _ended(made: Rows) -> NDArray[np.int64]:
+def _ended(rows: Rows) -> NDArray[np.int64]:
     """Labels of the runs that end without an attractor."""
-    labels = np.full(len(made.outcomes), UNDECIDED)
-    labels[made.outcomes == families.ESCAPED] = INFINITE
-    labels[(made.outcomes == families.BROKEN) | (made.outcomes == families.LOST)] = FAILED
+    labels = np.full(len(rows.outcomes), UNDECIDED)
+    labels[rows.outcomes == families.ESCAPED] = INFINITE
+    labels[(rows.outcomes == families.BROKEN) | (rows.outcomes == families.LOST)] = FAILED
     return labels
 
 
@@ -321,13 +321,13 @@ def _every(jobs: Jobs, stride: int) -> Jobs:
     )
 
 
-def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: int) -> NDArray[np.int64]:
+def _decide(system: SectionSystem, rows: Rows, known: list[Attractor], longest: int) -> NDArray[np.int64]:
     """Labels of the runs that repeat themselves; motions that are not known yet are added."""
-    labels = _ended(made)
-    which = np.flatnonzero((made.outcomes == families.SETTLED) | (made.outcomes == families.FINISHED))
+    labels = _ended(rows)
+    which = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))
     if not which.size:
         return labels
-    for i, motion in zip(which, claimed(system, made.only(which), longest=longest).motions, strict=True):
+    for i, motion in zip(which, claimed(system, rows.only(which), longest=longest).motions, strict=True):
         if motion is None:
             continue
         periodic = [one for one in known if isinstance(one, PeriodicMotion)]
@@ -341,13 +341,13 @@ def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: 
 
 
 def _assign_clouds(
-    runner: Runner, system: SectionSystem, made: Rows, labels: NDArray[np.int64], known: list[Attractor]
+    runner: Runner, system: SectionSystem, rows: Rows, labels: NDArray[np.int64], known: list[Attractor]
 ) -> NDArray[np.int64]:
     """Labels of the runs that never repeat themselves, by the cells of attractors without a period."""
-    left = np.flatnonzero((labels == UNDECIDED) & (made.outcomes == families.FINISHED))
+    left = np.flatnonzero((labels == UNDECIDED) & (rows.outcomes == families.FINISHED))
     clouds = {i: one for i, one in enumerate(known) if isinstance(one, Cloud)}
     for i in left:
-        points = made.points[i, : made.filled[i]]
+        points = rows.points[i, : rows.filled[i]]
         label = next((k for k, cloud in clouds.items() if cloud.share(points) >= HELD), UNDECIDED)
         if label == UNDECIDED:
             cloud = _cloud(runner, system, points[-1])
@@ -367,10 +367,10 @@ def _cloud(runner: Runner, system: SectionSystem, start: Vector) -> Cloud | None
     if finer is not None:  # its own period may be one of whole steps, which see a few places of it alone
         system, often = finer
         runner = Runner(system, execution=Execution(workers=runner.workers))
-    made = runner.make(Jobs(start[None], rows=CLOUD), quiet=True)
-    if made.filled[0] < CLOUD:
+    rows = runner.make(Jobs(start[None], rows=CLOUD), quiet=True)
+    if rows.filled[0] < CLOUD:
         return None
-    points = made.points[0]
+    points = rows.points[0]
     width = np.ptp(points, axis=0)
     size = np.where(width > 0, width, 1.0) / CELLS
     steps = list(itertools.product((-1, 0, 1), repeat=points.shape[1]))

@@ -124,10 +124,10 @@ class _Branch:
 
     def corrected(self, value: float, guess: Vector) -> Vector | None:
         """The motion at a value near a guess; None if there is none, or one of a shorter period."""
-        found = find_cycles(self.at(value), guess[None])
-        if not len(found) or not self.near(found[0], guess, NEAR):
+        cycles = find_cycles(self.at(value), guess[None])
+        if not len(cycles) or not self.near(cycles[0], guess, NEAR):
             return None
-        return None if self.repeats(found[0], 1e-6) else found[0]
+        return None if self.repeats(cycles[0], 1e-6) else cycles[0]
 
     def repeats(self, points: Vector, share: float) -> bool:
         """Whether the points are those of a shorter motion, up to a share of the box."""
@@ -171,8 +171,8 @@ class _Branch:
 
         def points(value: float) -> tuple[Vector, bool]:
             guess = first + (value - low) / (high - low) * turn
-            found = find_cycles(self.at(value), guess[None])
-            return (found[0], True) if len(found) else (guess, False)
+            cycles = find_cycles(self.at(value), guess[None])
+            return (cycles[0], True) if len(cycles) else (guess, False)
 
         place = brentq(lambda value: self.test(kind, value, points(value)[0]), low, high, xtol=1e-15)
         value = float(np.asarray(place))

@@ -145,8 +145,10 @@ def chart(
     """
     if what not in WHAT:
         raise StickslipError(f"A chart shows one of {', '.join(WHAT)}, found '{what}'.")
-    values = {name: np.asarray(one, dtype=float) for name, one in axes.items()}
-    if len(values) != 2 or any(one.ndim != 1 or not one.size or not np.isfinite(one).all() for one in values.values()):
+    values = {name: np.asarray(numbers, dtype=float) for name, numbers in axes.items()}
+    if len(values) != 2 or any(
+        value.ndim != 1 or not value.size or not np.isfinite(value).all() for value in values.values()
+    ):
         raise StickslipError(f"A chart is over two parameters, each with a list of finite values, found {list(axes)}.")
     if refine < 1 or refine & (refine - 1):
         raise StickslipError(f"The coarse grid is a power of two cells apart, found {refine}.")
@@ -187,11 +189,11 @@ def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, va
     failures: dict[tuple[int, int], str] = {}
 
     def run(cells: list[tuple[int, int]]) -> None:
-        varied = {name: one[[cell[k] for cell in cells]] for k, (name, one) in enumerate(values.items())}
+        varied = {name: value[[cell[k] for cell in cells]] for k, (name, value) in enumerate(values.items())}
 
         def take(begin: int, made: Rows) -> None:
             end = begin + len(made.filled)
-            part = {name: one[begin:end] for name, one in varied.items()}
+            part = {name: numbers[begin:end] for name, numbers in varied.items()}
             exponents = how.what == "exponent"
             found = _signs(runner, system, made, part) if exponents else _classes(system, made, part, how)
             for i, cell in enumerate(cells[begin:end]):
@@ -227,7 +229,7 @@ def _filled(
     """A label per cell, from runs of as few of them as tell where the classes meet."""
     labels, made = np.full(shape, "", dtype=object), np.zeros(shape, bool)
     ticks = [np.unique(np.append(np.arange(0, size, refine), size - 1)) for size in shape]
-    fresh = np.ones([one.size for one in ticks], bool)
+    fresh = np.ones([tick.size for tick in ticks], bool)
     while True:
         grid = np.ix_(*ticks)
         while fresh.any():
@@ -238,8 +240,8 @@ def _filled(
             fresh = _beside_another(labels[grid]) & ~made[grid]
         if labels[grid].shape == shape:
             return labels
-        finer = [np.union1d(one, (one[1:] + one[:-1]) // 2) for one in ticks]
-        before = [one[np.searchsorted(one, new, side="right") - 1] for one, new in zip(ticks, finer, strict=True)]
+        finer = [np.union1d(tick, (tick[1:] + tick[:-1]) // 2) for tick in ticks]
+        before = [tick[np.searchsorted(tick, new, side="right") - 1] for tick, new in zip(ticks, finer, strict=True)]
         ticks, known = finer, labels[np.ix_(*before)]
         labels[np.ix_(*ticks)] = known
         fresh = _beside_another(known) & ~made[np.ix_(*ticks)]
@@ -247,51 +249,51 @@ def _filled(
 
 def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
     """Which cells have one of another class beside them, along either axis."""
-    found = np.zeros(labels.shape, bool)
-    for one, mark in ((labels, found), (labels.T, found.T)):
+    edges = np.zeros(labels.shape, bool)
+    for one, mark in ((labels, edges), (labels.T, edges.T)):
         differs = one[1:] != one[:-1]
         mark[1:] |= differs
         mark[:-1] |= differs
-    return found
+    return edges
 
 
-def _signs(runner: Runner, system: SectionSystem, made: Rows, varied: Mapping[str, Vector]) -> list[tuple[str, float]]:
+def _signs(runner: Runner, system: SectionSystem, rows: Rows, varied: Mapping[str, Vector]) -> list[tuple[str, float]]:
     """Sign and value of the exponent of each run; no sign where it failed."""
-    found = [("", np.nan)] * len(made.filled)
-    sound = np.flatnonzero((made.outcomes <= families.ABSORBED) & (made.filled > 0))
+    found = [("", np.nan)] * len(rows.filled)
+    sound = np.flatnonzero((rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
     part = {name: values[sound] for name, values in varied.items()}
-    values, errors = largest_exponents(runner, system, made.ends[sound], part)
+    values, errors = largest_exponents(runner, system, rows.ends[sound], part)
     for i, value, error in zip(sound.tolist(), values.tolist(), errors.tolist(), strict=True):
         found[i] = (sign_of(value, error), value)
     return found
 
 
-def _classes(system: SectionSystem, made: Rows, varied: Mapping[str, Vector], how: _Cells) -> list[tuple[str, float]]:
+def _classes(system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], how: _Cells) -> list[tuple[str, float]]:
     """Label and number of each run; no label where it failed."""
     what, longest = how.what, how.longest
-    sound = made.outcomes <= families.ABSORBED
+    sound = rows.outcomes <= families.ABSORBED
     if what == "stick":
-        held = made.held.sum(axis=1) > 0.0
+        held = rows.held.sum(axis=1) > 0.0
         names = [", ".join(n for n, one in zip(system.contacts, row, strict=True) if one) or "none" for row in held]
         return [(name if good else "", float(row.sum())) for name, row, good in zip(names, held, sound, strict=True)]
-    motions = claimed(system, made, varied, longest=longest).motions
+    motions = claimed(system, rows, varied, longest=longest).motions
     found: list[tuple[str, float]] = []
     for i, motion in enumerate(motions):
         if not sound[i]:
             found.append(("", np.nan))
             continue
-        period, began = (motion.period, motion.began) if motion else _alike(system, made, i, longest)
+        period, began = (motion.period, motion.began) if motion else _alike(system, rows, i, longest)
         word = "-".join(map(str, (period, *began))) if period else "0"
         found.append((str(period) if what == "period" else word, float(period)))
     return found
 
 
-def _alike(system: SectionSystem, made: Rows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
+def _alike(system: SectionSystem, rows: Rows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
     """Period and events of a run whose last points repeat themselves, though no stable motion was solved for."""
-    points = made.points[i, : made.filled[i]]
+    points = rows.points[i, : rows.filled[i]]
     for n in range(1, min(longest, len(points) - 1) + 1):
         if (np.abs(system.difference(points[n:] - points[:-n])) <= ALIKE * system.sizes()).all():
-            return n, tuple(made.began[i, made.filled[i] - n : made.filled[i]].sum(axis=0).tolist())
+            return n, tuple(rows.began[i, rows.filled[i] - n : rows.filled[i]].sum(axis=0).tolist())
     return 0, ()
 
 

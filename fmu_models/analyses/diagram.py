@@ -236,10 +236,10 @@ def orbit_diagram(
     return found
 
 
-def _motions(found: Diagram) -> Iterator[Motion]:
+def _motions(diagram: Diagram) -> Iterator[Motion]:
     """Those of which a period was claimed, of all sweeps."""
-    for d, i in np.argwhere(found.periods > 0):
-        yield float(found.values[i]), int(found.periods[d, i]), found.points[d, i, 0]
+    for d, i in np.argwhere(diagram.periods > 0):
+        yield float(diagram.values[i]), int(diagram.periods[d, i]), diagram.points[d, i, 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,26 +309,26 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
 
 
 def _failures(
-    made: Rows, order: NDArray[np.int64], values: Vector, ways: Sequence[str]
+    rows: Rows, order: NDArray[np.int64], values: Vector, ways: Sequence[str]
 ) -> dict[tuple[str, float], str]:
-    bad = np.flatnonzero(made.outcomes > families.ABSORBED)
-    said = (made.messages.get(int(i)) or families.OUTCOMES[int(made.outcomes[i])] for i in bad)
+    bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
+    said = (rows.messages.get(int(i)) or families.OUTCOMES[int(rows.outcomes[i])] for i in bad)
     return {(ways[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}
 
 
-def _numbers(found: Diagram) -> list[tuple[float, dict[str, float]]]:
+def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
     rows = []
-    lost = [motion.direction for motion in found.lost or ()]
-    for i, value in enumerate(found.values.tolist()):
+    lost = [motion.direction for motion in diagram.lost or ()]
+    for i, value in enumerate(diagram.values.tolist()):
         values: dict[str, float] = {}
-        for d, way in enumerate(found.directions):
-            points = found.shown[d, i]
-            if found.lost is not None and i == 0:
+        for d, way in enumerate(diagram.directions):
+            points = diagram.shown[d, i]
+            if diagram.lost is not None and i == 0:
                 values[f"lost_{way}"] = float(lost.count(way))
-            values[f"period_{way}"] = float(found.periods[d, i])
+            values[f"period_{way}"] = float(diagram.periods[d, i])
             if np.isfinite(points).any():
                 extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
-                values |= {f"{found.of}_{what}_{way}": float(extreme) for what, extreme in extremes.items()}
+                values |= {f"{diagram.of}_{what}_{way}": float(extreme) for what, extreme in extremes.items()}
         rows.append((value, values))
     return rows
 

@@ -192,10 +192,10 @@ def lyapunov(
 
 
 def _followed(runner: Runner, system: SectionSystem, jobs: Jobs) -> Exponents:
-    made = runner.make(jobs)
-    _check(system, jobs.starts[0], made)
-    found = _exponents(system, made, jobs.batch)
-    identity = _identity(runner, system, made.ends[:1], jobs.tangents)
+    rows = runner.make(jobs)
+    _check(system, jobs.starts[0], rows)
+    found = _exponents(system, rows, jobs.batch)
+    identity = _identity(runner, system, rows.ends[:1], jobs.tangents)
     return dataclasses.replace(found, identity=identity, provenance=runner.provenance)
 
 
@@ -204,20 +204,20 @@ def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: in
     volumes = system.log_volumes(start)
     if volumes is None or tangents < start.shape[1]:
         return None
-    made = runner.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
-    growth, volumes = made.growth[0, 1:].sum(), system.log_volumes(made.points[0, :-1])
+    rows = runner.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
+    growth, volumes = rows.growth[0, 1:].sum(), system.log_volumes(rows.points[0, :-1])
     if volumes is None or not np.isfinite(growth) or not np.isfinite(volumes).all() or not volumes.sum():
         return None
     return float(abs(growth / volumes.sum() - 1.0))
 
 
-def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
-    bad = np.flatnonzero(made.outcomes > families.ABSORBED)
+def _check(system: SectionSystem, begin: Vector, rows: Rows) -> None:
+    bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
     if not bad.size:
         return
     place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
-    outcome, steps = int(made.outcomes[bad[0]]), int(made.steps[bad[0]])
-    said = made.messages.get(int(bad[0]), families.OUTCOMES[outcome])
+    outcome, steps = int(rows.outcomes[bad[0]]), int(rows.steps[bad[0]])
+    said = rows.messages.get(int(bad[0]), families.OUTCOMES[outcome])
     why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({said})"
     raise StickslipError(
         f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
@@ -225,8 +225,8 @@ def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
     )
 
 
-def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
-    growth, times = made.growth, made.times
+def _exponents(system: SectionSystem, rows: Rows, batch: int) -> Exponents:
+    growth, times = rows.growth, rows.times
     begins, transient = _changes(growth[..., 0] if not system.autonomous else growth.sum(axis=-1), times, batch)
     kept = np.arange(times.shape[1]) >= begins[:, None]
     if transient is not None:
@@ -241,7 +241,7 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
     # where differences grow, rounding turns the one that begins along the motion towards the one that grows most
     zero = int(np.abs(values[order]).argmin()) if system.autonomous else None
     total = float(times[kept].sum())
-    shares = {name: float(made.held[..., c][kept].sum()) / total for c, name in enumerate(system.contacts)}
+    shares = {name: float(rows.held[..., c][kept].sum()) / total for c, name in enumerate(system.contacts)}
     return Exponents(
         *(one[order] for one in (values, errors, per_time, per_time_errors)),
         unit=system.unit,
@@ -317,11 +317,13 @@ def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int6
     return begins, Transient(float(np.mean(before)), float(np.mean(passed)), len(before))
 
 
-def _numbers(found: Exponents) -> dict[str, float]:
+def _numbers(exponents: Exponents) -> dict[str, float]:
     values: dict[str, float] = {}
-    for i, (value, error) in enumerate(zip(found.per_time.tolist(), found.per_time_errors.tolist(), strict=True), 1):
+    for i, (value, error) in enumerate(
+        zip(exponents.per_time.tolist(), exponents.per_time_errors.tolist(), strict=True), 1
+    ):
         values |= {f"exponent{i}": value, f"error{i}": error}
-    return {**values, **{f"{name}_share": share for name, share in found.shares.items()}}
+    return {**values, **{f"{name}_share": share for name, share in exponents.shares.items()}}
 
 
 def _of_run(count: int) -> dict[str, int]:

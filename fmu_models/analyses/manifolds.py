@@ -32,8 +32,8 @@ from fmu_models.analyses.homoclinic import homoclinic as locate_homoclinic
 from fmu_models.analyses.saddle import Saddle, saddle_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate
@@ -101,8 +101,8 @@ class Manifolds(Pictured):
 
         columns = list(self.states)
         frames = [
-            pandas.DataFrame(one.points, columns=columns).assign(curve=i, kind=one.kind)
-            for i, one in enumerate(self.curves)
+            pandas.DataFrame(curve.points, columns=columns).assign(curve=i, kind=curve.kind)
+            for i, curve in enumerate(self.curves)
         ]
         return pandas.concat(frames, ignore_index=True)
 
@@ -110,7 +110,7 @@ class Manifolds(Pictured):
         return f"Manifolds of a saddle of {self.model}: {len(self.curves)} curves"
 
     def _contents(self) -> Mapping[str, Any]:
-        points = [f"{one.kind}, {len(one.points)} points" for one in self.curves]
+        points = [f"{curve.kind}, {len(curve.points)} points" for curve in self.curves]
         return {"saddle": self.saddle[0], "eigenvalues": self.eigenvalues, "curves": points}
 
 
@@ -235,19 +235,19 @@ def _of_motion(system: SectionSystem, point: Vector, period: int, length: float,
     cycle = [point]
     for _ in range(period - 1):
         cycle.append(_step(system, cycle[-1]))
-    found = find_cycles(system, np.array(cycle)[None])
-    if not len(found):
+    cycles = find_cycles(system, np.array(cycle)[None])
+    if not len(cycles):
         raise StickslipError(
             f"No motion of period {period} of '{system.name}' was found near that start. Start nearer to the saddle."
         )
-    motion = motion_at(system, found[0])
+    motion = motion_at(system, cycles[0])
     multipliers = np.asarray(motion.stability.eigenvalues)
     size = np.abs(multipliers)
     if not (size.max() > 1.0 > size.min()):
-        said = ", ".join(f"{one:.4g}" for one in multipliers)
+        said = ", ".join(f"{multiplier:.4g}" for multiplier in multipliers)
         raise StickslipError(f"The motion of '{system.name}' near that start is no saddle: its multipliers are {said}.")
     at = _Return(system, period)
-    eigen: Any = np.linalg.eig(at(found[0][0])[1])
+    eigen: Any = np.linalg.eig(at(cycles[0][0])[1])
     values, vectors = eigen
     curves = []
     for kind in ("unstable", "stable"):
@@ -256,17 +256,17 @@ def _of_motion(system: SectionSystem, point: Vector, period: int, length: float,
                 continue
             for side in (1.0, -1.0):
                 value = float(values[i].real)
-                curve = _Curve(at, found[0][0], side * vectors[:, i].real, value, system.sizes())
+                curve = _Curve(at, cycles[0][0], side * vectors[:, i].real, value, system.sizes())
                 points, end = curve.grown(length, spacing)
                 curves.append(Manifold(kind, value, points, end))
-    return Manifolds(system.name, system.states, found[0], multipliers, tuple(curves), ())
+    return Manifolds(system.name, system.states, cycles[0], multipliers, tuple(curves), ())
 
 
 def _step(system: SectionSystem, x: Vector) -> Vector:
-    made = system.step(x[None], derivative=False)
-    if made.why:
-        raise StickslipError(f"'{system.name}' has no step from there: {next(iter(made.why.values()))}")
-    return made.points[0]
+    step = system.step(x[None], derivative=False)
+    if step.why:
+        raise StickslipError(f"'{system.name}' has no step from there: {next(iter(step.why.values()))}")
+    return step.points[0]
 
 
 @dataclass(frozen=True)
@@ -279,10 +279,10 @@ class _Return:
     def __call__(self, x: Vector) -> tuple[Vector, Vector]:
         derivative = np.eye(len(x))
         for _ in range(self.period):
-            made = self.system.step(x[None])
-            if made.why:
-                raise StickslipError(next(iter(made.why.values())))
-            x, derivative = made.points[0], made.derivatives[0] @ derivative
+            step = self.system.step(x[None])
+            if step.why:
+                raise StickslipError(next(iter(step.why.values())))
+            x, derivative = step.points[0], step.derivatives[0] @ derivative
         return x, derivative
 
 

@@ -132,14 +132,14 @@ class _Curve:
         moved = np.arange(len(point)) if whole else self.others
         sizes, x = self.system.sizes(), point.copy()
         for _ in range(STEPS):
-            made = self.system.step(x[None])
-            if made.why or not np.isfinite(made.derivatives).all():
+            step = self.system.step(x[None])
+            if step.why or not np.isfinite(step.derivatives).all():
                 return None
-            matrix = made.derivatives[0]
-            residual = self.system.difference(made.points[0] - x)[moved]
+            matrix = step.derivatives[0]
+            residual = self.system.difference(step.points[0] - x)[moved]
             left = np.eye(len(moved)) - matrix[np.ix_(moved, moved)]
             if np.abs(residual / sizes[moved]).max(initial=0.0) < ROOT:
-                return x, float(made.points[0, self.place]), self._slope(matrix)
+                return x, float(step.points[0, self.place]), self._slope(matrix)
             try:
                 x[moved] += np.linalg.solve(left, residual)
             except np.linalg.LinAlgError:

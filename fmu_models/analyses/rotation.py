@@ -71,11 +71,11 @@ def rotation_number(
         raise StickslipError(
             f"Turns are seen in two states, over at least 8 steps; found {list(about)}, {steps} steps."
         )
-    made = system.make(Jobs(system.start(start)[None], transient=transient, rows=steps))
-    if made.filled[0] < steps:
-        why = made.messages.get(0) or families.OUTCOMES[int(made.outcomes[0])]
-        raise StickslipError(f"{system.name}: the motion ends after {made.steps[0]} steps: {why}. Start elsewhere.")
-    points = system.difference(made.points[0] - _place(system, about))
+    rows = system.make(Jobs(system.start(start)[None], transient=transient, rows=steps))
+    if rows.filled[0] < steps:
+        why = rows.messages.get(0) or families.OUTCOMES[int(rows.outcomes[0])]
+        raise StickslipError(f"{system.name}: the motion ends after {rows.steps[0]} steps: {why}. Start elsewhere.")
+    points = system.difference(rows.points[0] - _place(system, about))
     columns = [list(system.states).index(name) for name in about]
     locked = _period(points[:, columns], longest)
     u, v = (points[:, i] / np.abs(points[:, i]).max() for i in columns)

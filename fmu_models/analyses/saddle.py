@@ -83,11 +83,11 @@ class Saddle:
 
     def as_run(self, point: Vector) -> dict[str, Any]:
         """Arguments of ``simulate`` for the motion from a point (n,)."""
-        given: dict[str, Any] = {
+        options: dict[str, Any] = {
             kind: {name: value for name, value in self.given.items() if name in known}
             for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
         }
-        return {**given, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
+        return {**options, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
 
     def at(self, **values: float) -> Saddle:
         """The same one at other values of parameters or inputs, found from here.

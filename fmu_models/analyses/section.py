@@ -76,18 +76,18 @@ def poincare_section(
         raise StickslipError(
             f"{points} points after {transient} steps: ask for one point at least, and no step below 0."
         )
-    made = system.make(Jobs(system.start(start)[None], transient=transient, rows=points), progress=progress)
-    filled = int(made.filled[0])
+    rows = system.make(Jobs(system.start(start)[None], transient=transient, rows=points), progress=progress)
+    filled = int(rows.filled[0])
     if filled < points:
-        why = made.messages.get(0) or families.OUTCOMES[int(made.outcomes[0])]
-        raise StickslipError(f"{system.name}: the motion ends after {made.steps[0]} steps: {why}. Start elsewhere.")
+        why = rows.messages.get(0) or families.OUTCOMES[int(rows.outcomes[0])]
+        raise StickslipError(f"{system.name}: the motion ends after {rows.steps[0]} steps: {why}. Start elsewhere.")
     return PoincareSection(
         system.name,
         tuple(system.states),
         tuple(system.contacts),
-        made.points[0],
-        made.times[0],
-        made.began[0],
+        rows.points[0],
+        rows.times[0],
+        rows.began[0],
         system.how,
     )
 

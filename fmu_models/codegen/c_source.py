@@ -13,7 +13,6 @@ from typing import Any
 
 import sympy
 
-from fmu_models.codegen import contact_states
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
 from fmu_models.codegen.c_function import (
     by_contact,
@@ -30,10 +29,12 @@ from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
 from fmu_models.codegen.jets import Recurrences, Slots
 from fmu_models.codegen.map_rule import rule_functions
 from fmu_models.codegen.variations import read_by
+from fmu_models.language import contact_kinds
+from fmu_models.language.contact_dynamics import ContactDynamics, terms
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, acting, terms
+from fmu_models.lowering.hybrid_system import HybridSystem, acting
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
@@ -133,7 +134,7 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
     met = names.slips, names.depths
     moving = names.slips, names.accelerations
     depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
-    forces = [{} if c.kind.startswith("impact") else {f"j->force[{i}]": c.force} for i, c in contacts]
+    forces = [{} if c.kind.rigid else {f"j->force[{i}]": c.force} for i, c in contacts]
     releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
     sticks = [_stick(system, i, c) for i, c in contacts]
     internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(system.internal_rates)}
@@ -161,7 +162,7 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
     slip, depth = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}), recurrences(depths)
     laws = [recurrences(force, *met) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
-    always = [laws[i] for i, c in contacts if c.kind == "friction" and not c.sticks and c.depth is None]
+    always = [laws[i] for i, c in contacts if c.kind.rubs and not c.sticks and c.depth is None]
 
     found: dict[str, Recurrences | list[Recurrences]] = {
         "slip": slip,
@@ -286,7 +287,7 @@ def _magnitude(system: HybridSystem, names: _Names, what: str) -> str:
     cases = []
     for i, contact in enumerate(system.contacts):
         parts = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[what]
-        if what == "rate" and contact.kind.startswith("impact"):
+        if what == "rate" and contact.kind.rigid:
             parts = (contact.slip_rate.xreplace(accelerations),)
         if parts:
             total = " + ".join(_magnitude_of(term, values) for term in parts)
@@ -303,7 +304,7 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     for i, contact in enumerate(system.contacts):
         symbols = contact.slip.free_symbols
         levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
-        parts = [system.G[i, i]] if contact.kind == "switch" else levers
+        parts = [system.G[i, i]] if contact.kind.surface else levers
         ratios = [_part_left(sympy.sympify(part), system, values) for part in parts if part != 0]
         largest = ratios[0] if ratios else "0.0"
         for ratio in ratios[1:]:
@@ -368,8 +369,8 @@ def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
     """Restitution and friction of the rigid contacts."""
     contacts = list(enumerate(system.contacts))
     kinds = {
-        "restitution": [(i, c.restitution) for i, c in contacts if c.kind == "impact"],
-        "friction": [(i, c.friction) for i, c in contacts if c.kind == "impact_friction"],
+        "restitution": [(i, c.restitution) for i, c in contacts if c.kind.impulsive],
+        "friction": [(i, c.friction) for i, c in contacts if c.kind.led],
     }
     return [_coefficient(what, values, names) for what, values in kinds.items()]
 
@@ -389,15 +390,15 @@ def _facts(system: HybridSystem) -> list[str]:
     contact_names = ", ".join(c_string(c.name) for c in system.contacts) or '""'
     tables = {
         "sticks": (c.sticks for c in system.contacts),
-        "is_stop": (c.kind == "stop" for c in system.contacts),
+        "compliant": (c.kind.compliant for c in system.contacts),
         "bounded": (c.depth is not None for c in system.contacts),
         "releases": (c.release is not None for c in system.contacts),
         "remembers": (c.remembers for c in system.contacts),
         "rooted": (c.rooted for c in system.contacts),
         "resets": (c.reset_sides for c in system.contacts),
-        "is_impact": (c.kind == "impact" for c in system.contacts),
+        "impulsive": (c.kind.impulsive for c in system.contacts),
         "poisson": (c.poisson for c in system.contacts),
-        "clocks": (contact_states.clocks(c.kind) for c in system.contacts),
+        "clocks": (c.kind.ticks for c in system.contacts),
     }
     partners = ", ".join(str(-1 if c.partner is None else c.partner) for c in system.contacts) or "-1"
     return [
@@ -435,13 +436,20 @@ def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
         "IS_MAP": int(bool(system.rule)),
         "REACH": int(reach),
         "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
-        "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
+        "IMPACTS": sum(contact.kind.impulsive for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
     lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]
+    lines += ["", "/* states of a contact, and the ticks of its clocks: language/contact_kinds.py */"]
+    lines.append(_enumeration("ContactState", "CONTACT", contact_kinds.STATES))
+    lines.append(_enumeration("Tick", "TICK", contact_kinds.TICK_BITS))
     body = "\n".join(lines)
     guard = "STICKSLIP_MODEL_SIZES_H"
     return f"{_HEAD.format(name=system.name)}#ifndef {guard}\n#define {guard}\n\n{body}\n\n#endif\n"
+
+
+def _enumeration(name: str, prefix: str, values: Mapping[str, int]) -> str:
+    return f"typedef enum {{ {', '.join(f'{prefix}_{key.upper()} = {n}' for key, n in values.items())} }} {name};"
 
 
 def _legend(system: HybridSystem) -> str:

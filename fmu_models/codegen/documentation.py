@@ -11,7 +11,8 @@ import sympy
 from fmu_models.codegen import picture
 from fmu_models.codegen.model_description import render
 from fmu_models.codegen.rights import FOLDER, Rights
-from fmu_models.lowering.equations import INDICATORS, Line, of_contact, outputs, rates, states_of
+from fmu_models.language.contact_kinds import INDICATORS
+from fmu_models.lowering.equations import Line, of_contact, outputs, rates, states_of
 from fmu_models.toolchain.compiler import compiler_for
 
 if TYPE_CHECKING:
@@ -63,11 +64,11 @@ def _contact(system: HybridSystem, i: int) -> dict[str, Any]:
     contact = system.contacts[i]
     return {
         "name": contact.name,
-        "kind": contact.kind.replace("_", " "),
+        "kind": contact.kind.words,
         "description": contact.description,
         "equations": {what: _printed(line) for what, line in of_contact(contact).items()},
         "states": ", ".join(states_of(contact)),
-        "indicators": [INDICATORS[what] for what in contact.indicators],
+        "indicators": [INDICATORS[what][1] for what in contact.indicators],
     }
 
 

@@ -13,19 +13,18 @@ from typing import Any
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.language.contact_kinds import TRAITS
+from fmu_models.lowering.hybrid_system import HybridSystem
 from fmu_models.lowering.piecewise_linear import Lifted, obstacles, ramps
 
 # modes of all contacts that there is room for; tables are made of those that a motion comes to
 _MOST_MODES = 128
 # modes without contact that have exact steps of a grid
 _MOST_HOMES = 4
-_KINDS = {"stop": 0, "impact": 1, "switch": 2, "friction": 3, "impact_friction": 4}
 # what a guard watches: depth, gap or normal force; release, function, slip or the margin of stick on its plus side; on
 # its other side
 _NORMAL, _TANGENTIAL, _MARGIN = range(3)
-# contacts with a law of friction of their own, or a side of a switch
-_DRY = ("friction", "switch")
 
 Place = tuple[int, int]
 
@@ -48,28 +47,21 @@ def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
 
 def _digits(contact: ContactDynamics) -> int:
     """States of a contact, the friction of a rigid contact counted with it (lane_modes.c has their order)."""
-    if contact.kind == "stop":
-        return 2 if contact.release is None else 3
-    if contact.kind == "impact":
-        return 2 if contact.partner is None else 4
-    if contact.kind == "impact_friction":
-        return 1
-    return 2 + contact.sticks + (contact.depth is not None)
+    if contact.kind.rigid:
+        return 1 if contact.kind.led else 2 if contact.partner is None else 4
+    return len(contact.states)
 
 
 def _away_digits(contact: ContactDynamics) -> int:
     """Of these, those without a stop that touches or a force that holds."""
-    return _digits(contact) - contact.sticks if contact.kind in ("friction", "switch") else 1
+    return _digits(contact) - contact.sticks if contact.kind.dry else 1
 
 
 def _slots(contact: ContactDynamics) -> tuple[int, ...]:
     """The guards of a contact."""
-    if contact.kind == "stop":
-        return (_NORMAL,) if contact.release is None else (_NORMAL, _TANGENTIAL)
-    if contact.kind == "impact":
-        return (_NORMAL,)
     bound = () if contact.depth is None else (_NORMAL,)
-    return (*bound, _TANGENTIAL, *((_MARGIN,) if contact.sticks else ()))
+    watched = (_TANGENTIAL,) if len(contact.indicators) > len(bound) else ()
+    return (*bound, *watched, *((_MARGIN,) if contact.sticks else ()))
 
 
 def lane_tables(system: HybridSystem) -> str:
@@ -91,11 +83,11 @@ class _Tables:
         self.flow = {nq + i: self._row(rate) for i, rate in enumerate(rates)}
         self.slip = [self._row(c.slip) for c in contacts]
         self.depth = [None if c.depth is None else self._row(c.depth) for c in contacts]
-        self.force = [self._law(c, c.force) if c.kind == "stop" else None for c in contacts]
+        self.force = [self._law(c, c.force) if c.kind.compliant else None for c in contacts]
         self.release = [None if c.release is None else self._law(c, c.release) for c in contacts]
-        self.friction = [self._row(_inlined(c, c.force, c.slip)) if c.kind in _DRY else None for c in contacts]
+        self.friction = [self._row(_inlined(c, c.force, c.slip)) if c.kind.dry else None for c in contacts]
         self.capacities = [
-            tuple(self._row(_inlined(c, bound, sympy.S.Zero)) for bound in c.capacities) if c.kind in _DRY else None
+            tuple(self._row(_inlined(c, bound, sympy.S.Zero)) for bound in c.capacities) if c.kind.dry else None
             for c in contacts
         ]
         self.free = self._free_places()
@@ -130,7 +122,7 @@ class _Tables:
         nq, found = len(self.system.coordinates), set()
         flowing = self.free | self._touching_places()
         for contact, slip in zip(self.system.contacts, self.slip, strict=True):
-            for j in _filled(slip) if contact.sticks or contact.kind == "impact" else ():
+            for j in _filled(slip) if contact.sticks or contact.kind.impulsive else ():
                 if j < nq:
                     found.add(nq + j)
                 elif j < self.n:
@@ -142,7 +134,7 @@ class _Tables:
 
     def _held_places(self) -> set[Place]:
         nq = len(self.system.coordinates)
-        held = {c for c, one in enumerate(self.system.contacts) if one.sticks or one.kind == "impact"}
+        held = {c for c, one in enumerate(self.system.contacts) if one.sticks or one.kind.impulsive}
         return {(nq + i, j) for (i, c), _ in self.system.W.todok().items() if c in held for j in self.held}
 
     def _touching_places(self) -> set[Place]:
@@ -192,8 +184,8 @@ class _Tables:
             "HOMES": min(home_modes, _MOST_HOMES),
             "HOME_GUARDS": len(homes),
             "VARIED": self._varied(),
-            "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
-            "SWITCHES": sum(contact.kind == "switch" for contact in contacts),
+            "IMPACTS": sum(contact.kind.impulsive for contact in contacts),
+            "SWITCHES": sum(contact.kind.surface for contact in contacts),
             "LOW": max((degree for degree in degrees if degree is not None), default=0),
         }
         endless = {j for j, degree in enumerate(degrees) if degree is None}
@@ -212,7 +204,7 @@ class _Tables:
             "home_column": [j for row in home_rows for j in row],
             "bound_first": _firsts(bounds),
             "bound_column": [j for row in bounds for j in row],
-            "kind": [_KINDS[contact.kind] for contact in contacts],
+            **{trait: [int(getattr(contact.kind, trait)) for contact in contacts] for trait in TRAITS},
             "digits": [_digits(contact) for contact in contacts],
             "sticks": [int(contact.sticks) for contact in contacts],
             "bounded": [int(contact.depth is not None) for contact in contacts],
@@ -250,10 +242,10 @@ class _Tables:
     def _guard_columns(self, c: int, slot: int, *, held: bool = True) -> list[int]:
         """Columns of a guard in any mode, or in those in which no force holds its contact."""
         contact = self.system.contacts[c]
-        if contact.kind == "stop":
+        if contact.kind.compliant:
             return sorted(self._columns(c)) if slot == _TANGENTIAL else sorted(_filled(self.depth[c] or ()))
         found = set(_filled((self.depth[c] or ()) if slot == _NORMAL else self.slip[c]))
-        if held and (contact.kind == "impact" or (contact.sticks and slot != _NORMAL)):
+        if held and (contact.kind.impulsive or (contact.sticks and slot != _NORMAL)):
             found |= set(self.held) | {j for row in self.capacities[c] or () for j in _filled(row)}
         return sorted(found)
 
@@ -261,8 +253,7 @@ class _Tables:
         """Guards that watch something where no contact is held or touches."""
         found = []
         for g, (c, slot) in enumerate(self.guards):
-            kind = self.system.contacts[c].kind
-            if slot == _NORMAL or (slot == _TANGENTIAL and kind in _DRY):
+            if slot == _NORMAL or (slot == _TANGENTIAL and self.system.contacts[c].kind.dry):
                 found.append(g)
         return found
 

@@ -15,14 +15,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.unit_names import base_units, conversion_factor
-from fmu_models.codegen import contact_states
+from fmu_models.language import contact_kinds
 from fmu_models.language.quantities import TIME, Parameter, State, per_second
 
 if TYPE_CHECKING:
     import sympy
 
+    from fmu_models.language.contact_dynamics import ContactDynamics
     from fmu_models.language.declaration import Output
-    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+    from fmu_models.lowering.hybrid_system import HybridSystem
 
 BASE_UNITS = {
     "kilogram": "kg",
@@ -37,14 +38,6 @@ BASE_UNITS = {
 # what people read angles in; the speed that an input asks of a drive is one of turns
 DISPLAY_UNITS = {"rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}
 DRIVE_DISPLAY_UNITS = {"rad/s": "rpm"}
-
-_INDICATOR_NAMES = {
-    "depth": "bound",
-    "slip": "indicator",
-    "release": "release",
-    "function": "indicator",
-    "gap": "indicator",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,11 +158,11 @@ class SystemVariables(Variables):
         for output in system.outputs:
             self.outputs.append(self._add_output(output))
         self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
-        kinds = sorted({contact.kind for contact in system.contacts})
-        self.types = {contact_states.type_name(kind): contact_states.meaning(kind) for kind in kinds}
+        kinds = sorted({contact.kind for contact in system.contacts}, key=lambda kind: kind.name)
+        self.types = {kind.type_name: kind.meaning for kind in kinds}
         self.indicators = [
             self._add(
-                f"{contact.name}_{_INDICATOR_NAMES[what]}",
+                f"{contact.name}_{contact_kinds.INDICATORS[what][0]}",
                 f"{contact.description}: falls to zero where the contact changes its state",
                 causality="local",
                 variability="continuous",
@@ -248,23 +241,23 @@ class SystemVariables(Variables):
     def _add_contact_state(self, contact: ContactDynamics) -> Variable:
         return self._add(
             f"{contact.name}_state",
-            f"{contact.description}: {contact_states.meaning(contact.kind)}",
+            f"{contact.description}: {contact.kind.meaning}",
             causality="output" if contact.name in self.system.shown_states else "local",
             variability="discrete",
             initial="calculated",
-            declared_type=contact_states.type_name(contact.kind),
-            minimum=min(contact_states.CONTACT_STATES),
-            maximum=max(contact_states.CONTACT_STATES),
+            declared_type=contact.kind.type_name,
+            minimum=min(contact_kinds.CONTACT_STATES),
+            maximum=max(contact_kinds.CONTACT_STATES),
         )
 
     def _clocks(self) -> Iterator[Variable]:
         """The clocks of FMI 3, whose references follow those of the variables."""
-        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
+        names = [(c, name) for c in self.system.contacts for name in c.kind.clocks]
         for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
             yield Variable(
                 reference=reference,
                 name=f"{contact.name}.{name}",
-                description=f"{contact.description}: {contact_states.TICKS[name]}",
+                description=f"{contact.description}: {contact_kinds.TICKS[name]}",
                 causality="output" if contact.name in self.system.shown_clocks else "local",
                 variability="discrete",
             )

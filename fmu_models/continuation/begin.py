@@ -142,9 +142,9 @@ def _settled_free(
     length = strobe.every * float(strobe.periods({}, 1)[0])
     late = SETTLE * length
     events = [
-        replace(one, time=one.time - late)
-        for one in strobe.trajectory(start, np.array([late + length])).events
-        if one.time > late
+        replace(event, time=event.time - late)
+        for event in strobe.trajectory(start, np.array([late + length])).events
+        if event.time > late
     ]
     if not events:
         raise failure

@@ -63,7 +63,7 @@ def cycles_from_boundary(
     """Those that are born where a pair of about so many rad/s jumps over the imaginary axis."""
     assert boundary.after is not None
     shares = np.array(boundary.crossings["imaginary axis"])
-    found: list[Branch] = []
+    followed: list[Branch] = []
     for side, sense in ((boundary.before, -1.0), (boundary.after, 1.0)):
         guess = boundary.u + sense * ASIDE * side.tangent
         try:
@@ -74,8 +74,8 @@ def cycles_from_boundary(
         if begin is None:
             continue
         away = np.sign(at.value - boundary.z[-1])
-        found.append(followed_from(begin if begin.tangent[-1] * away > 0.0 else begin.turned(), between, points))
-    return tuple(found)
+        followed.append(followed_from(begin if begin.tangent[-1] * away > 0.0 else begin.turned(), between, points))
+    return tuple(followed)
 
 
 def _around(at: Node, boundary: Boundary, share: float, frequency: float) -> Node | None:
@@ -129,7 +129,7 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
     )  # fmt: skip
     if not len(found):
         raise StickslipError(f"The motion does not come back to {name} = {x[i]:g}.")
-    return float(found.times[0]), np.array([found.states[one][0] for one in fmu.states])
+    return float(found.times[0]), np.array([found.states[state][0] for state in fmu.states])
 
 
 def _plane(j: Vector, scales: Vector) -> Vector:

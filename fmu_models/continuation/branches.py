@@ -165,7 +165,7 @@ class Branches(Pictured):
             "branch": np.array(of, dtype=int),
             "place": np.array(places, dtype=int),
         }
-        return super().to_xarray().assign({f"special_{name}": ("special", one) for name, one in columns.items()})
+        return super().to_xarray().assign({f"special_{name}": ("special", column) for name, column in columns.items()})
 
     def curves(
         self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
@@ -264,14 +264,14 @@ def _interrupted(one: Branch) -> bool:
     return any(kind == "interrupted" for kind, _ in one.ends)
 
 
-def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:
+def _switched_at(followed: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:
     """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
-    for one in islice(known, len(known) - 1, None):
+    for one in islice(followed, len(followed) - 1, None):
         for special in one.special:
             if one.every * (2 if special.kind == "flip" else 1) > longest:
                 continue
             for begin in leaving(special):
                 if begin.problem.turns <= longest and not any(
-                    other.every == begin.problem.turns and passes(other.nodes, begin) for other in known
+                    other.every == begin.problem.turns and passes(other.nodes, begin) for other in followed
                 ):
                     yield followed_from(begin, one.between, points, keeper)

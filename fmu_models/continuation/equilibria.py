@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.equilibrium_begin import begin_of, start_of
 from fmu_models.continuation.equilibrium_branch import (
     EIGENVALUES,
@@ -40,6 +39,7 @@ from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.special.sticking_set import StickingSet, followed, set_at
 from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, numbers_of, problem_at
 from fmu_models.continuation.problem.imported_field import ImportedField
 from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contact_kinds import STICK
 from fmu_models.simulation.field import Field
 from fmu_models.simulation.run import check_names, check_value
 
@@ -35,7 +35,7 @@ def start_of(
     check_names(fmu, "state", start, fmu.states)
     for one, value in {**constants, **start}.items():
         check_value(fmu, one, value)
-    point = np.array([float(start.get(one, fmu.variables[one].start or 0.0)) for one in fmu.states])
+    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
     field = (Field if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     value = problem.present(over)

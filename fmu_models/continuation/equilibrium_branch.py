@@ -129,8 +129,8 @@ class SpecialEquilibrium(Shown):
         elif self.kind in ("pitchfork", "branch point"):
             begins = beside_branch_point(self.node)
             found = tuple(
-                branch_of_ways(EquilibriumFollower(one, self.between, points).follow(), None, self.between)
-                for one in begins
+                branch_of_ways(EquilibriumFollower(begin, self.between, points).follow(), None, self.between)
+                for begin in begins
             )
         if not found:
             raise StickslipError(
@@ -245,12 +245,12 @@ class EquilibriumBranch(Pictured):
     def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
         """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair
         of eigenvalues jumps over the imaginary axis."""
-        found: list[Branch] = []
+        followed: list[Branch] = []
         for one in self.special:
             if np.isfinite(one.frequency):
                 with suppress(StickslipError):  # a pair that jumps need not beget a cycle
-                    found.extend(one.switch(points))  # type: ignore[arg-type]
-        return replace(self, cycles=tuple(found))
+                    followed.extend(one.switch(points))  # type: ignore[arg-type]
+        return replace(self, cycles=tuple(followed))
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
         """Those of its special points that have one, see ``SpecialEquilibrium.curve``.
@@ -272,7 +272,7 @@ class EquilibriumBranch(Pictured):
         columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
         if self.intervals is not None:
             for place, name in enumerate(("from", "to")):
-                columns |= {f"{one}_{name}": self.intervals[:, place, i] for i, one in enumerate(self.states)}
+                columns |= {f"{state}_{name}": self.intervals[:, place, i] for i, state in enumerate(self.states)}
         columns["stable"] = self.stable
         for i in range(self.eigenvalues.shape[1]):
             columns[f"eigenvalue{i + 1}_real"] = self.eigenvalues[:, i].real

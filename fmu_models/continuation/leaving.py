@@ -30,7 +30,7 @@ def _at_touch(special: Special) -> list[Node]:
     if repeats(special.touch.node):  # they leave its parent, and are found there
         return []
     rigid = not np.isnan(special.slope)
-    found = [one for one in other_words(special.touch) if one.word not in special.words]
+    found = [node for node in other_words(special.touch) if node.word not in special.words]
     for times, crossing in ((2, "-1"), (3, "circle")):
         if rigid or crossing in special.crossings:
             found += other_words(special.touch, times)

@@ -93,7 +93,7 @@ def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tup
         for i, k in pairwise(order):
             value, onward = float(diagram.values[i]), float(diagram.values[k])
             here, there = points[d, i], points[d, k]
-            if any(_leaves(one, value, here, onward, there) for one in branches):
+            if any(_leaves(branch, value, here, onward, there) for branch in branches):
                 lost.append(LostMotion(way, value, onward, float(diagram.shown[d, i, 0])))
     return tuple(lost)
 
@@ -137,24 +137,28 @@ def _at_phase_0(system: Section, over: str, value: float, point: Vector) -> Vect
     return np.array([float(moved[name][-1]) for name in at.states[:-1]])
 
 
-def _leaves(one: Branch, value: float, here: list[Vector], onward: float, there: list[Vector]) -> bool:
+def _leaves(branch: Branch, value: float, here: list[Vector], onward: float, there: list[Vector]) -> bool:
     """Whether a motion on a branch at a value is not on it at the next one, though the branch goes on."""
-    for segment in segments_near(one, value, here):
-        ahead = _stable_ahead(one, segment, value, onward)
+    for segment in segments_near(branch, value, here):
+        ahead = _stable_ahead(branch, segment, value, onward)
         if ahead is not None:
-            return ahead not in segments_near(one, onward, there)
+            return ahead not in segments_near(branch, onward, there)
     return False
 
 
-def _stable_ahead(one: Branch, segment: int, value: float, onward: float) -> int | None:
+def _stable_ahead(branch: Branch, segment: int, value: float, onward: float) -> int | None:
     """The segment between two points of a branch that holds the next value, if all from here to there is stable."""
     way = np.sign(onward - value)
-    if not (one.stable[segment] and one.stable[segment + 1]):
+    if not (branch.stable[segment] and branch.stable[segment + 1]):
         return None
-    step = 1 if (one.values[segment + 1] - one.values[segment]) * way > 0 else -1
+    step = 1 if (branch.values[segment + 1] - branch.values[segment]) * way > 0 else -1
     k = segment + (step > 0)
-    while (onward - one.values[k]) * way > 0:
+    while (onward - branch.values[k]) * way > 0:
         k += step
-        if not 0 <= k < len(one.values) or not one.stable[k] or (one.values[k] - one.values[k - step]) * way <= 0:
+        if (
+            not 0 <= k < len(branch.values)
+            or not branch.stable[k]
+            or (branch.values[k] - branch.values[k - step]) * way <= 0
+        ):
             return None
     return min(k, k - step)

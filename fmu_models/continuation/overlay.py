@@ -33,12 +33,12 @@ def branches_through(
     Raises:
         StickslipError: there is no motion of such a period, or none can be followed.
     """
-    known: list[Branch] = []
+    followed: list[Branch] = []
     why = ""
     interrupted = False
     every = system.every if isinstance(system, Strobe) else 1
     for value, period, point in motions:
-        if interrupted or period > longest or any(_is_on(one, value, period * every, point) for one in known):
+        if interrupted or period > longest or any(_is_on(one, value, period * every, point) for one in followed):
             continue
         section = system.at(**{over: value})
         if isinstance(section, Strobe):
@@ -46,15 +46,15 @@ def branches_through(
         elif period > 1:  # cycles of a map are met where they leave those of one point
             continue
         try:
-            known.append(branch(section, over, between, start=point.tolist(), points=POINTS))
+            followed.append(branch(section, over, between, start=point.tolist(), points=POINTS))
         except StickslipError as error:
             why = str(error)
             continue
-        interrupted = spread(known, longest * every, POINTS)
-    if not known:
+        interrupted = spread(followed, longest * every, POINTS)
+    if not followed:
         said = f": {why}" if why else f": none of period {longest} or less was found"
         raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{said}.")
-    return Branches(of or system.states[0], tuple(known), interrupted)
+    return Branches(of or system.states[0], tuple(followed), interrupted)
 
 
 def _is_on(one: Branch, value: float, every: int, point: Vector) -> bool:

@@ -35,9 +35,9 @@ def single_file(template: Path, scripts: Sequence[Path], style: str, packed: Map
         f"default-src 'none'; script-src {_hash(boot)} {_hash(script)} 'wasm-unsafe-eval'; style-src {_hash(style)}; "
         "img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
     )
-    made = {"policy": policy, "style": style, "boot": boot, "script": _packed(script.encode())}
+    sections = {"policy": policy, "style": style, "boot": boot, "script": _packed(script.encode())}
     shrunk = {name: _packed(content) for name, content in packed.items()}
-    return environment.get_template(template.name).render(**made, packed=shrunk, **values)
+    return environment.get_template(template.name).render(**sections, packed=shrunk, **values)
 
 
 def framed(page: str, title: str, height: int = 900) -> str:
@@ -50,11 +50,11 @@ def framed(page: str, title: str, height: int = 900) -> str:
 
 def _script(files: Sequence[Path]) -> str:
     """The modules as one; comments and indents are left out."""
-    parts = []
+    scripts = []
     for file in files:
         text = re.sub(r"^import .*;\n", "", _plain(file), flags=re.M)
-        parts.append(re.sub(r"^export ", "", text, flags=re.M))
-    return "".join(parts) + "open();\n"
+        scripts.append(re.sub(r"^export ", "", text, flags=re.M))
+    return "".join(scripts) + "open();\n"
 
 
 def _plain(file: Path) -> str:

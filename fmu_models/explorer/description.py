@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.version import version
-from fmu_models.codegen import contact_states
 from fmu_models.explorer.subject import Subject
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language import contact_kinds
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
@@ -58,8 +58,8 @@ def describe(subject: Subject, plot: Sequence[str] | None = None) -> dict[str, A
 def _coordinates(fmu: Fmu) -> list[str]:
     """Names of the states that have a velocity; none of a system without a body."""
     sizes = (fmu.folder / "sources/model_sizes.h").read_text("utf-8")
-    found = re.search(r"#define MODEL_NQ (\d+)", sizes)
-    return fmu.states[: int(found[1])] if found else []
+    match = re.search(r"#define MODEL_NQ (\d+)", sizes)
+    return fmu.states[: int(match[1])] if match else []
 
 
 def _planes(fmu: Fmu, plot: Sequence[str] | None) -> list[list[int]]:
@@ -67,9 +67,9 @@ def _planes(fmu: Fmu, plot: Sequence[str] | None) -> list[list[int]]:
     coordinates = _coordinates(fmu)
     drawn = coordinates or fmu.states[:-1] or fmu.states
     if plot is None and len(drawn) > PLANES:
-        shown = ", ".join(drawn[:12]) + (", ..." if len(drawn) > 12 else "")
+        listing = ", ".join(drawn[:12]) + (", ..." if len(drawn) > 12 else "")
         raise StickslipError(
-            f"The model has {len(drawn)} coordinates ({shown}), of which a page draws up to {PLANES}. Say which: "
+            f"The model has {len(drawn)} coordinates ({listing}), of which a page draws up to {PLANES}. Say which: "
             f"--plot {','.join(drawn[:2])}"
         )
     if plot is not None and not 1 <= len(plot) <= PLANES:
@@ -115,9 +115,8 @@ def _rounded(value: float) -> float:
 
 
 def _contact(variable: ScalarVariable) -> dict[str, Any]:
-    kinds = {contact_states.type_name(kind): kind for kind in contact_states.MEANINGS}
     declared = variable.declaredType
-    kind = kinds[str(declared.name if declared else "")]
-    words = {str(number): word for number, word in contact_states.MEANINGS[kind].items()}
+    kind = contact_kinds.BY_TYPE_NAME[str(declared.name if declared else "")]
+    words = {str(number): word for number, word in kind.meanings.items()}
     meaning = str(variable.description or "").partition(":")[0]
-    return {"name": variable.name.removesuffix("_state"), "kind": kind, "meaning": meaning, "states": words}
+    return {"name": variable.name.removesuffix("_state"), "kind": kind.name, "meaning": meaning, "states": words}

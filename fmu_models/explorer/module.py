@@ -60,22 +60,24 @@ def check(fmu: Fmu) -> None:
 def module_sources(fmu: Fmu) -> dict[str, str | bytes]:
     """C files and headers by name, of which ``COMPILED`` are compiled; of an FMU that passes ``check``."""
     folder = fmu.folder / "sources"
-    found: dict[str, str | bytes] = {
+    sources: dict[str, str | bytes] = {
         f"engine/{path.relative_to(folder).as_posix()}": path.read_text("utf-8")
         for path in sorted(folder.rglob("*"))
         if path.suffix in (".c", ".h") and path.name != "all.c"
     }
     ours = sorted((Path(__file__).parent / "c").iterdir())
-    found |= {f"explorer/c/{path.name}": path.read_text("utf-8") for path in ours if path.suffix in (".c", ".h")}
-    found["explorer/c/explore_period.h"] = f"#define EXPLORE_PERIOD {_period((folder / 'model_kind.c').read_text())}\n"
-    found["all.c"] = _all(list(found), (folder / "all.c").read_text("utf-8"))
-    return found
+    sources |= {f"explorer/c/{path.name}": path.read_text("utf-8") for path in ours if path.suffix in (".c", ".h")}
+    sources["explorer/c/explore_period.h"] = (
+        f"#define EXPLORE_PERIOD {_period((folder / 'model_kind.c').read_text())}\n"
+    )
+    sources["all.c"] = _all(list(sources), (folder / "all.c").read_text("utf-8"))
+    return sources
 
 
 def _all(names: list[str], packed: str) -> str:
     """The file that includes the engine as a page needs it."""
-    wanted = [name for name in names if name.endswith(".c") and name.startswith(tuple(f"engine/{r}/" for r in _ROOMS))]
-    files = ["engine/model.c", *wanted, *(f"engine/{name}" for name in _FILES), "explorer/c/explore.c"]
+    units = [name for name in names if name.endswith(".c") and name.startswith(tuple(f"engine/{r}/" for r in _ROOMS))]
+    files = ["engine/model.c", *units, *(f"engine/{name}" for name in _FILES), "explorer/c/explore.c"]
     nominals = re.search(r"^const double model_nominal_states.*;$", packed, re.M)
     if nominals is None:
         raise ValueError("all.c tells no nominal values of the states")

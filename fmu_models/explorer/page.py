@@ -146,18 +146,18 @@ def _portrait(x: tuple[str, Any], y: tuple[str, Any]) -> str:
     places, texts = [], []
     for (name, values), size, sign in ((x, _WIDTH, 1), (y, _HEIGHT, -1)):
         low, high = float(values.min()), float(values.max())
-        part = (values - low) / ((high - low) or 1.0)
-        places.append(np.round(_EDGE + (part if sign > 0 else 1.0 - part) * (size - 2 * _EDGE), 1))
+        fraction = (values - low) / ((high - low) or 1.0)
+        places.append(np.round(_EDGE + (fraction if sign > 0 else 1.0 - fraction) * (size - 2 * _EDGE), 1))
         texts.append((escape(name), f"{low:.4g}", f"{high:.4g}"))
     path = "M" + "L".join(f"{u:g} {v:g}" for u, v in zip(*places, strict=True))
     right, bottom, base = _WIDTH - _EDGE, _HEIGHT - _EDGE, _HEIGHT - _EDGE // 2
-    (name, low, high), (other, lowest, highest) = texts
-    said = f"Phase portrait of {other} over {name}"
+    (name, low, high), (ordinate, lowest, highest) = texts
+    title = f"Phase portrait of {ordinate} over {name}"
     return (
-        f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img" aria-label="{said}" '
+        f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img" aria-label="{title}" '
         f'fill="currentColor" font-size="12"><path d="M{_EDGE} {_EDGE}V{bottom}H{right}" fill="none" '
         f'stroke="currentColor"/><path d="{path}" fill="none" stroke="#1f5f99"/>'
         f'<text x="{_EDGE}" y="{base}">{low}</text><text x="{right}" y="{base}" text-anchor="end">{high}</text>'
         f'<text x="{_WIDTH // 2}" y="{base}" text-anchor="middle">{name}</text><text x="2" y="{bottom}">{lowest}</text>'
-        f'<text x="2" y="{_EDGE}">{highest}</text><text x="2" y="{_HEIGHT // 2}">{other}</text></svg>'
+        f'<text x="2" y="{_EDGE}">{highest}</text><text x="2" y="{_HEIGHT // 2}">{ordinate}</text></svg>'
     )

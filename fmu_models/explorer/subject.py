@@ -80,13 +80,13 @@ def _of_scene(scene: Scene) -> Subject:
     fmu = Fmu.open(built(scene.model, contacts=scene.contacts, laws=scene.laws, beside=scene.folder))
     moving = [name for name, drive in scene.drives.items() if drive.constant is None]
     drives = {name: drive.values[0] for name, drive in scene.drives.items()}
-    known = {*fmu.parameters, *fmu.inputs, *fmu.states, *fmu.memories}
-    given = {**scene.fixed, **scene.free, **drives, **scene.start}
+    names = {*fmu.parameters, *fmu.inputs, *fmu.states, *fmu.memories}
+    settings = {**scene.fixed, **scene.free, **drives, **scene.start}
     return Subject(
         fmu=fmu,
         model=model,
         arguments="" if scene.contacts is None else shlex.join(["--contacts", ",".join(scene.contacts) or "none"]),
-        values={name: value for name, value in given.items() if name in known},
+        values={name: value for name, value in settings.items() if name in names},
         until=scene.stop_time,
         contacts=scene.contacts,
         laws=scene.laws,

@@ -14,9 +14,9 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.shown import Shown
 from fmu_models.base.temporary import claim_folder, release_folder
-from fmu_models.codegen import contact_states
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
+from fmu_models.language import contact_kinds
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ScalarVariable
@@ -184,13 +184,12 @@ class Fmu(Shown):
     @cached_property
     def contacts(self) -> list[str]:
         """Names of the contacts."""
-        types = {contact_states.type_name(kind) for kind in contact_states.MEANINGS}
+        types = contact_kinds.BY_TYPE_NAME
         counted = [name for name, v in self.variables.items() if v.declaredType and v.declaredType.name in types]
         return [name.removesuffix("_state") for name in counted]
 
     @cached_property
     def impacts(self) -> list[str]:
         """Names of the rigid contacts, their friction left out."""
-        rigid = contact_states.type_name("impact")
-        types = ((name, self.variables[f"{name}_state"].declaredType) for name in self.contacts)
-        return [name for name, declared in types if declared is not None and declared.name == rigid]
+        types = {name: self.variables[f"{name}_state"].declaredType for name in self.contacts}
+        return [name for name, type in types.items() if contact_kinds.BY_TYPE_NAME[str(type and type.name)].impulsive]

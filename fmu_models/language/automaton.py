@@ -20,9 +20,9 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_names, quantity_names, stranger
-from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
+from fmu_models.language.contacts import Requirement, create_symbols
 from fmu_models.language.declaration import Output, quantities_of_type
-from fmu_models.language.quantities import TIME, Input, InternalState, Parameter, State
+from fmu_models.language.quantities import TIME, ContactSymbol, Input, InternalState, Parameter, State
 from fmu_models.language.units import check_expression_units
 
 _SIDES = {"+": 1, "-": 2, "both": 3}

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import ContactSymbol
 from fmu_models.language.declaration import Body
 from fmu_models.language.derivatives import Derivatives
-from fmu_models.language.impacts import MAX_IMPACTS, Impact
+from fmu_models.language.impacts import MAX_IMPACTS
 from fmu_models.language.inertia import check_definite, is_singular, mass_entries
-from fmu_models.language.quantities import TIME, Acceleration, Coordinate, Input, Parameter, Rate
-from fmu_models.language.stops import Stop
+from fmu_models.language.quantities import TIME, Acceleration, ContactSymbol, Input, Parameter, Rate
 
 # what lowering adds to the outputs of every mechanism
 POWERS = ("energy", "power_input", "power_dissipated", "power_stops")
@@ -34,16 +32,7 @@ def check_mechanism(mechanism: Body) -> None:
     check_names(mechanism.name, _names(mechanism))
     _check_energies(mechanism)
     for contact in mechanism.contacts:
-        if isinstance(contact, Stop):
-            _check_place(f"stop '{contact.name}': gap", contact.gap, mechanism.coordinates)
-        elif isinstance(contact, Impact):
-            _check_place(f"contact '{contact.name}': gap", contact.gap, mechanism.coordinates)
-            if contact.slip is not None:
-                _check_slip(contact.name, contact.slip, mechanism.coordinates)
-        else:
-            _check_slip(contact.name, contact.slip, mechanism.coordinates)
-            if contact.where is not None:
-                _check_place(f"contact '{contact.name}': where", contact.where, mechanism.coordinates)
+        contact.check(mechanism.coordinates)
     _check_symbols(mechanism)
     _check_numbers(mechanism)
 
@@ -87,15 +76,7 @@ def _names(mechanism: Body) -> Iterator[tuple[str, str]]:
     for output in mechanism.outputs:
         yield output.name, f"output '{output.description}'"
     for contact in mechanism.contacts:
-        yield contact.name, f"contact '{contact.name}'"
-        yield f"{contact.name}_state", f"the state of contact {contact.name}"
-        yield f"{contact.name}_force", f"the force of contact {contact.name}, which every model shows"
-        if isinstance(contact, Stop):
-            yield f"{contact.name}_memory", f"the speed at which stop {contact.name} was entered"
-        if isinstance(contact, Impact) and contact.slip is not None:
-            yield f"{contact.name}_friction", f"the friction of contact {contact.name}"
-            yield f"{contact.name}_friction_state", f"the state of the friction of contact {contact.name}"
-            yield f"{contact.name}_friction_force", f"the friction force of contact {contact.name}"
+        yield from contact.names
     for name in POWERS:
         yield name, "a quantity that every mechanism shows"
 
@@ -131,46 +112,9 @@ def _check_energies(mechanism: Body) -> None:
         )
 
 
-def _check_slip(contact: str, slip: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
-    where = f"contact '{contact}': slip"
-    slip = sympy.sympify(slip)
-    symbols = slip.free_symbols
-    for q in coordinates:
-        if q.a in symbols:
-            raise StickslipError(f"{where} depends on acceleration {q.a.name}; write it with {q.name}.v")
-    velocities = {q.v for q in coordinates} & symbols
-    if not velocities:
-        raise StickslipError(
-            f"{where} = {slip} is independent of every velocity, so friction could not act on anything; "
-            f"write it with {coordinates[0].name}.v"
-        )
-    if any(sympy.diff(slip, v).free_symbols & velocities for v in velocities):
-        raise StickslipError(
-            f"{where} = {slip} is not affine in the velocities; a slip speed is a difference of speeds such as "
-            f"R*{coordinates[0].name}.v - v_belt"
-        )
-
-
-def _check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
-    place = sympy.sympify(place)
-    symbols = place.free_symbols
-    for q in coordinates:
-        if {q.v, q.a} & symbols:
-            moving = q.v if q.v in symbols else q.a
-            raise StickslipError(
-                f"{where} = {place} depends on {moving.name}; it says where the contact is, so write it with "
-                f"coordinates such as {q.name}."
-            )
-    if not symbols.intersection(coordinates):
-        raise StickslipError(
-            f"{where} = {place} is the same wherever the body is; write it with a coordinate such as "
-            f"{coordinates[0].name}."
-        )
-
-
 def _check_numbers(mechanism: Body) -> None:
     impacts = mechanism.impacts
-    directions = len(mechanism.contacts) + sum(contact.slip is not None for contact in impacts)
+    directions = sum(contact.directions for contact in mechanism.contacts)
     if directions > MAX_CONTACTS:
         raise StickslipError(
             f"{mechanism.name} has {directions} contacts (the friction of a rigid one is one more); at most "

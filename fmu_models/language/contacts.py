@@ -6,15 +6,21 @@ During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.language.dimensions import way_unit
-from fmu_models.language.quantities import InternalState, Quantity, State, per_second
+from fmu_models.language.contact_checks import check_place, check_slip
+from fmu_models.language.contact_dynamics import ContactDynamics, Rates, terms
+from fmu_models.language.contact_kinds import FRICTION, ContactKind
+from fmu_models.language.dimensions import Dimensions, way_unit
+from fmu_models.language.quantities import ContactSymbol, Coordinate, InternalState, State, per_second
 
 
 class Requirement(NamedTuple):
@@ -70,12 +76,108 @@ class Law(Protocol):
         ...
 
 
-class ContactSymbol(Quantity):
-    """A quantity that the engine computes for a contact: its force, slip speed or sign of slip."""
+class Contact(Shown, ABC):
+    """A declared contact: what checks, lowering and reports ask of it, whatever its kind.
+
+    A new one is a frozen dataclass with the ``kind`` of its (first) direction and ``dynamics``; what it does not say
+    itself has a default here.
+    """
+
+    kind: ClassVar[ContactKind]
+    name: str
+    description: str
+    force: ContactSymbol
+
+    @property
+    @abstractmethod
+    def shown(self) -> tuple[ContactSymbol, ...]:
+        """What outputs may use of it."""
+
+    @property
+    @abstractmethod
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters must satisfy for it."""
+
+    @property
+    @abstractmethod
+    def expressions(self) -> tuple[sympy.Expr, ...]:
+        """Everything that it is declared by."""
+
+    @abstractmethod
+    def check(self, coordinates: Sequence[Coordinate]) -> None:
+        """Refuse a slip speed or a gap that is none."""
+
+    @abstractmethod
+    def check_units(self, units: Dimensions) -> None:
+        """Refuse parts whose units do not match."""
+
+    @abstractmethod
+    def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
+        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that the contact uses."""
+        return set().union(*(e.free_symbols for e in self.expressions))
+
+    @property
+    def directions(self) -> int:
+        """How many rows ``dynamics`` has."""
+        return 1
+
+    @property
+    def names(self) -> Iterator[tuple[str, str]]:
+        """Every name that a user of the model will meet, with what it belongs to."""
+        yield self.name, f"contact '{self.name}'"
+        yield f"{self.name}_state", f"the state of contact {self.name}"
+        yield f"{self.name}_force", f"the force of contact {self.name}, which every model shows"
+
+    @property
+    def written(self) -> Mapping[sympy.Basic, sympy.Expr]:
+        """What outputs show of it, from the forces lambda of its directions; nothing where it is one of them."""
+        return {}
+
+    @property
+    def law_force(self) -> sympy.Expr | None:
+        """Its force by a law, of the quantities that the law reads; None without a law."""
+        return None
+
+    @property
+    def place(self) -> sympy.Expr | None:
+        """Where it is: its gap, or the function that is negative outside its region; None if it is everywhere."""
+        return getattr(self, "gap", None)
+
+    @property
+    def rule(self) -> Any:
+        """What says how it acts: its law, of a rigid contact its restitution."""
+        return getattr(self, "law", None)
+
+    @property
+    def states(self) -> tuple[InternalState, ...]:
+        """Internal states of its law."""
+        return ()
+
+    @property
+    def rates(self) -> tuple[sympy.Expr, ...]:
+        """Rates of the internal states."""
+        return ()
+
+    def exchangeable_law(self, model: str) -> Any:
+        """The law that could be another; ``model`` is whose contact it is.
+
+        Raises:
+            StickslipError: it has none.
+        """
+        raise StickslipError(f"contact '{self.name}' of {model} has no law that could be another. Set its parameters.")
+
+    def with_law(self, law: Any) -> Self:
+        """The contact with another law."""
+        contact: Any = self  # a frozen dataclass that has a law
+        return dataclasses.replace(contact, law=law)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Friction(Shown):
+class Friction(Contact):
     """A contact with a friction law.
 
     Attributes:
@@ -88,6 +190,8 @@ class Friction(Shown):
         force: the friction force lambda along positive slip, N, or its moment, N m, of an angular slip, in whatever
             state the contact is; for outputs.
     """
+
+    kind: ClassVar[ContactKind] = FRICTION
 
     name: str
     slip: sympy.Expr
@@ -124,7 +228,83 @@ class Friction(Shown):
     @property
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that the contact uses: those of its slip speed, its region and its law."""
-        return set().union(*(e.free_symbols for e in self.expressions)) - {self.slip_speed, self.sign}
+        return super().symbols - {self.slip_speed, self.sign}
+
+    @property
+    def place(self) -> sympy.Expr | None:
+        """Its region."""
+        return self.where
+
+    @property
+    def law_force(self) -> sympy.Expr:
+        """Its force in slip, from ``slip_speed`` and ``sign``."""
+        return self.law.force(self.slip_speed, self.sign)
+
+    @property
+    def states(self) -> tuple[InternalState, ...]:
+        """Internal states of its law."""
+        return self.law.states
+
+    @property
+    def rates(self) -> tuple[sympy.Expr, ...]:
+        """Rates of the internal states."""
+        return self.law.rates(self.slip_speed, self.sign)
+
+    def exchangeable_law(self, model: str) -> Law:
+        """Its law."""
+        return self.law
+
+    def check(self, coordinates: Sequence[Coordinate]) -> None:
+        """Refuse a slip speed or a region that is none."""
+        check_slip(self.name, self.slip, coordinates)
+        if self.where is not None:
+            check_place(f"contact '{self.name}': where", self.where, coordinates)
+
+    def check_units(self, units: Dimensions) -> None:
+        """Refuse parts whose units do not match."""
+        slip = units.expect(f"the slip of contact '{self.name}'", self.slip, None)
+        units.known[self.slip_speed] = slip
+        what = f"the law of contact '{self.name}'"
+        force = units.expect(what, self.law.force(self.slip_speed, self.sign), None)
+        if force is not None and slip is not None:
+            units.match(f"slip times force of contact '{self.name}'", units.times(force, slip), "W")
+        if slip is not None:
+            for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)):
+                most = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
+                if most is not None:
+                    units.match(f"slip times what contact '{self.name}' holds", units.times(most, slip), "W")
+        units.known[self.force] = force
+        for state, rate in zip(self.law.states, self.law.rates(self.slip_speed, self.sign), strict=True):
+            change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
+            units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
+        if self.where is not None:
+            units.expect(f"the region of contact '{self.name}'", self.where, None)
+
+    def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
+        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
+        where = None if self.where is None else sympy.sympify(self.where)
+        minus = self.law.capacity_minus
+        return (
+            ContactDynamics(
+                name=self.name,
+                description=self.description,
+                kind=self.kind,
+                slip=self.slip,
+                slip_rate=rates.of_speed(sympy.sympify(self.slip)),
+                slip_terms=terms(self.slip),
+                capacity=sympy.sympify(self.law.capacity),
+                capacity_minus=None if minus == self.law.capacity else sympy.sympify(minus),
+                force=self.law.force(self.slip_speed, self.sign),
+                sticks=self.law.sticks,
+                reset=dict(self.law.renewed),
+                reset_sides=4 if self.law.renewed else 0,
+                depth=where,
+                depth_terms=() if where is None else terms(where),
+                force_symbol=self.force,
+                slip_symbol=self.slip_speed,
+                sign_symbol=self.sign,
+            ),
+        )
 
 
 # of what does work along a way, by the unit of the way

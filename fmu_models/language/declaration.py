@@ -9,13 +9,10 @@ from typing import Protocol, TypeVar
 import sympy
 
 from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import Friction, Requirement
-from fmu_models.language.impacts import Impact
+from fmu_models.language.contacts import Contact, Requirement
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
-from fmu_models.language.stops import Stop
 
 Q = TypeVar("Q", bound=Quantity)
-Contact = Friction | Stop | Impact
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +51,7 @@ class Body(Protocol):
     @property
     def internal_states(self) -> tuple[InternalState, ...]: ...
     @property
-    def impacts(self) -> tuple[Impact, ...]: ...
+    def impacts(self) -> tuple[Contact, ...]: ...
     @property
     def symbols(self) -> set[sympy.Basic]: ...
     @property

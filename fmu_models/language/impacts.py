@@ -20,15 +20,19 @@ restitution; Pfeiffer and Glocker, Multibody dynamics with unilateral contacts (
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar, NoReturn
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import FORCE_UNITS, ContactSymbol, Requirement, create_symbols
-from fmu_models.language.dimensions import way_unit
-from fmu_models.language.quantities import Parameter, per_second
+from fmu_models.language.contact_checks import check_place, check_slip
+from fmu_models.language.contact_dynamics import ContactDynamics, Rates, terms
+from fmu_models.language.contact_kinds import IMPACT, IMPACT_FRICTION, ContactKind
+from fmu_models.language.contacts import FORCE_UNITS, Contact, Requirement, create_symbols
+from fmu_models.language.dimensions import Dimensions, way_unit
+from fmu_models.language.quantities import ContactSymbol, Coordinate, Parameter, per_second
 
 # the effort of an impact and the tables of the run grow with the square of their number
 MAX_IMPACTS = 32
@@ -49,7 +53,7 @@ class Poisson:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Impact(Shown):
+class Impact(Contact):
     """A rigid contact; see the module.
 
     Attributes:
@@ -66,6 +70,8 @@ class Impact(Shown):
         StickslipError: a restitution of another kind, ``slip`` without ``mu`` or the other way round, or one of the
             coefficients is out of its range or depends on more than parameters.
     """
+
+    kind: ClassVar[ContactKind] = IMPACT
 
     name: str
     gap: sympy.Expr
@@ -146,6 +152,92 @@ class Impact(Shown):
         return (sympy.sympify(self.gap), *slip, self.e, self.friction)
 
     @property
-    def symbols(self) -> set[sympy.Basic]:
-        """Quantities that the contact uses."""
-        return set().union(*(e.free_symbols for e in self.expressions))
+    def directions(self) -> int:
+        """Its friction is one more."""
+        return 1 if self.slip is None else 2
+
+    @property
+    def names(self) -> Iterator[tuple[str, str]]:
+        """Every name that a user of the model will meet, with what it belongs to."""
+        yield from super().names
+        if self.slip is not None:
+            yield f"{self.name}_friction", f"the friction of contact {self.name}"
+            yield f"{self.name}_friction_state", f"the state of the friction of contact {self.name}"
+            yield f"{self.name}_friction_force", f"the friction force of contact {self.name}"
+
+    @property
+    def rule(self) -> Newton | Poisson:
+        """Its restitution."""
+        return self.restitution
+
+    def exchangeable_law(self, model: str) -> NoReturn:
+        """Refuse: it has no law."""
+        raise StickslipError(
+            f"contact '{self.name}' of {model} is rigid: it has no law that could be another, but a restitution "
+            f"({type(self.restitution).__name__}) and perhaps a mu. Set their parameters."
+        )
+
+    def check(self, coordinates: Sequence[Coordinate]) -> None:
+        """Refuse a gap or a slip speed that is none."""
+        check_place(f"contact '{self.name}': gap", self.gap, coordinates)
+        if self.slip is not None:
+            check_slip(self.name, self.slip, coordinates)
+
+    def check_units(self, units: Dimensions) -> None:
+        """Refuse parts whose units do not match."""
+        way = "1" if units.scaled else "rad" if way_unit(self.gap) == "rad" else "m"
+        units.expect(f"the gap of contact '{self.name}'", self.gap, way)
+        if self.slip is not None:
+            units.expect(f"the slip of contact '{self.name}'", self.slip, per_second(way))
+        units.expect(f"the restitution of contact '{self.name}'", self.e, "1")
+        units.expect(f"mu of contact '{self.name}'", self.friction, "1")
+        for force in self.shown:
+            units.known[force] = units.of_unit(FORCE_UNITS[way])
+
+    def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
+        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
+        if self.slip is None:
+            return (self._normal(rates, partner=None),)
+        slip = sympy.sympify(self.slip)
+        return self._normal(rates, partner=index + 1), self._friction(slip, rates, partner=index)
+
+    def _normal(self, rates: Rates, partner: int | None) -> ContactDynamics:
+        """The normal direction; lambda acts along the growing gap."""
+        rate = rates.of_place(sympy.sympify(self.gap))
+        return ContactDynamics(
+            name=self.name,
+            description=self.description,
+            kind=self.kind,
+            slip=rate,
+            slip_rate=rates.of_speed(rate),
+            slip_terms=terms(rate),
+            capacity=sympy.S.Zero,
+            force=sympy.S.Zero,
+            sticks=False,
+            depth=self.depth,
+            depth_terms=terms(self.depth),
+            partner=partner,
+            restitution=self.e,
+            poisson=isinstance(self.restitution, Poisson),
+            force_symbol=self.force,
+            slip_symbol=self.rate,
+            sign_symbol=self.sign,
+        )
+
+    def _friction(self, slip: sympy.Expr, rates: Rates, partner: int) -> ContactDynamics:
+        return ContactDynamics(
+            name=f"{self.name}_friction",
+            description=self.description,
+            kind=IMPACT_FRICTION,
+            slip=slip,
+            slip_rate=rates.of_speed(slip),
+            slip_terms=terms(slip),
+            capacity=sympy.S.Zero,
+            force=sympy.S.Zero,
+            sticks=True,
+            partner=partner,
+            friction=self.friction,
+            force_symbol=self.friction_force,
+            slip_symbol=self.friction_slip,
+            sign_symbol=self.friction_sign,
+        )

@@ -18,10 +18,9 @@ import sympy
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_mechanism
-from fmu_models.language.contacts import Friction, Law, Requirement
-from fmu_models.language.declaration import Contact, Output, quantities_of_type
+from fmu_models.language.contacts import Contact, Friction, Law, Requirement
+from fmu_models.language.declaration import Output, quantities_of_type
 from fmu_models.language.derivatives import Derivatives
-from fmu_models.language.impacts import Impact
 from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
 from fmu_models.language.stops import StopLaw
@@ -91,7 +90,7 @@ class Mechanism(Shown):
     @property
     def internal_states(self) -> tuple[InternalState, ...]:
         """The internal states of the laws, contact by contact."""
-        return tuple(state for contact in self.frictions for state in contact.law.states)
+        return tuple(state for contact in self.contacts for state in contact.states)
 
     @property
     def frictions(self) -> tuple[Friction, ...]:
@@ -99,9 +98,9 @@ class Mechanism(Shown):
         return tuple(contact for contact in self.contacts if isinstance(contact, Friction))
 
     @property
-    def impacts(self) -> tuple[Impact, ...]:
+    def impacts(self) -> tuple[Contact, ...]:
         """The rigid contacts."""
-        return tuple(contact for contact in self.contacts if isinstance(contact, Impact))
+        return tuple(contact for contact in self.contacts if contact.kind.impulsive)
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:
@@ -149,13 +148,7 @@ class Mechanism(Shown):
         Raises:
             StickslipError: no contact has that name, or it is rigid and has no law.
         """
-        contact = self._contact(name)
-        if isinstance(contact, Impact):
-            raise StickslipError(
-                f"contact '{name}' of {self.name} is rigid: it has no law that could be another, but a restitution "
-                f"({type(contact.restitution).__name__}) and perhaps a mu. Set their parameters."
-            )
-        return contact.law
+        return self._contact(name).exchangeable_law(self.name)
 
     def with_law(self, **laws: Law | StopLaw) -> Mechanism:
         """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``.
@@ -166,10 +159,7 @@ class Mechanism(Shown):
         for name in laws:
             self.law_of(name)
         contacts = [
-            dataclasses.replace(contact, law=laws[contact.name])
-            if contact.name in laws and not isinstance(contact, Impact)
-            else contact
-            for contact in self.contacts
+            contact.with_law(laws[contact.name]) if contact.name in laws else contact for contact in self.contacts
         ]
         renewed = {
             old: new

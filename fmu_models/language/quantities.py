@@ -213,3 +213,7 @@ def per_second(unit: str) -> str:
     if unit.endswith("/s"):
         return f"{unit}2"
     return f"{unit}/s"
+
+
+class ContactSymbol(Quantity):
+    """A quantity that the engine computes for a contact: its force, slip speed or sign of slip."""

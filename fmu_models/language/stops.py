@@ -13,16 +13,19 @@ The second rule is that of a support without mass that relaxes at once when it i
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import FORCE_UNITS, ContactSymbol, Requirement, create_symbols
-from fmu_models.language.dimensions import way_unit
-from fmu_models.language.quantities import per_second
+from fmu_models.language.contact_checks import check_place
+from fmu_models.language.contact_dynamics import ContactDynamics, Rates, terms
+from fmu_models.language.contact_kinds import STOP, ContactKind
+from fmu_models.language.contacts import FORCE_UNITS, Contact, Requirement, create_symbols
+from fmu_models.language.dimensions import Dimensions, way_unit
+from fmu_models.language.quantities import ContactSymbol, Coordinate, per_second
 
 _RELEASES = ("gap", "force")
 
@@ -48,7 +51,7 @@ class StopLaw(Protocol):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Stop(Shown):
+class Stop(Contact):
     """A stop; see the module.
 
     Attributes:
@@ -64,6 +67,8 @@ class Stop(Shown):
     Raises:
         StickslipError: ``release`` is missing or another, or the law has a power of the depth without series.
     """
+
+    kind: ClassVar[ContactKind] = STOP
 
     name: str
     gap: sympy.Expr
@@ -132,4 +137,66 @@ class Stop(Shown):
     @property
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that the stop uses: those of its gap and of its law."""
-        return set().union(*(e.free_symbols for e in self.expressions)) - {self.penetration, self.rate, self.memory}
+        return super().symbols - {self.penetration, self.rate, self.memory}
+
+    @property
+    def names(self) -> Iterator[tuple[str, str]]:
+        """Every name that a user of the model will meet, with what it belongs to."""
+        yield from super().names
+        yield f"{self.name}_memory", f"the speed at which stop {self.name} was entered"
+
+    @property
+    def written(self) -> Mapping[sympy.Basic, sympy.Expr]:
+        """The compressive force as what it is, the opposite of lambda."""
+        return {self.force: -self.reaction}
+
+    @property
+    def law_force(self) -> sympy.Expr:
+        """Its force while it touches."""
+        return self.compression
+
+    def exchangeable_law(self, model: str) -> StopLaw:
+        """Its law."""
+        return self.law
+
+    def check(self, coordinates: Sequence[Coordinate]) -> None:
+        """Refuse a gap that is none."""
+        check_place(f"stop '{self.name}': gap", self.gap, coordinates)
+
+    def check_units(self, units: Dimensions) -> None:
+        """Refuse parts whose units do not match."""
+        depth = units.expect(f"the gap of stop '{self.name}'", self.gap, None)
+        rate = None if depth is None else units.times(depth, units.of_unit("1/s"))
+        units.known |= {self.penetration: depth, self.rate: rate, self.memory: rate}
+        force = units.expect(f"the law of stop '{self.name}'", self.compression, None)
+        if force is not None and depth is not None:
+            units.match(f"gap times force of stop '{self.name}'", units.times(force, depth), "J")
+        units.known[self.force] = force
+
+    def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
+        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
+        rate = rates.of_place(self.depth)
+        release = self.law.release(self.penetration, self.rate, self.memory)
+        return (
+            ContactDynamics(
+                name=self.name,
+                description=self.description,
+                kind=self.kind,
+                slip=rate,
+                slip_rate=rates.of_speed(rate),
+                slip_terms=terms(rate),
+                capacity=sympy.S.Zero,
+                force=-self.compression,
+                sticks=False,
+                depth=self.depth,
+                depth_terms=terms(self.depth),
+                release=sympy.sympify(release) if self.release == "force" else None,
+                remembers=self.law.remembers,
+                rooted=self.rooted,
+                force_symbol=self.reaction,
+                slip_symbol=self.rate,
+                sign_symbol=self.sign,
+                depth_symbol=self.penetration,
+                memory_symbol=self.memory,
+            ),
+        )

@@ -24,11 +24,11 @@ from typing import Any
 
 import sympy
 
+from fmu_models.language.contact_dynamics import ContactDynamics, multiplied_out
 from fmu_models.language.declaration import Output
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Velocity
-from fmu_models.lowering.hybrid_system import ContactDynamics, multiplied_out
 from fmu_models.lowering.lagrange import TimeDerivative
 
 
@@ -51,9 +51,9 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
         driven = multiplied_out(contact.slip).xreplace(at_rest)
         supplied.append(-contact.force_symbol * driven)
         power = -contact.force_symbol * contact.slip_symbol
-        if contact.kind == "stop":
+        if contact.kind.compliant:
             stored.append(power)
-        elif contact.kind != "impact":
+        elif not contact.kind.impulsive:
             lost.append(power)
     outputs = [
         Output("energy", T + U, "J", "kinetic and potential energy"),
@@ -62,7 +62,7 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
         ),
         Output("power_dissipated", sympy.Add(*lost), "W", "power that dashpots and friction take"),
     ]
-    if any(contact.kind == "stop" for contact in contacts):
+    if any(contact.kind.compliant for contact in contacts):
         outputs.append(Output("power_stops", sympy.Add(*stored), "W", "power that goes into stops"))
     return (*outputs, *(_force(contact) for contact in contacts))
 
@@ -76,9 +76,9 @@ def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:
 
 def _force(contact: ContactDynamics) -> Output:
     what = contact.description or contact.name
-    normal = contact.kind in ("stop", "impact")
+    normal = contact.kind.normal
     kind = "compressive force" if normal else "friction force, positive with the slip"
-    force = contact.force_symbol if contact.kind == "impact" else -contact.force_symbol
+    force = contact.force_symbol if contact.kind.impulsive else -contact.force_symbol
     return Output(f"{contact.name}_force", force, contact.force_symbol.unit, f"{kind}: {what}")
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sympy
 
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.lowering.hybrid_system import HybridSystem
 
 # text and expressions in turn
 Line = tuple[str | sympy.Basic, ...]
@@ -48,7 +49,7 @@ def outputs(system: HybridSystem) -> list[sympy.Basic]:
 def of_contact(contact: ContactDynamics) -> dict[str, Line]:
     """What a contact is made of, by its kind."""
     named = {
-        contact.slip_symbol: sympy.Symbol("v" if contact.kind != "switch" else "h"),
+        contact.slip_symbol: sympy.Symbol("v" if not contact.kind.surface else "h"),
         contact.depth_symbol: sympy.Symbol("d"),
         contact.memory_symbol: sympy.Symbol("v0"),
         contact.sign_symbol: sympy.Symbol("s"),
@@ -59,7 +60,7 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
         return sympy.sympify(expression).xreplace(named)
 
     depth = contact.depth if contact.depth is not None else sympy.S.Zero
-    if contact.kind == "friction":
+    if contact.kind.rubs:
         said: dict[str, Line] = {"v, slip speed": (contact.slip,), "lambda in slip": (written(contact.force),)}
         if contact.sticks:
             minus = contact.capacity_minus
@@ -70,15 +71,15 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
         if contact.depth is not None:
             said["present where"] = (contact.depth, " >= 0")
         return said
-    if contact.kind == "stop":
+    if contact.kind.compliant:
         ends = "gap" if contact.release is None else "force"
         said = {"d, depth": (depth,), "v, its rate": (contact.slip,)}
         return said | {"lambda while touching": (written(contact.force),), "lets go": (f"where its {ends} vanishes",)}
-    if contact.kind == "impact":
+    if contact.kind.impulsive:
         rule = "Poisson, " if contact.poisson else "Newton, "
         said = {"gap": (-depth,), "v, its rate": (contact.slip,), "restitution": (rule, contact.restitution)}
         return said | {"closed while": ("lambda, the normal force, is positive",)}
-    if contact.kind == "impact_friction":
+    if contact.kind.led:
         law: Line = (contact.friction, " times the normal force; in stick less than that")
         return {"v, slip speed": (contact.slip,), "|lambda| in slip": law}
     slides = "where both flows push onto h = 0" if contact.sticks else "never: the flow goes through h = 0"
@@ -89,24 +90,6 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
     return said
 
 
-# by what an event indicator watches, its value
-INDICATORS = {
-    "depth": "depth, or its negative while away",
-    "slip": "|slip speed|; in stick what lambda lacks of its nearer bound",
-    "release": "force while touching, its negative once released",
-    "function": "|h|; while sliding 1 - |mean sign|",
-    "gap": "gap; closed the normal force",
-}
-
-
 def states_of(contact: ContactDynamics) -> list[str]:
     """The states that a contact can have, in words."""
-    if contact.kind == "impact":
-        return ["open", "closed", "chattering"]
-    if contact.kind == "impact_friction":
-        return ["slip+", "slip-", "stick", "away"]
-    if contact.kind == "stop":
-        return ["away", "touching", *(["released"] if contact.release is not None else [])]
-    moving = ["slip+", "slip-"] if contact.kind == "friction" else ["+", "-"]
-    held = {"friction": "stick", "switch": "sliding"}[contact.kind]
-    return [*moving, *([held] if contact.sticks else []), *(["away"] if contact.depth is not None else [])]
+    return [contact.kind.state_words[state] for state in contact.states]

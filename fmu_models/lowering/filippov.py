@@ -18,9 +18,11 @@ from typing import Any
 import sympy
 
 from fmu_models.language.automaton import Automaton, Switch
+from fmu_models.language.contact_dynamics import ContactDynamics, multiplied_out, terms
+from fmu_models.language.contact_kinds import SWITCH
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, multiplied_out, only_parameters, terms
+from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
 
 
 def lower_automaton(automaton: Automaton) -> HybridSystem:
@@ -84,7 +86,7 @@ def _switch_dynamics(automaton: Automaton, switch: Switch, slides: bool) -> Cont
     return ContactDynamics(
         name=switch.name,
         description=switch.description,
-        kind="switch",
+        kind=SWITCH,
         slip=function,
         slip_rate=rate,
         slip_terms=terms(function),

@@ -13,7 +13,8 @@ from typing import Any
 
 import sympy
 
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, only_parameters
+from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
 
 # beyond it a float is whole because it has no digits left, not because somebody meant a whole number
 _WHOLE = 2.0**53

@@ -22,88 +22,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import ContactSymbol, Requirement
+from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Output
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import Acceleration, Coordinate, Input, InternalState, Parameter, State, Velocity
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ContactDynamics:
-    """One contact: friction, a stop, a switch, or one direction of a rigid contact.
-
-    Attributes:
-        name, description: as declared.
-        kind: what it is.
-        slip: y; m/s of every contact but a switch, of which it is the switching function.
-        slip_rate: y' without contact forces; may use rates of driven states (``Coordinate.a``), which then stand for
-            those without contact forces, and ``Input.rate``.
-        slip_terms: the terms of which slip is the sum.
-        capacity: largest lambda in stick; 0 of a stop, and of a rigid contact, where mu and normal force say it.
-        capacity_minus: largest -lambda in stick; None where that is the same.
-        force: lambda as long as the contact slips or touches, from the symbols below besides states and inputs; 0 of a
-            rigid contact, whose forces all come from one system of equations.
-        sticks: whether it can stick (a switch: slide).
-        depth: of a contact with bounds, positive inside, else None; ``depth_terms`` those of which it is the sum. Of
-            the normal direction of a rigid contact its negative gap.
-        release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
-        remembers: the law reads the speed at which the contact was entered.
-        rooted: the law has half-integer powers of the depth.
-        reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
-        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends.
-        partner: of a rigid contact with friction the index of its other direction, else None.
-        restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
-        friction: mu, of the friction of a rigid contact.
-        force_symbol, slip_symbol, sign_symbol, depth_symbol, memory_symbol: what outputs and laws call lambda, y, the
-            sign of y, the depth and the speed of entry.
-    """
-
-    name: str
-    description: str
-    kind: Literal["friction", "stop", "switch", "impact", "impact_friction"]
-    slip: sympy.Expr
-    slip_rate: sympy.Expr
-    slip_terms: tuple[sympy.Expr, ...]
-    capacity: sympy.Expr
-    force: sympy.Expr
-    sticks: bool
-    force_symbol: ContactSymbol
-    slip_symbol: ContactSymbol
-    sign_symbol: ContactSymbol
-    depth_symbol: ContactSymbol | None = None
-    memory_symbol: ContactSymbol | None = None
-    depth: sympy.Expr | None = None
-    depth_terms: tuple[sympy.Expr, ...] = ()
-    release: sympy.Expr | None = None
-    remembers: bool = False
-    rooted: bool = False
-    reset: Mapping[State, sympy.Expr] = field(default_factory=dict)
-    reset_sides: int = 0
-    partner: int | None = None
-    capacity_minus: sympy.Expr | None = None
-    restitution: sympy.Expr = sympy.S.Zero
-    poisson: bool = False
-    friction: sympy.Expr = sympy.S.Zero
-
-    @property
-    def capacities(self) -> tuple[sympy.Expr, sympy.Expr]:
-        """Largest lambda and largest -lambda in stick."""
-        return self.capacity, self.capacity if self.capacity_minus is None else self.capacity_minus
-
-    @property
-    def indicators(self) -> tuple[str, ...]:
-        """What its event indicators watch: "depth", then "slip", "release" or "function"; a rigid contact "gap"."""
-        if self.kind == "impact":
-            return ("gap",)
-        bounds = () if self.depth is None else ("depth",)
-        if self.kind == "stop":
-            return bounds if self.release is None else (*bounds, "release")
-        return (*bounds, "function" if self.kind == "switch" else "slip")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -189,17 +116,6 @@ class HybridSystem:
     def indicator_count(self) -> int:
         """Number of event indicators of all contacts."""
         return sum(len(contact.indicators) for contact in self.contacts)
-
-
-def terms(expression: sympy.Expr) -> tuple[sympy.Expr, ...]:
-    """The terms of which an expression is the sum."""
-    return sympy.Add.make_args(multiplied_out(expression))
-
-
-def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
-    """Products of sums as sums. Functions stay whole: a pulse exp(-(t - a)^2) in three factors is infinity times 0."""
-    whole = {function: sympy.Dummy() for function in expression.atoms(sympy.Function)}
-    return sympy.expand(expression.xreplace(whole)).xreplace({dummy: function for function, dummy in whole.items()})
 
 
 def acting(system: HybridSystem) -> list[tuple[int, int]]:

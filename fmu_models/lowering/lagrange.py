@@ -13,11 +13,11 @@ from typing import Any
 
 import sympy
 
+from fmu_models.language.contact_dynamics import multiplied_out
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import CLOSED_FORM, Entries, blocks
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
-from fmu_models.lowering.hybrid_system import multiplied_out
 
 
 def has_small_inverse(n: int, mass: Entries) -> bool:

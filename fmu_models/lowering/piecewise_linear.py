@@ -18,8 +18,9 @@ from typing import Any
 
 import sympy
 
+from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.language.quantities import TIME, Parameter
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.lowering.hybrid_system import HybridSystem
 
 Row = tuple[Any, ...]
 

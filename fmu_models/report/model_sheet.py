@@ -8,9 +8,10 @@ import sympy
 
 from fmu_models.base.table import Cell, number, table
 from fmu_models.codegen.lane_tables import lane_obstacles
+from fmu_models.language.contact_kinds import INDICATORS
 from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.lowering.equations import INDICATORS, Line, of_contact, states_of
+from fmu_models.lowering.equations import Line, of_contact, states_of
 from fmu_models.lowering.lagrange import generalised_forces
 from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
@@ -18,7 +19,8 @@ from fmu_models.lowering.piecewise_linear import obstacles
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+    from fmu_models.language.contact_dynamics import ContactDynamics
+    from fmu_models.lowering.hybrid_system import HybridSystem
 
 
 def sheet(mechanism: Mechanism) -> dict[str, Any]:
@@ -68,19 +70,19 @@ def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
     """What a contact is made of, by its kind."""
     return {
         "name": contact.name,
-        "kind": contact.kind.replace("_", " "),
+        "kind": contact.kind.words,
         "description": contact.description,
         "law": _law(contact, declared),
         "equations": {what: _said(line) for what, line in of_contact(contact).items()},
         "states": states_of(contact),
-        "indicators": [INDICATORS[what] for what in contact.indicators],
+        "indicators": [INDICATORS[what][1] for what in contact.indicators],
     }
 
 
 def _law(contact: ContactDynamics, declared: Any) -> str | None:
-    if contact.kind == "impact_friction":
+    if contact.kind.led:
         return "Coulomb"
-    rule = declared.restitution if contact.kind == "impact" else getattr(declared, "law", None)
+    rule = getattr(declared, "rule", None)
     return None if rule is None else type(rule).__name__
 
 

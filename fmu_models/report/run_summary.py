@@ -12,9 +12,9 @@ import numpy as np
 
 from fmu_models.base import console
 from fmu_models.base.table import Cell, number, table
-from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 from fmu_models.fmu.elements import owner
 from fmu_models.importer.texts import shown
+from fmu_models.language.contact_kinds import CONTACT_STATES, RIGID_STATES
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 

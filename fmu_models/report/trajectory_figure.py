@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import AWAY, STICK, TOUCHING, type_name
+from fmu_models.language.contact_kinds import BY_TYPE_NAME
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -173,14 +173,8 @@ def _spells(trajectory: Trajectory, fmu: Fmu) -> Spells:
         if f"{name}_state" not in trajectory.values or declared is None:
             continue
         state = trajectory[f"{name}_state"]
-        kinds = {
-            type_name("friction"): ("stick", state == STICK),
-            type_name("impact_friction"): ("stick", state == STICK),
-            type_name("switch"): ("sliding", state == STICK),
-            type_name("stop"): ("contact", state == TOUCHING),
-            type_name("impact"): ("contact", state != AWAY),
-        }
-        kind, when = kinds[str(declared.name)]
+        kind, states = BY_TYPE_NAME[str(declared.name)].spell
+        when = np.isin(state, list(states))
         if when.any():
             found[kind][name] = when
     return {kind: contacts for kind, contacts in found.items() if contacts}

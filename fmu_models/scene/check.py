@@ -317,7 +317,7 @@ class _Check:
         quantities = (*self.system.parameters, *self.system.inputs, *self.system.states)
         point: dict[Any, Any] = {TIME: sympy.S.Zero, **{q: sympy.Float(values[q.name]) for q in quantities}}
         for contact in self.system.contacts:
-            if contact.depth is None or not (contact.kind == "impact" or contact.remembers):
+            if contact.depth is None or not (contact.kind.impulsive or contact.remembers):
                 continue
             expressions: Any = (contact.depth, *contact.depth_terms)
             depth, *terms = (float(expression.xreplace(point)) for expression in expressions)
@@ -326,7 +326,7 @@ class _Check:
                 continue
             involved = [s.name for s in self.system.states if s in contact.depth.free_symbols]
             place = next((("start", n) for n in involved if n in self.doc.table("start")), ("start",))
-            if contact.kind == "impact":
+            if contact.kind.impulsive:
                 raise self.doc.fault(
                     f"the start lies {depth:.6g} m behind the wall of contact '{contact.name}' "
                     f"({contact.description}). Choose {', '.join(involved)} such that its gap is not negative.",

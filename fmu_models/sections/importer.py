@@ -135,29 +135,29 @@ class ImporterBackend:
         n = len(x)
         if not np.isfinite(flow.derivative).all() or not np.allclose(flow.start, x, rtol=1e-12, atol=0.0):
             return self._differences(x, begin, flow, sizes)
-        found = np.zeros((n + 1, n + 1))
+        matrix = np.zeros((n + 1, n + 1))
         # a motion that begins later from these states is, at first, one from states that are behind by their rates
-        found[:n, :n], found[:n, n] = flow.derivative, -flow.derivative @ flow.start_rates
+        matrix[:n, :n], matrix[:n, n] = flow.derivative, -flow.derivative @ flow.start_rates
         if begin.section is not None:
             bound = self.fmu.states.index(begin.section.state)
-            found[n] = -found[bound] / flow.rates[bound]
-            found[:n] += np.outer(flow.rates, found[n])
-        return found
+            matrix[n] = -matrix[bound] / flow.rates[bound]
+            matrix[:n] += np.outer(flow.rates, matrix[n])
+        return matrix
 
     def _differences(self, x: Vector, begin: Begin, flow: Flow, sizes: Vector) -> Vector:
         n = len(x)
-        found = np.zeros((n + 1, n + 1))
+        matrix = np.zeros((n + 1, n + 1))
         bound = self.fmu.states.index(begin.section.state) if begin.section is not None else -1
         for j in (j for j in range(n + (begin.period > 0.0)) if j != bound):
             change = CHANGE * (sizes[j] if j < n else begin.period)
             moved = np.zeros(n + 1)
             moved[j] = change
-            found[:, j] = (self._end(x, begin, moved) - self._end(x, begin, -moved)) / (2.0 * change)
+            matrix[:, j] = (self._end(x, begin, moved) - self._end(x, begin, -moved)) / (2.0 * change)
         if bound >= 0:
             # a start farther along its motion arrives at the same point
             along = np.append(flow.start_rates, 1.0)
-            found[:, bound] = -(found @ along - found[:, bound] * along[bound]) / along[bound]
-        return found
+            matrix[:, bound] = -(matrix @ along - matrix[:, bound] * along[bound]) / along[bound]
+        return matrix
 
     def _end(self, x: Vector, begin: Begin, moved: Vector) -> Vector:
         """(n + 1,) where a motion beside another one arrives, and when; a period later, before which no time lies."""

@@ -104,8 +104,8 @@ class FmuSection(SectionQuestions):
 
     def trajectory(self, point: Vector, times: Vector) -> Trajectory:
         """The motion from a point (n,), whose phase is left out, from 0 to the last of some times (m,), s."""
-        given: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
-        return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **given)
+        options: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
+        return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **options)
 
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), all by one instance."""

@@ -143,28 +143,28 @@ def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
     Raises:
         StickslipError: a step from one of them does not arrive or has no derivative; says why.
     """
-    made = system.step(points)
-    if made.why:
-        raise StickslipError(f"{system.name} has no step from a point of that motion: {next(iter(made.why.values()))}")
-    (motion,) = _through(system, points[None], made, np.ones(1, bool)).motions()
+    step = system.step(points)
+    if step.why:
+        raise StickslipError(f"{system.name} has no step from a point of that motion: {next(iter(step.why.values()))}")
+    (motion,) = _through(system, points[None], step, np.ones(1, bool)).motions()
     return motion
 
 
-def _through(system: SectionSystem, cycles: Vector, made: Step, sound: NDArray[np.bool_]) -> Cycles:
+def _through(system: SectionSystem, cycles: Vector, step: Step, sound: NDArray[np.bool_]) -> Cycles:
     """The motions through those of cycles (m, period, n) that are sound, from all of whose points a step was made."""
     m, period, n = cycles.shape
     points = cycles[sound]
-    derivatives = made.derivatives.reshape(m, period, n, n)[sound]
+    derivatives = step.derivatives.reshape(m, period, n, n)[sound]
     monodromy = np.tile(np.eye(n), (len(points), 1, 1))
     for i in range(period):
         monodromy = derivatives[:, i] @ monodromy
-    miss = system.difference(made.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
+    miss = system.difference(step.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
     return Cycles(
         points,
         # a number of a point that the others determine has an eigenvalue 0 of its own
         eigenvalues_of(monodromy)[:, : system.dimension],
-        made.times.reshape(m, period)[sound].sum(axis=1),
-        made.began.reshape(m, period, made.began.shape[1])[sound].sum(axis=1),
+        step.times.reshape(m, period)[sound].sum(axis=1),
+        step.began.reshape(m, period, step.began.shape[1])[sound].sum(axis=1),
         np.abs(miss).max(axis=(1, 2)),
     )
 
@@ -175,15 +175,15 @@ def cycles_at(
     """The motions through cycles (m, period, n) at values (m,) of parameters, without those from which a step has no
     derivative, and their numbers (k,)."""
     m, period, n = cycles.shape
-    made = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
-    sound = _sound(m, period, made)
-    return _through(system, cycles, made, sound), np.flatnonzero(sound)
+    step = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
+    sound = _sound(m, period, step)
+    return _through(system, cycles, step, sound), np.flatnonzero(sound)
 
 
-def _sound(m: int, period: int, made: Step) -> NDArray[np.bool_]:
+def _sound(m: int, period: int, step: Step) -> NDArray[np.bool_]:
     """(m,) cycles from all of whose points a step arrives."""
     sound = np.ones(m, bool)
-    sound[[i // period for i in made.why]] = False
+    sound[[i // period for i in step.why]] = False
     return sound
 
 
@@ -194,10 +194,10 @@ def corrected_cycles(
     a step has no derivative, and their numbers (k,). Their eigenvalues are those at the guess."""
     m, period, n = guesses.shape
     values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
-    made = system.step(guesses.reshape(-1, n), values)
-    sound = _sound(m, period, made)
-    miss = system.difference(made.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
-    matrix = _cycle_matrix(made.derivatives.reshape(m, period, n, n))
+    step = system.step(guesses.reshape(-1, n), values)
+    sound = _sound(m, period, step)
+    miss = system.difference(step.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
+    matrix = _cycle_matrix(step.derivatives.reshape(m, period, n, n))
     matrix[~sound], miss[~sound] = np.eye(period * n), 0.0
     try:
         moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
@@ -206,7 +206,7 @@ def corrected_cycles(
     cycles = system.wrapped(guesses - moved)
     after = system.step(cycles.reshape(-1, n), values, derivative=False)
     sound &= _sound(m, period, after)
-    return _through(system, cycles, replace(after, derivatives=made.derivatives), sound), np.flatnonzero(sound)
+    return _through(system, cycles, replace(after, derivatives=step.derivatives), sound), np.flatnonzero(sound)
 
 
 def _cycle_matrix(derivatives: Vector) -> Vector:
@@ -241,10 +241,10 @@ def solved_cycles(
     def equations(flat: Vector) -> tuple[Vector, Vector]:
         points, held = flat[:, :width].reshape(-1, period, n), flat[:, width:]
         values = {name: np.repeat(held[:, i], period) for i, name in enumerate(names)}
-        made = system.step(points.reshape(-1, n), values)
-        miss = system.difference(made.points.reshape(points.shape) - np.roll(points, -1, axis=1))
+        step = system.step(points.reshape(-1, n), values)
+        miss = system.difference(step.points.reshape(points.shape) - np.roll(points, -1, axis=1))
         whole = np.zeros((len(flat), flat.shape[1], flat.shape[1]))
-        whole[:, :width, :width] = _cycle_matrix(made.derivatives.reshape(-1, period, n, n))
+        whole[:, :width, :width] = _cycle_matrix(step.derivatives.reshape(-1, period, n, n))
         whole[:, width:, width:] = np.eye(held.shape[1])
         return np.concatenate([miss.reshape(-1, width), np.zeros_like(held)], axis=1), whole
 
@@ -282,11 +282,11 @@ def least_periods(system: SectionSystem, cycles: Vector, size: Vector) -> NDArra
 def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> NDArray[np.int64]:
     """(m,) the least parts of their period after which cycles (m, period, n) repeat themselves, to (n,)."""
     m, period, _ = cycles.shape
-    found = np.full(m, period, np.int64)
+    lengths = np.full(m, period, np.int64)
     for part in (part for part in range(period - 1, 0, -1) if period % part == 0):
         apart = system.difference(cycles - np.roll(cycles, part, axis=1))
-        found[(np.abs(apart) <= within).all(axis=(1, 2))] = part
-    return found
+        lengths[(np.abs(apart) <= within).all(axis=(1, 2))] = part
+    return lengths
 
 
 def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector) -> bool:

@@ -121,7 +121,7 @@ class ReturnMap(SectionSystem):
         return {**super().identity(), **section, **fmu, "start": dict(self._start), "tolerance": self._run["tolerance"]}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: one for name, one in vars(self).items() if name != "_follower"}
+        return {name: value for name, value in vars(self).items() if name != "_follower"}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)

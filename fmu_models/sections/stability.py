@@ -76,7 +76,7 @@ class Stability(Shown):
     @property
     def classes(self) -> tuple[str, ...]:
         """Class of every eigenvalue."""
-        return tuple(eigenvalue_class(complex(one)) for one in self.eigenvalues)
+        return tuple(eigenvalue_class(complex(eigenvalue)) for eigenvalue in self.eigenvalues)
 
     @property
     def hyperbolic(self) -> bool:

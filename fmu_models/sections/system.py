@@ -125,7 +125,7 @@ class SectionSystem(Shown, ABC):
         Raises:
             StickslipError: it depends on something that has no name.
         """
-        plain = {name: one for name, one in vars(self).items() if isinstance(one, str | int | float | None)}
+        plain = {name: value for name, value in vars(self).items() if isinstance(value, str | int | float | None)}
         return {"section": type(self).__name__, "model": self.name, **plain, "parameters": dict(self.values)}
 
     @property

@@ -59,7 +59,7 @@ class SectionPoint(Shown):
         time: s.
         states: values of the states by name.
         rates: their rates by name.
-        contacts: state of each contact by name (keys of ``contact_states.CONTACT_STATES``).
+        contacts: state of each contact by name (keys of ``contact_kinds.CONTACT_STATES``).
     """
 
     time: float
@@ -75,7 +75,7 @@ class Crossings(Shown):
     Attributes:
         times: (n,) s.
         states: per state (n,) in its unit.
-        contacts: per contact (n,) integers (keys of ``contact_states.CONTACT_STATES``).
+        contacts: per contact (n,) integers (keys of ``contact_kinds.CONTACT_STATES``).
     """
 
     times: NDArray[np.float64]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown, Tabular, axes_or_new, span
-from fmu_models.codegen.contact_states import (
+from fmu_models.language.contact_kinds import (
     AWAY,
     CONTACT_STATES,
     OPEN,

@@ -45,8 +45,8 @@ CPP = (".cpp", ".cc", ".cxx", ".C")
 def engine_sources() -> dict[str, str]:
     """Name and text of every hand-written C file and header of the engine; the name begins with its folder."""
     folder = Path(__file__).parents[1] / "engine"
-    found = sorted(path for path in folder.glob("*/*") if path.suffix in (".c", ".h"))
-    return {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in found}
+    sources = sorted(path for path in folder.glob("*/*") if path.suffix in (".c", ".h"))
+    return {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in sources}
 
 
 def fmi_headers() -> Path:
@@ -137,12 +137,12 @@ def compile_shared(
         StickslipError: the compiler is missing or refuses the sources.
     """
     try:
-        kept = _kept(sources, files, options, compiler_for(target), target)
+        cached = _kept(sources, files, options, compiler_for(target), target)
     except OSError as error:
         if error.errno in FULL:
             raise _full() from error
         raise
-    shutil.copyfile(kept, output)
+    shutil.copyfile(cached, output)
     return output
 
 
@@ -171,11 +171,11 @@ def _kept(
         *flags,
         compiler.name,
     )
-    kept = cache_folder() / "libraries" / key
-    if not is_sealed(kept):
+    folder = cache_folder() / "libraries" / key
+    if not is_sealed(folder):
         command = compiler.cpp if any(name.endswith(CPP) for name in files) else compiler.c
-        _compile(sources, headers, flags, kept, command, target)
-    return kept
+        _compile(sources, headers, flags, folder, command, target)
+    return folder
 
 
 def _headers_alone() -> list[str]:
@@ -195,13 +195,13 @@ def _compile(
     sources: Mapping[str, str | bytes],
     headers: Path,
     flags: Sequence[str],
-    kept: Path,
+    built: Path,
     compiler: Sequence[str],
     target: str,
 ) -> None:
-    """Run the compiler in a folder of its own and rename the result to ``kept``."""
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    with temporary_folder("build", kept.parent) as folder:
+    """Run the compiler in a folder of its own and rename the result to ``built``."""
+    built.parent.mkdir(parents=True, exist_ok=True)
+    with temporary_folder("build", built.parent) as folder:
         for file, text in sources.items():
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
             (folder / file).write_bytes(text.encode() if isinstance(text, str) else text)
@@ -220,7 +220,7 @@ def _compile(
                 raise _full()
             # lists of what it knows come before the error
             first = next((i for i, line in enumerate(lines) if "error" in line), 0)
-            shown = "\n  ".join(lines[first if first >= _SHOWN else 0 :][:_SHOWN])
-            raise StickslipError(f"The C compiler failed for {target}:\n  {shown}")
-        os.replace(library, kept)
-    seal(kept)
+            excerpt = "\n  ".join(lines[first if first >= _SHOWN else 0 :][:_SHOWN])
+            raise StickslipError(f"The C compiler failed for {target}:\n  {excerpt}")
+        os.replace(library, built)
+    seal(built)

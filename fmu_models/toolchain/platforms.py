@@ -46,8 +46,8 @@ def this_platform() -> Platform:
     machine = platform.machine().lower()
     key = (platform.system().lower(), {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine))
     if key not in _HOSTS:
-        known = ", ".join("-".join(pair) for pair in _HOSTS)
-        raise StickslipError(f"No FMU can be built on {'-'.join(key)}. Use one of: {known}.")
+        listing = ", ".join("-".join(pair) for pair in _HOSTS)
+        raise StickslipError(f"No FMU can be built on {'-'.join(key)}. Use one of: {listing}.")
     return PLATFORMS[_HOSTS[key]]
 
 
@@ -58,19 +58,21 @@ def platforms(names: Sequence[str]) -> tuple[Platform, ...]:
         StickslipError: a name that is unknown, or none.
     """
     also = {folder: p for p in PLATFORMS.values() for folder in (p.fmi2, p.fmi3)} | PLATFORMS
-    found: dict[Platform, None] = {}
+    chosen: dict[Platform, None] = {}
     for name in names:
         if name == ALL:
-            found |= dict.fromkeys(PLATFORMS.values())
+            chosen |= dict.fromkeys(PLATFORMS.values())
         elif name == HOST:
-            found[this_platform()] = None
+            chosen[this_platform()] = None
         elif name in also:
-            found[also[name]] = None
+            chosen[also[name]] = None
         elif re.fullmatch(r"win32|linux32|darwin32|x86-\w+|i[3-6]86-\w+", name):
             raise StickslipError(f"FMUs for '{name}', of 32 bits, are not built: results would differ. Choose win64.")
         else:
-            known = (*PLATFORMS, HOST, ALL)
-            raise StickslipError(f"There is no platform '{name}'.{nearest(name, known)} Choose: {', '.join(known)}.")
-    if not found:
+            choices = (*PLATFORMS, HOST, ALL)
+            raise StickslipError(
+                f"There is no platform '{name}'.{nearest(name, choices)} Choose: {', '.join(choices)}."
+            )
+    if not chosen:
         raise StickslipError(f"No platform is named. Choose: {', '.join((*PLATFORMS, HOST, ALL))}.")
-    return tuple(found)
+    return tuple(chosen)

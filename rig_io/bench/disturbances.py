@@ -70,22 +70,22 @@ class Disturbances(Shown):
         """
         sizes: dict[str, float] = {}
         for text in texts:
-            name, _, size = (part.strip() for part in text.partition("="))
+            name, _, size = (side.strip() for side in text.partition("="))
             if name not in UNITS:
                 raise StickslipError(f"There is no disturbance '{name}'.{nearest(name, UNITS)}")
             if name in sizes:
                 raise StickslipError(f"The disturbance '{name}' is given twice. Give it once.")
-            found = _SIZE.fullmatch(size)
-            if found is None:
+            match = _SIZE.fullmatch(size)
+            if match is None:
                 raise StickslipError(f"A disturbance is given as NAME=SIZE, for example once=5%; found '{text}'.")
             try:
-                factor = conversion_factor(found[2], UNITS[name]) if found[2] else 1.0
+                factor = conversion_factor(match[2], UNITS[name]) if match[2] else 1.0
             except ValueError as error:
                 unit = UNITS[name].replace("1", "%")
                 raise StickslipError(
                     f"The disturbance '{name}' has no size '{size}' ({error}). Its unit is {unit}."
                 ) from error
-            sizes[name] = float(found[1]) * factor
+            sizes[name] = float(match[1]) * factor
         return Disturbances(**sizes)
 
     def load(

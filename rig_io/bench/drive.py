@@ -64,10 +64,10 @@ class Ripple:
         """First-order autoregression on the knots (samples,), begun in its stationary state."""
         memory = float(np.exp(-KNOT / self.correlation_time))
         fresh = self.noise * noise.standard_normal(samples)
-        now, values = float(fresh[0]), [float(fresh[0])]
+        level, values = float(fresh[0]), [float(fresh[0])]
         for kick in (fresh[1:] * np.sqrt(1.0 - memory**2)).tolist():
-            now = memory * now + kick
-            values.append(now)
+            level = memory * level + kick
+            values.append(level)
         return np.array(values)
 
 
@@ -77,12 +77,12 @@ def held_duration(holds: Sequence[float]) -> float:
 
 
 def with_holds(
-    time: np.ndarray, speed: np.ndarray, holds: Sequence[float], begin: float
+    time: np.ndarray, speed: np.ndarray, holds: Sequence[float], first_hold: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Knots in s and speeds in rad/s of a drive that stops for ``holds`` (s each) from ``begin`` s on; what its
+    """Knots in s and speeds in rad/s of a drive that stops for ``holds`` (s each) from ``first_hold`` s on; what its
     unevenness owes to its angle stays with that."""
     knots = np.arange(0.0, time[-1] + 0.5 * KNOT, KNOT)
-    share, start = np.ones(len(knots)), begin
+    share, start = np.ones(len(knots)), first_hold
     for hold in holds:
         start += RUN
         slowing = np.clip((knots - start) / RAMP, 0.0, 1.0) - np.clip((knots - start - RAMP - hold) / RAMP, 0.0, 1.0)

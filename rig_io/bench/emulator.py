@@ -69,10 +69,10 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         streams = _rng(seed, _SPEED), _rng(seed, _SPEED, number)
         columns[sensor.kind] = sensor.read(motion, ticks, settings.rig.value("R"), *streams)
     shafts = {"encoder": (settings.encoder, motion, _ENCODER)}
-    for i, (time, speed, begin) in enumerate(drives):
+    for i, (time, speed, start) in enumerate(drives):
         turned = _shifted(integrated(time, speed), settings.transient)
         if moved is not None:  # the counter runs on from log to log
-            turned = replace(turned, angle=turned.angle + begin)
+            turned = replace(turned, angle=turned.angle + start)
         shafts[f"drive{i}"] = (settings.drive_encoder, turned, _DRIVES[i])
     calibrations: dict[str, Any] = {}
     for i in range(len(settings.discs) if settings.load_cell is not None else 0):
@@ -120,12 +120,12 @@ def emulate_set(
     Raises:
         StickslipError: as in `emulate` and `rig_io.logs.log.write_package`.
     """
-    check_target(Path(folder), [one.name for one in settings], overwrite)
+    check_target(Path(folder), [emulation.name for emulation in settings], overwrite)
     logs = []
-    for number, one in enumerate(settings):
+    for number, emulation in enumerate(settings):
         if progress is not None:
-            progress(one.name)
-        logs.append(emulate(one, seed, number))
+            progress(emulation.name)
+        logs.append(emulate(emulation, seed, number))
     return write_package(
         folder,
         logs,
@@ -164,13 +164,13 @@ def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) ->
     nominal = settings.discs[i].drive_speed
     if settings.speed_deviation:
         nominal *= 1 + settings.speed_deviation * float(_rng(seed, _DRIVES[i], number, 2).standard_normal())
-    time, speed, begin = np.array([0.0, total]), np.array([nominal, nominal]), 0.0
+    time, speed, start = np.array([0.0, total]), np.array([nominal, nominal]), 0.0
     if settings.ripple is not None:
         specimen, noise = _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1)
-        time, speed, begin = settings.ripple.speed(nominal, total, specimen, noise)
+        time, speed, start = settings.ripple.speed(nominal, total, specimen, noise)
     if settings.holds:
         time, speed = with_holds(time, speed, settings.holds, settings.transient)
-    return time, speed, begin
+    return time, speed, start
 
 
 def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: int) -> dict[str, Signal]:
@@ -179,10 +179,10 @@ def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: in
         return {}
     from fmu_models.simulation.signal import Signal
 
-    ((time, speed, begin),) = drives
+    ((time, speed, start),) = drives
     fine = np.arange(0.0, time[-1], LOAD_STEP)
     fine = np.append(fine, time[-1])
-    angle = begin + np.interp(fine, time, integrated(time, speed).angle)
+    angle = start + np.interp(fine, time, integrated(time, speed).angle)
     log = fine - settings.transient
     factor = settings.disturbances.load(log, angle, settings.duration, number, _rng(seed, _DISTURBED))
     return {"load0": Signal(fine, factor)}

@@ -31,12 +31,12 @@ def simulated(
     from fmu_models.simulation.run import simulate
     from fmu_models.simulation.signal import Signal
 
-    fmu, parameters, given = _oscillator(settings)
+    fmu, parameters, start_values = _oscillator(settings)
     rig = settings.rig
     start = {"theta": settings.start_angle, "omega": 0.0}
     if drives and not settings.at_rest:
         start["omega"] = rig.value("r") * float(drives[0][1][0]) / rig.value("R")
-    start |= given
+    start |= start_values
     samples = int(np.ceil(total * TRUTH_RATE - 1e-9)) + 1
     trajectory = simulate(
         fmu,

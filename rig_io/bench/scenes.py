@@ -89,8 +89,8 @@ def _material(values: dict[str, float], i: int) -> Material:
     pair = {name: law[name] for name in ("mu_s", "mu_k", "p") if name in law}
     if len(pair) < 3:  # another law than the pairs of the paper have
         return Material(", ".join(f"{name} {value:g}" for name, value in law.items()), law)
-    known = (m for m in MATERIALS.values() if m.values == pair)
-    return next(known, Material("mu_s {mu_s:g}, mu_k {mu_k:g}, p {p:g} s/m".format(**pair), pair))
+    materials = (m for m in MATERIALS.values() if m.values == pair)
+    return next(materials, Material("mu_s {mu_s:g}, mu_k {mu_k:g}, p {p:g} s/m".format(**pair), pair))
 
 
 def _speed(scene: Scene, name: str) -> float:
@@ -109,11 +109,11 @@ def _sensors(scene: Scene) -> dict[str, Any]:
     """Settings of an Emulation from the table of the sensors."""
     settings: dict[str, Any] = {}
     smoothing = 0.0
-    known = (*_FITTED, *_TIMES, "holds", "smoothing")
+    names = (*_FITTED, *_TIMES, "holds", "smoothing")
     for key, raw in scene.sensors.items():
         where = f"{scene.path}, line {scene.lines[key]}"
-        if key not in known:
-            raise StickslipError(f"{where}: '{key}' is not a key in [sensors].{nearest(key, known)}")
+        if key not in names:
+            raise StickslipError(f"{where}: '{key}' is not a key in [sensors].{nearest(key, names)}")
         if key in _FITTED:
             if not isinstance(raw, bool):
                 raise StickslipError(f"{where}: '{key}' must be true or false, found {raw!r}.")
@@ -121,7 +121,7 @@ def _sensors(scene: Scene) -> dict[str, Any]:
         elif key == "holds":
             if not isinstance(raw, list):
                 raise StickslipError(f"{where}: 'holds' must be a list of times, found {raw!r}.")
-            settings[key] = tuple(_quantity(one, "s", f"{where}: 'holds'") for one in raw)
+            settings[key] = tuple(_quantity(hold, "s", f"{where}: 'holds'") for hold in raw)
         elif key == "smoothing":
             smoothing = _quantity(raw, "s", f"{where}: '{key}'")
         else:
@@ -136,13 +136,13 @@ def _sensors(scene: Scene) -> dict[str, Any]:
     return {**defaults, **settings}
 
 
-def _quantity(raw: Any, unit: str, what: str) -> float:
+def _quantity(raw: Any, unit: str, label: str) -> float:
     """A number in ``unit``, or a text of number and unit."""
     from fmu_models.base.toml_document import converted
 
     if isinstance(raw, bool) or not isinstance(raw, int | float | str):
-        raise StickslipError(f"{what} must be a number in {unit} or a text with a unit, found {raw!r}.")
-    found = converted(raw, unit, what) if isinstance(raw, str) else float(raw)
-    if not math.isfinite(found):
-        raise StickslipError(f"{what} must be a finite number, found {found}.")
-    return found
+        raise StickslipError(f"{label} must be a number in {unit} or a text with a unit, found {raw!r}.")
+    value = converted(raw, unit, label) if isinstance(raw, str) else float(raw)
+    if not math.isfinite(value):
+        raise StickslipError(f"{label} must be a finite number, found {value}.")
+    return value

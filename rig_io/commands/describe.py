@@ -79,41 +79,41 @@ def describe(
         from fmu_models.base.figures import check_format
 
         check_format(figure)
-    said = from_options(mapped, units, values, uncertainties, kinds, read, join, confirm)
-    said = said.over(from_file(answers) if answers is not None else Answers())
+    stated = from_options(mapped, units, values, uncertainties, kinds, read, join, confirm)
+    stated = stated.over(from_file(answers) if answers is not None else Answers())
     with console.warnings_said(), console.progress("reading") as advance:
-        made = draft(files, said, like, reader)
+        drafted = draft(files, stated, like, reader)
         advance(0.9)
     if figure:
         from fmu_models.base.figures import save_figure
         from rig_io.description.figure import columns_figure
 
-        save_figure(columns_figure(made.logs), figure, overwrite=overwrite)
+        save_figure(columns_figure(drafted.logs), figure, overwrite=overwrite)
     asking = console.interactive() and not json
     if asking:
-        show(made, console.console())
-        made = ask(made)
-    target = write(made)
-    content = {"sidecar": str(target), "logs": [_plain(log) for log in made.logs], **_open(made)}
+        show(drafted, console.console())
+        drafted = ask(drafted)
+    target = write(drafted)
+    content = {"sidecar": str(target), "logs": [_plain(log) for log in drafted.logs], **_open(drafted)}
     content["files"] = [str(figure)] if figure else []
-    console.say(json, content, lambda out: finish(made, target, not asking, out))
+    console.say(json, content, lambda out: finish(drafted, target, not asking, out))
 
 
-def ask(made: Draft) -> Draft:
+def ask(draft: Draft) -> Draft:
     """Ask what is open, until nothing is; a wrong answer is asked for again, with the reason."""
     from rig_io.description.questions import answered, optional, questions
 
     out = console.console()
-    while left := [*questions(made), *optional(made)]:
-        question = left[0]
+    while open_questions := [*questions(draft), *optional(draft)]:
+        question = open_questions[0]
         out.print()
         out.print(console.plain(question.text), soft_wrap=True)
         hint = f"{question.form}; Enter: {question.proposal}" if question.proposal else question.form
         try:
             text = input(f"  [{hint}] > ")
-            made = replace(made, answers=answered(made, question, text))
+            draft = replace(draft, answers=answered(draft, question, text))
         except EOFError:
-            options = "; ".join(_option(one) for one in left)
+            options = "; ".join(_option(question_left) for question_left in open_questions)
             raise StickslipError(
                 f"The input ended before all was answered, and nothing was written. Answer by options: {options}; or "
                 "by --answers FILE."
@@ -122,51 +122,51 @@ def ask(made: Draft) -> Draft:
             out.print(console.plain(f"  {error}"))
             continue
         if question.key == "columns" and text.strip():
-            show(made, out)
-    return made
+            show(draft, out)
+    return draft
 
 
-def show(made: Draft, out: Console) -> None:
+def show(draft: Draft, out: Console) -> None:
     """The columns with their roles."""
-    shown: set[tuple[object, ...]] = set()
-    for log in made.logs:
+    printed: set[tuple[object, ...]] = set()
+    for log in draft.logs:
         names = " + ".join(file.path.name for file in log.files)
         kind = f"{log.kind} ({log.kind_reason})" + ("" if log.rule is None else f", joined by {log.rule}")
-        alike = tuple((one.name, one.role, one.unit) for file in log.files for one in file.columns)
-        out.print(console.plain(f"{names}: {kind}{', columns as above' if alike in shown else ''}", style="bold"))
-        if alike in shown:
+        signature = tuple((column.name, column.role, column.unit) for file in log.files for column in file.columns)
+        out.print(console.plain(f"{names}: {kind}{', columns as above' if signature in printed else ''}", style="bold"))
+        if signature in printed:
             continue
-        shown.add(alike)
+        printed.add(signature)
         table = console.table("column", "role", "unit", ">sure", "why")
         for file in log.files:
-            for one in file.columns:
-                sure = f"{100 * one.confidence:.0f} %" if one.role else ""
-                unit = f"{one.unit or ''}{' ?' if 'unit' in one.guessed else ''}"
-                role = f"{one.role or '-'}{' ?' if 'role' in one.guessed else ''}"
-                table.add_row(console.plain(one.name), role, unit, sure, one.reason)
+            for column in file.columns:
+                sure = f"{100 * column.confidence:.0f} %" if column.role else ""
+                unit = f"{column.unit or ''}{' ?' if 'unit' in column.guessed else ''}"
+                role = f"{column.role or '-'}{' ?' if 'role' in column.guessed else ''}"
+                table.add_row(console.plain(column.name), role, unit, sure, column.reason)
         out.print(table)
-    for file in (file for log in made.logs for file in log.files):
+    for file in (file for log in draft.logs for file in log.files):
         for name, why in file.table.left_out.items():
             out.print(console.plain(f"{file.path.name}: '{name}' is left out: {why}."))
 
 
-def finish(made: Draft, target: Path, with_columns: bool, out: Console) -> None:
+def finish(draft: Draft, target: Path, with_columns: bool, out: Console) -> None:
     """What was written and what is open."""
     from rig_io.description.questions import optional, questions
 
     if with_columns:
-        show(made, out)
+        show(draft, out)
     out.print(console.plain(f"written: {target}"))
-    left = questions(made)
-    for question in left:
+    open_questions = questions(draft)
+    for question in open_questions:
         out.print(console.plain(f"Open: {question.text} {_option(question)}"))
-    for question in optional(made):
+    for question in optional(draft):
         out.print(console.plain(f"Not said, and may stay so: {question.text} {_option(question)}"))
-    if left:
+    if open_questions:
         out.print("Nobody answers here: give what is open by these options, or all by --answers FILE.")
     else:
-        own = any(log.kind == "free-decay" for log in made.logs) or made.decay is None
-        out.print(console.plain(f"Fit:  stickslip fit {made.folder}{'' if own else f' {made.decay}'}"))
+        decay_here = any(log.kind == "free-decay" for log in draft.logs) or draft.decay is None
+        out.print(console.plain(f"Fit:  stickslip fit {draft.folder}{'' if decay_here else f' {draft.decay}'}"))
 
 
 def _option(question: Question) -> str:
@@ -176,12 +176,12 @@ def _option(question: Question) -> str:
     return f"--set '{question.key}={question.form.split(' (or ')[0].split(', or ')[0]}'"
 
 
-def _open(made: Draft) -> dict[str, Any]:
+def _open(draft: Draft) -> dict[str, Any]:
     from rig_io.description.questions import questions
 
-    left = questions(made)
-    asked = [{"key": q.key, "text": q.text, "form": q.form, "option": _option(q)} for q in left]
-    return {"questions": asked, "complete": not left}
+    open_questions = questions(draft)
+    entries = [{"key": q.key, "text": q.text, "form": q.form, "option": _option(q)} for q in open_questions]
+    return {"questions": entries, "complete": not open_questions}
 
 
 def _plain(log: Any) -> dict[str, Any]:
@@ -190,15 +190,15 @@ def _plain(log: Any) -> dict[str, Any]:
     for file in log.files:
         columns = [
             {
-                "name": one.name,
-                "role": one.role,
-                "unit": one.unit,
-                "header_unit": one.header,
-                "confidence": round(one.confidence, 2),
-                "reason": one.reason,
-                "guessed": dict(one.guessed),
+                "name": column.name,
+                "role": column.role,
+                "unit": column.unit,
+                "header_unit": column.header,
+                "confidence": round(column.confidence, 2),
+                "reason": column.reason,
+                "guessed": dict(column.guessed),
             }
-            for one in file.columns
+            for column in file.columns
         ]
         rows = len(next(iter(file.table.columns.values()), ()))
         left_out = dict(file.table.left_out)

@@ -96,7 +96,7 @@ def emulate(
     from rig_io.sensors.speed_sensor import speed_sensor
 
     if place.suffix == ".toml":
-        said = (
+        remarks = (
             material,
             speeds,
             second,
@@ -108,8 +108,8 @@ def emulate(
             disturbance,
             start,
         )
-        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
-        if said != left or not (ripple and laser and encoder and drive_encoder) or load_cell or velocity:
+        defaults = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
+        if remarks != defaults or not (ripple and laser and encoder and drive_encoder) or load_cell or velocity:
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -134,7 +134,7 @@ def emulate(
         raise StickslipError("--second-material is that of a second disc: say its speeds, --second-disc W,W,...")
     begun = {} if start is None else {"transient": 0.0, "start_angle": start, "at_rest": True}
     placed = begun | {"arrangement": arrangement, "changeover": changeover}
-    settings = [replace(one, **placed) if one.discs else one for one in settings]
+    settings = [replace(emulation, **placed) if emulation.discs else emulation for emulation in settings]
     _emulate(folder, settings, material, seed, overwrite, json)
 
 
@@ -153,7 +153,10 @@ def _with_second(settings: list[Emulation], speeds: list[float], material: str) 
     pair = named(material)
     joined = zip(runs, speeds if len(speeds) == len(runs) else speeds * len(runs), strict=True)
     return [
-        *(replace(one, name=f"{one.name}-{w:g}", discs=(*one.discs, Disc(pair, w))) for one, w in joined),
+        *(
+            replace(emulation, name=f"{emulation.name}-{w:g}", discs=(*emulation.discs, Disc(pair, w)))
+            for emulation, w in joined
+        ),
         decay,
     ]
 
@@ -189,11 +192,11 @@ def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, 
         "material": material,
         "logs": [
             {
-                "file": f"{one.name}.csv",
-                "duration": one.duration,
-                "drive_speeds": [disc.drive_speed for disc in one.discs],
+                "file": f"{emulation.name}.csv",
+                "duration": emulation.duration,
+                "drive_speeds": [disc.drive_speed for disc in emulation.discs],
             }
-            for one in settings
+            for emulation in settings
         ],
     }
     console.say(json, content, lambda out: _print_set(folder, settings, material, seed, out))
@@ -203,7 +206,7 @@ def _numbers(text: str | None) -> list[float] | None:
     if text is None:
         return None
     try:
-        return [float(part) for part in text.split(",")]
+        return [float(number) for number in text.split(",")]
     except ValueError:
         raise StickslipError(
             f"Speeds are numbers separated by commas, for example 0.41,0.83; found '{text}'."
@@ -212,9 +215,9 @@ def _numbers(text: str | None) -> list[float] | None:
 
 def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: Console) -> None:
     out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
-    made = console.table("log", ">duration, s", ">drive speeds, rad/s")
-    for one in settings:
-        speeds = ", ".join(f"{disc.drive_speed:g}" for disc in one.discs) or "free decay"
-        made.add_row(f"{one.name}.csv", f"{one.duration:g}", speeds)
-    out.print(made)
+    table = console.table("log", ">duration, s", ">drive speeds, rad/s")
+    for emulation in settings:
+        speeds = ", ".join(f"{disc.drive_speed:g}" for disc in emulation.discs) or "free decay"
+        table.add_row(f"{emulation.name}.csv", f"{emulation.duration:g}", speeds)
+    out.print(table)
     out.print(f"Fit them:  stickslip fit {folder}")

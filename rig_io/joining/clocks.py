@@ -59,10 +59,10 @@ class ClockFit:
 
     def sentence(self) -> str:
         """What was found, in words."""
-        one, other = self.signals
-        shown = f"'{one}'" if one == other else f"'{one}' against '{other}'"
+        first, second = self.signals
+        names = f"'{first}'" if first == second else f"'{first}' against '{second}'"
         return (
-            f"two recorders were put on one clock by {shown}: offset {self.offset:.6f} s +- "
+            f"two recorders were put on one clock by {names}: offset {self.offset:.6f} s +- "
             f"{self.offset_deviation:.1g}, drift {1e6 * self.drift:.1f} ppm +- {1e6 * self.drift_deviation:.1g} "
             f"(correlation {self.correlation:.4f})."
         )
@@ -79,45 +79,45 @@ def on_one_clock(first: Table, second: Table, sizes: Mapping[str, float]) -> tup
     """
     fit = _clock_fit(first, second, sizes)
     time = first.columns[TIME.name]
-    other = fit.moved(second.columns[TIME.name])
-    both = (time >= other[0]) & (time <= other[-1])
-    columns = {name: values[both] for name, values in first.columns.items()}
+    other_time = fit.moved(second.columns[TIME.name])
+    overlap = (time >= other_time[0]) & (time <= other_time[-1])
+    columns = {name: values[overlap] for name, values in first.columns.items()}
     for name, values in second.columns.items():
         if name not in columns and name != TIME.name and not name.endswith("_edge_time"):
-            columns |= _carried(name, values, second, fit, other, time[both])
+            columns |= _carried(name, values, second, fit, other_time, time[overlap])
     units = {**second.units, **first.units, **{n: "s" for n in columns if n.endswith("_edge_time")}}
     source = f"{first.source} and {second.source}"
     left_out = {**second.left_out, **first.left_out}
-    table = replace(first, source=source, columns=columns, units=units, left_out=left_out, rows=np.flatnonzero(both))
+    table = replace(first, source=source, columns=columns, units=units, left_out=left_out, rows=np.flatnonzero(overlap))
     return table, fit
 
 
 def _carried(
-    name: str, values: np.ndarray, second: Table, fit: ClockFit, other: np.ndarray, time: np.ndarray
+    name: str, values: np.ndarray, second: Table, fit: ClockFit, other_time: np.ndarray, time: np.ndarray
 ) -> dict[str, np.ndarray]:
     """A column of the second recorder at the times (n,) of the first; a count with the times of its edges."""
     if not COLUMNS[name].whole:
         good = np.isfinite(values)
-        return {name: np.interp(time, other[good], values[good])}
-    last = np.searchsorted(other, time, side="right") - 1
+        return {name: np.interp(time, other_time[good], values[good])}
+    last = np.searchsorted(other_time, time, side="right") - 1
     edge = name.removesuffix("_count") + "_edge_time"
     if edge in second.columns:
         stamps = fit.moved(second.columns[edge])
     else:
         # an edge lies between two ticks; before the first one nothing is known
         changed = np.diff(values, prepend=values[:1]) != 0
-        middle = 0.5 * (other + np.concatenate([other[:1], other[:-1]]))
-        stamps = np.maximum.accumulate(np.where(changed, middle, other[0]))
+        middle = 0.5 * (other_time + np.concatenate([other_time[:1], other_time[:-1]]))
+        stamps = np.maximum.accumulate(np.where(changed, middle, other_time[0]))
     return {name: values[last], edge: stamps[last]}
 
 
 def _clock_fit(first: Table, second: Table, sizes: Mapping[str, float]) -> ClockFit:
     tried = []
-    for one, other in _pairs(first, second):
+    for first_name, second_name in _pairs(first, second):
         try:
-            return _aligned(first, one, second, other, sizes)
+            return _aligned(first, first_name, second, second_name, sizes)
         except StickslipError as error:
-            tried.append(f"'{one}' and '{other}': {error}")
+            tried.append(f"'{first_name}' and '{second_name}': {error}")
     if not tried:
         raise StickslipError(
             f"{first.source} ({', '.join(first.columns)}) and {second.source} ({', '.join(second.columns)}) hold no "
@@ -131,39 +131,39 @@ def _pairs(first: Table, second: Table) -> Iterator[tuple[str, str]]:
     for name in SHARED:
         if name in first.columns and name in second.columns:
             yield name, name
-    for one in MOTION:
-        for other in MOTION:
-            if one != other and one in first.columns and other in second.columns:
-                yield one, other
+    for first_name in MOTION:
+        for second_name in MOTION:
+            if first_name != second_name and first_name in first.columns and second_name in second.columns:
+                yield first_name, second_name
 
 
-def _aligned(first: Table, one: str, second: Table, other: str, sizes: Mapping[str, float]) -> ClockFit:
+def _aligned(first: Table, first_name: str, second: Table, second_name: str, sizes: Mapping[str, float]) -> ClockFit:
     """The line between two clocks by two signals.
 
     Raises:
         StickslipError: they are not the same signal, or repeat themselves.
     """
-    a, b = _signal(first, one), _signal(second, other)
+    a, b = _signal(first, first_name), _signal(second, second_name)
     step, lags, score = _correlation(a, b)
     if score.max() < ALIKE:
         raise StickslipError(f"they do not agree at any shift (correlation {score.max():.2f} at most).")
     middle = float(0.5 * (b.time[0] + b.time[-1]))
     # the smoother signal is read at the times of the other, so that its slope is one
-    back = COLUMNS[one].whole and not COLUMNS[other].whole
-    scale = sizes[one] / sizes[other] if one in sizes and other in sizes else None
-    lines = [_line(a, b, middle, float(lags[peak]), back) for peak in _peaks(score)]
-    found = [line for line in lines if line is not None]
-    if not found:
+    reversed_fit = COLUMNS[first_name].whole and not COLUMNS[second_name].whole
+    scale = sizes[first_name] / sizes[second_name] if first_name in sizes and second_name in sizes else None
+    lines = [_line(a, b, middle, float(lags[peak]), reversed_fit) for peak in _peaks(score)]
+    fits = [line for line in lines if line is not None]
+    if not fits:
         raise StickslipError("they hardly overlap.")
-    found = [line for line in found if scale is None or abs(abs(line.scale * scale) - 1) < SIZE]
-    if not found:
+    fits = [line for line in fits if scale is None or abs(abs(line.scale * scale) - 1) < SIZE]
+    if not fits:
         raise StickslipError("where they are alike the size of the motion differs. Check both calibrations.")
-    fitted = min(found, key=lambda line: line.squares)
-    for rival in found:
-        apart = abs(rival.offset - fitted.offset) > 2 * step
+    fitted = min(fits, key=lambda line: line.squares)
+    for rival in fits:
+        distinct = abs(rival.offset - fitted.offset) > 2 * step
         # values of the rest are not independent one by one
         evidence = 0.5 * min(rival.free, fitted.free) / ALIKE_IN_A_ROW * np.log(rival.squares / fitted.squares)
-        if apart and evidence < DISTINCT:
+        if distinct and evidence < DISTINCT:
             raise StickslipError(
                 f"shifts by {fitted.offset:.4g} s and {rival.offset:.4g} s fit alike: the signal repeats itself. "
                 "Record a trigger, or the begin of the motion, with both."
@@ -178,7 +178,7 @@ def _aligned(first: Table, one: str, second: Table, other: str, sizes: Mapping[s
         fitted.offset_deviation,
         fitted.drift_deviation,
         middle,
-        (one, other),
+        (first_name, second_name),
         fitted.correlation,
         spread,
     )
@@ -205,13 +205,13 @@ def _signal(table: Table, name: str) -> _Signal:
     if not COLUMNS[name].whole:
         return _Signal(time, value, time, value)
     change = np.diff(value)
-    found = np.flatnonzero(change)
+    changes = np.flatnonzero(change)
     edge = name.removesuffix("_count") + "_edge_time"
     if edge in table.columns:
-        at = table.columns[edge][good][rising][found + 1]
+        at = table.columns[edge][good][rising][changes + 1]
     else:
-        at = 0.5 * (time[found] + time[found + 1])
-    return _Signal(time, value, at, value[found + 1] - 0.5 * np.sign(change[found]))
+        at = 0.5 * (time[changes] + time[changes + 1])
+    return _Signal(time, value, at, value[changes + 1] - 0.5 * np.sign(change[changes]))
 
 
 def _correlation(a: _Signal, b: _Signal) -> tuple[float, np.ndarray, np.ndarray]:
@@ -221,7 +221,7 @@ def _correlation(a: _Signal, b: _Signal) -> tuple[float, np.ndarray, np.ndarray]
     spans = [signal.time[-1] - signal.time[0] for signal in (a, b)]
     step = max(float(np.median(np.diff(a.time))), float(np.median(np.diff(b.time))), max(spans) / POINTS)
     x, y = (_even(signal, step) for signal in (a, b))
-    kept = np.arange(-(len(y) - 1), len(x))
+    lags = np.arange(-(len(y) - 1), len(x))
 
     def sums(left: np.ndarray, right: np.ndarray) -> np.ndarray:
         return correlate(left, right, mode="full", method="fft")
@@ -234,7 +234,7 @@ def _correlation(a: _Signal, b: _Signal) -> tuple[float, np.ndarray, np.ndarray]
     power = np.sqrt(power_x * power_y)
     score = np.abs(sums(x, y) / number - mean_x * mean_y) / np.maximum(power, 1e-6 * np.max(power))
     score[number < OVERLAP * min(len(x), len(y))] = 0.0
-    return step, a.time[0] - b.time[0] + step * kept, score
+    return step, a.time[0] - b.time[0] + step * lags, score
 
 
 def _even(signal: _Signal, step: float) -> np.ndarray:
@@ -279,20 +279,20 @@ class _Line:
     free: int
 
 
-def _line(a: _Signal, b: _Signal, middle: float, lag: float, back: bool) -> _Line | None:
+def _line(a: _Signal, b: _Signal, middle: float, lag: float, reversed_fit: bool) -> _Line | None:
     """Least squares for offset and drift; back: the second signal is read at the times of the first. None where they
     hardly overlap."""
-    known, read = (a, b) if back else (b, a)
-    every = len(known.at) // MOST + 1
-    known = replace(known, at=known.at[::every], level=known.level[::every])
+    source, read = (a, b) if reversed_fit else (b, a)
+    every = len(source.at) // MOST + 1
+    source = replace(source, at=source.at[::every], level=source.level[::every])
     value, slope = _smooth(read)
     # begins as t_read = t_known + shift
-    line = np.array([-lag if back else lag, 0.0])
-    centre = middle + lag if back else middle
+    line = np.array([-lag if reversed_fit else lag, 0.0])
+    centre = middle + lag if reversed_fit else middle
     fitted = _Fitted(np.zeros(0), np.zeros((0, 0)), 0, 1.0)
     spread = 1.0
     for _ in range(ROUNDS):
-        u = known.at - centre
+        u = source.at - centre
         at = centre + line[0] + (1 + line[1]) * u
         inside = (at >= read.time[0]) & (at <= read.time[-1])
         if np.count_nonzero(inside) < LEAST:
@@ -300,7 +300,7 @@ def _line(a: _Signal, b: _Signal, middle: float, lag: float, back: bool) -> _Lin
         seen = np.interp(at[inside], read.time, value)
         rate = np.interp(at[inside], read.time, slope)
         spread = float(np.var(seen))
-        fitted = _fitted(known.level[inside], seen, rate, u[inside], _is_ramp(a))
+        fitted = _fitted(source.level[inside], seen, rate, u[inside], _is_ramp(a))
         change = np.linalg.lstsq(fitted.design, fitted.rest, rcond=None)[0][:2]
         line = line + change
         if abs(change[0]) < 1e-9 and abs(change[1]) < 1e-10:
@@ -308,8 +308,8 @@ def _line(a: _Signal, b: _Signal, middle: float, lag: float, back: bool) -> _Lin
     first, second = _jackknife(fitted.design, fitted.rest)
     squares = float(np.sum(fitted.rest**2) / fitted.free / max(spread, 1e-300))
     correlation = float(np.sqrt(max(1 - squares, 0.0)))
-    scale = fitted.scale if back else 1 / fitted.scale
-    if not back:
+    scale = fitted.scale if reversed_fit else 1 / fitted.scale
+    if not reversed_fit:
         return _Line(float(line[0]), float(line[1]), first, second, squares, correlation, scale, fitted.free)
     # t_b = centre + o + (1 + d)(t_a - centre), solved for t_a at the middle of the second recording
     drift = 1 / (1 + line[1]) - 1
@@ -331,21 +331,21 @@ class _Fitted:
 def _fitted(level: np.ndarray, seen: np.ndarray, rate: np.ndarray, u: np.ndarray, ramp: bool) -> _Fitted:
     """What a shift leaves, and what a further one would change. level: (n,) of the known signal; seen, rate: of the
     other, at the same times; u: s, these times."""
-    lines, place, times = np.unique(level, return_inverse=True, return_counts=True)
+    lines, level_index, times = np.unique(level, return_inverse=True, return_counts=True)
     moved = np.column_stack([-rate, -rate * u])
     slope = np.polyfit(level, seen, 1)[0]
     scale = float(1 / slope) if slope else np.inf
     if len(lines) <= len(level) / PASSES:
         # each line of an encoder has a place of its own: what is compared is where it is passed again
         def within(values: np.ndarray) -> np.ndarray:
-            return values - (np.bincount(place, values) / times)[place]
+            return values - (np.bincount(level_index, values) / times)[level_index]
 
         free = max(len(level) - len(lines) - 2, 1)
-        return _Fitted(within(seen), np.column_stack([within(one) for one in moved.T]), free, scale)
+        return _Fitted(within(seen), np.column_stack([within(column) for column in moved.T]), free, scale)
     trend = [u] if ramp else []
     basis = np.column_stack([level, np.ones_like(level), *trend])
-    rest = seen - basis @ np.linalg.lstsq(basis, seen, rcond=None)[0]
-    return _Fitted(rest, np.column_stack([moved, basis]), max(len(level) - 4, 1), scale)
+    residuals = seen - basis @ np.linalg.lstsq(basis, seen, rcond=None)[0]
+    return _Fitted(residuals, np.column_stack([moved, basis]), max(len(level) - 4, 1), scale)
 
 
 def _smooth(signal: _Signal) -> tuple[np.ndarray, np.ndarray]:
@@ -355,19 +355,21 @@ def _smooth(signal: _Signal) -> tuple[np.ndarray, np.ndarray]:
     return value, np.gradient(value, signal.time)
 
 
-def _jackknife(design: np.ndarray, rest: np.ndarray) -> tuple[float, float]:
+def _jackknife(design: np.ndarray, residuals: np.ndarray) -> tuple[float, float]:
     """Standard deviations of the first two unknowns, leaving out one block of time after the other."""
-    blocks = np.array_split(np.arange(len(rest)), BLOCKS)
+    blocks = np.array_split(np.arange(len(residuals)), BLOCKS)
     scale = np.linalg.norm(design, axis=0)
     scale[scale == 0] = 1.0
     unit = design / scale
-    gram, right = unit.T @ unit, unit.T @ rest
-    found = np.array(
+    gram, right = unit.T @ unit, unit.T @ residuals
+    estimates = np.array(
         [
-            np.linalg.lstsq(gram - unit[part].T @ unit[part], right - unit[part].T @ rest[part], rcond=None)[0][:2]
-            for part in blocks
+            np.linalg.lstsq(gram - unit[block].T @ unit[block], right - unit[block].T @ residuals[block], rcond=None)[
+                0
+            ][:2]
+            for block in blocks
         ]
     )
-    spread = found - found.mean(axis=0)
+    spread = estimates - estimates.mean(axis=0)
     deviation = np.sqrt((BLOCKS - 1) / BLOCKS * np.sum(spread**2, axis=0)) / scale[:2]
     return float(deviation[0]), float(deviation[1])

@@ -66,9 +66,9 @@ def _by_columns(tables: Sequence[Table]) -> Table:
     units: dict[str, str] = {}
     lengths = {table.source: len(next(iter(table.columns.values()))) for table in tables if table.columns}
     if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{source} {rows}" for source, rows in lengths.items())
+        listing = ", ".join(f"{source} {rows}" for source, rows in lengths.items())
         raise StickslipError(
-            f"Files that hold one signal each have one number of rows, found {shown}. If they are of two recorders: "
+            f"Files that hold one signal each have one number of rows, found {listing}. If they are of two recorders: "
             "stickslip describe FILES --join clocks."
         )
     for table in tables:
@@ -89,10 +89,10 @@ def _by_columns(tables: Sequence[Table]) -> Table:
     return replace(first, source=_names(tables), columns=ordered, units=units, left_out=left_out)
 
 
-def _check_same_clock(one: np.ndarray, other: np.ndarray, unit: str | None, table: Table) -> None:
+def _check_same_clock(first: np.ndarray, second: np.ndarray, unit: str | None, table: Table) -> None:
     factor = conversion(table.units.get(TIME.name, "s"), unit or "s", table.source)
-    step = float(np.median(np.abs(np.diff(one)))) if len(one) > 1 else 0.0
-    if np.nanmax(np.abs(one - factor * other), initial=0.0) > SAME * step:
+    step = float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0
+    if np.nanmax(np.abs(first - factor * second), initial=0.0) > SAME * step:
         raise StickslipError(
             f"{table.source} has another clock than the files before it. If it is of another recorder: stickslip "
             "describe FILES --join clocks."
@@ -113,9 +113,9 @@ def _in_seconds(table: Table) -> Table:
 
 
 def _by_time(tables: Sequence[Table]) -> Joined:
-    parts = [_in_seconds(table) for table in tables]
-    first = parts[0]
-    for table in parts[1:]:
+    in_seconds = [_in_seconds(table) for table in tables]
+    first = in_seconds[0]
+    for table in in_seconds[1:]:
         if set(table.columns) != set(first.columns):
             raise StickslipError(
                 f"{first.source} and {table.source} hold different columns, so they are no parts of one recording: "
@@ -124,22 +124,22 @@ def _by_time(tables: Sequence[Table]) -> Joined:
         _check_zones(first, table)
         if table.units != first.units:
             raise StickslipError(f"{first.source} and {table.source} state different units. Record them alike.")
-    moved = [_from(first, table) for table in parts]
-    order = sorted(range(len(parts)), key=lambda i: moved[i].columns[TIME.name][0])
-    if all(table.begin is None for table in parts):
-        order = list(range(len(parts)))  # clocks that begin anew do not tell which came first
+    moved = [_from(first, table) for table in in_seconds]
+    order = sorted(range(len(in_seconds)), key=lambda i: moved[i].columns[TIME.name][0])
+    if all(table.begin is None for table in in_seconds):
+        order = list(range(len(in_seconds)))  # clocks that begin anew do not tell which came first
         moved = _past_midnight(moved)
     columns = {name: np.concatenate([moved[i].columns[name] for i in order]) for name in first.columns}
-    said = f"{len(parts)} files were joined in time: {', '.join(parts[i].source for i in order)}."
-    return Joined(replace(first, source=_names(tables), columns=columns, first_line=None), None, (said,))
+    sentence = f"{len(in_seconds)} files were joined in time: {', '.join(in_seconds[i].source for i in order)}."
+    return Joined(replace(first, source=_names(tables), columns=columns, first_line=None), None, (sentence,))
 
 
-def _check_zones(first: Table, other: Table) -> None:
-    if (first.begin is None) != (other.begin is None) or (
-        first.begin and other.begin and (first.begin.tzinfo is None) != (other.begin.tzinfo is None)
+def _check_zones(first: Table, second: Table) -> None:
+    if (first.begin is None) != (second.begin is None) or (
+        first.begin and second.begin and (first.begin.tzinfo is None) != (second.begin.tzinfo is None)
     ):
         raise StickslipError(
-            f"{first.source} and {other.source}: the stamps of one state a date or a time zone, those of the other do "
+            f"{first.source} and {second.source}: the stamps of one state a date or a time zone, those of the other do "
             "not, so that they cannot be put in order. Write both alike."
         )
 
@@ -157,10 +157,10 @@ def _shifted(table: Table, shift: float, names: Sequence[str]) -> Table:
 
 def _past_midnight(tables: list[Table]) -> list[Table]:
     """Times of day without a date: a file that begins half a day before the last one ended is of the next day."""
-    made = tables[:1]
+    moved = tables[:1]
     for table in tables[1:]:
-        before = float(np.nanmax(made[-1].columns[TIME.name]))
-        begin = float(table.columns[TIME.name][0])
-        days = DAY * np.ceil((before - begin) / DAY - 0.5) if TIME.name in table.stamps else 0.0
-        made.append(_shifted(table, float(days), table.stamps))
-    return made
+        before = float(np.nanmax(moved[-1].columns[TIME.name]))
+        start = float(table.columns[TIME.name][0])
+        days = DAY * np.ceil((before - start) / DAY - 0.5) if TIME.name in table.stamps else 0.0
+        moved.append(_shifted(table, float(days), table.stamps))
+    return moved

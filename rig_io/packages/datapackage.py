@@ -58,36 +58,36 @@ def read_log(
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
     beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.suffix and path.parent.is_dir() else []
-    existing(path, "log", nearest(path.name, [other.name for other in beside]))
+    existing(path, "log", nearest(path.name, [file.name for file in beside]))
     check_kind(path, reader)
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
     run = _run(path, resource, where, reader, _sizes(resource, constants, where))
-    known = checked(run.table, repair)
-    length = known.units[LASER] != COLUMNS[LASER].unit if LASER in known.units else False
+    table = checked(run.table, repair)
+    length = table.units[LASER] != COLUMNS[LASER].unit if LASER in table.units else False
     instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where, length)
-    if LASER in known.columns and length and instruments.laser is None:
+    if LASER in table.columns and length and instruments.laser is None:
         instruments = replace(instruments, laser=LaserCalibration(1.0, gain_deviation=0.0))
-    known, unread = _calibrated(known, instruments, mapping(resource, "calibration", where))
-    values, breaks, mended = counted(known.columns, known.breaks, instruments, known.table.source, known.table.place)
-    check_edges(known.table, values, breaks)
+    table, unread = _calibrated(table, instruments, mapping(resource, "calibration", where))
+    values, breaks, mended = counted(table.columns, table.breaks, instruments, table.table.source, table.table.place)
+    check_edges(table.table, values, breaks)
     clock = () if run.clock is None else (run.clock.sentence(),)
-    said = (*run.said, *clock, *known.said, *unread, *mended, *_guesses(resource, where))
-    for warning in said:
+    remarks = (*run.said, *clock, *table.said, *unread, *mended, *_guesses(resource, where))
+    for warning in remarks:
         warnings.warn(f"{run.table.source}: {warning}", StickslipWarning, stacklevel=2)
     time = values.pop(TIME.name)
     return RigLog(
         name=str(resource.get("name", path.stem)),
         time=time,
         columns=values,
-        units={name: known.units[name] for name in (TIME.name, *values)},
+        units={name: table.units[name] for name in (TIME.name, *values)},
         rig=rig or sidecar.rig_constants(constants, where),
         calibration=instruments,
         experiment=experiment or sidecar.experiment(mapping(resource, "experiment", where), where),
         path=path,
         breaks=breaks,
-        warnings=said,
+        warnings=remarks,
         clock_deviation=0.0 if run.clock is None else run.clock.spread,
     )
 
@@ -115,15 +115,15 @@ def _dialect(resource: Mapping[str, Any], where: str) -> dict[str, str]:
 def _sizes(resource: Mapping[str, Any], constants: Mapping[str, Any], where: str) -> dict[str, float]:
     """rad per unit of the columns that show the disc, as far as they are calibrated."""
     fields = {field.role: field for field in fields_of(resource, where)} if resource else {}
-    known = sidecar.calibration(mapping(resource, "calibration", where), where, length=True)
-    found = {"encoder_count": known.encoder.pitch} if known.encoder else {}
+    calibration = sidecar.calibration(mapping(resource, "calibration", where), where, length=True)
+    sizes = {"encoder_count": calibration.encoder.pitch} if calibration.encoder else {}
     radius = sidecar.rig_constants({"R": constants["R"]} if "R" in constants else {}, where).R
     laser = fields.get(LASER)
     if laser is not None and laser.unit and radius is not None:
-        unit = _as_metres(laser.unit) or (known.laser.gain if known.laser else None)
-        found |= {LASER: abs(unit) / radius.value} if unit else {}
+        unit = _as_metres(laser.unit) or (calibration.laser.gain if calibration.laser else None)
+        sizes |= {LASER: abs(unit) / radius.value} if unit else {}
     angle = fields.get("angle")
-    return found | (
+    return sizes | (
         {"angle": conversion(angle.unit, "rad", f"{where}: column '{angle.name}'")} if angle and angle.unit else {}
     )
 
@@ -148,44 +148,44 @@ def _run(
     tables = []
     for file in files_of(resource) if resource else (path.name,):
         existing(path.parent / file, "log")
-        own = [field for field in fields if field.file in (None, file)]
-        found = read_table(path.parent / file, reader, options)
-        tables.append(with_roles(found, own, where, None if rate is None else float(rate)))
+        file_fields = [field for field in fields if field.file in (None, file)]
+        table = read_table(path.parent / file, reader, options)
+        tables.append(with_roles(table, file_fields, where, None if rate is None else float(rate)))
     rule = resource.get("join")
     return joined(tables, rule if rule is None else str(rule), sizes)
 
 
-def _calibrated(known: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:
+def _calibrated(table: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:
     """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows.
 
     Raises:
         StickslipError: nothing is stated of an instrument.
     """
-    columns, said = dict(known.columns), []
+    columns, remarks = dict(table.columns), []
     for column, instrument in _INSTRUMENTS.items():
         if column not in columns:
             continue
         if instrument in stated and getattr(instruments, instrument) is None:
             del columns[column]
             columns.pop(f"{instrument}_edge_time", None)
-            said.append(f"'{column}' is not read: its calibration is not known.")
+            remarks.append(f"'{column}' is not read: its calibration is not known.")
         else:
             instruments.need(instrument)
-    return replace(known, columns=columns), tuple(said)
+    return replace(table, columns=columns), tuple(remarks)
 
 
 def _guesses(resource: Mapping[str, Any], where: str) -> tuple[str, ...]:
     """What stands in the sidecar that nobody has confirmed, or that is not known."""
-    guessed = [f"the {what} of '{field.name}'" for field in fields_of(resource, where) for what in field.guessed]
+    guessed = [f"the {guess} of '{field.name}'" for field in fields_of(resource, where) for guess in field.guessed]
     guessed += [str(key) for key in mapping(mapping(resource, "experiment", where), "guessed", where)]
-    said = []
+    remarks = []
     if guessed:
         verb = "is" if len(guessed) == 1 else "are"
-        said.append(f"{', '.join(guessed)} {verb} guessed; confirm it: stickslip describe FILES --confirm.")
+        remarks.append(f"{', '.join(guessed)} {verb} guessed; confirm it: stickslip describe FILES --confirm.")
     laser = mapping(mapping(resource, "calibration", where), "laser", where)
     if laser.get("zero", 0) is None:
-        said.append("the laser's reading at rest is not known: 0 was taken, and a free decay must show it.")
-    return tuple(said)
+        remarks.append("the laser's reading at rest is not known: 0 was taken, and a free decay must show it.")
+    return tuple(remarks)
 
 
 def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -222,13 +222,13 @@ def read_package(
         StickslipError: as in `read_log`.
     """
     path = Path(path)
-    found = path / SIDECAR if existing(path, "package of logs").is_dir() else path
-    if not found.exists():
+    sidecar_path = path / SIDECAR if existing(path, "package of logs").is_dir() else path
+    if not sidecar_path.exists():
         raise StickslipError(f"There is no {SIDECAR} in '{path}'. Have one written: stickslip describe {path}.")
-    if found.name != SIDECAR:
+    if sidecar_path.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
-    resources = sidecar.load_json(found)["resources"]
-    return [read_log(found.parent / files_of(r)[0], repair=repair, reader=reader) for r in resources]
+    resources = sidecar.load_json(sidecar_path)["resources"]
+    return [read_log(sidecar_path.parent / files_of(r)[0], repair=repair, reader=reader) for r in resources]
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
@@ -311,9 +311,9 @@ def _check_hash(path: Path, resource: Mapping[str, Any], beside: Path) -> None:
         stated = stated.get(path.name)
     if stated is None or not path.exists():
         return
-    found = sidecar.file_hash(path)
-    if stated != found:
+    digest = sidecar.file_hash(path)
+    if stated != digest:
         raise StickslipError(
-            f"'{path}' is not the file that '{beside}' describes: its checksum is {found}, stated is {stated}. "
+            f"'{path}' is not the file that '{beside}' describes: its checksum is {digest}, stated is {stated}. "
             'Restore the file, or, if the change is meant, write the new checksum into "hash" (or leave "hash" out).'
         )

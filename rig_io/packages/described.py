@@ -58,14 +58,14 @@ def fields_of(resource: Mapping[str, Any], where: str) -> tuple[Field, ...]:
     fields = [_field(entry, where) for entry in entries if isinstance(entry, dict) and "name" in entry]
     shared = resource.get("join") in ("clocks", "columns", "time")
     taken: dict[tuple[str | None, str], Field] = {}
-    for one in fields:
-        if one.role is None:
+    for field in fields:
+        if field.role is None:
             continue
-        other = taken.setdefault((one.file if shared else None, one.role), one)
-        if other is not one and (one.explicit or other.explicit):
+        previous = taken.setdefault((field.file if shared else None, field.role), field)
+        if previous is not field and (field.explicit or previous.explicit):
             raise StickslipError(
-                f"{where}: two columns, '{other.name}' and '{one.name}', have the role '{one.role}'. Keep one: "
-                f"stickslip describe FILE --map '{other.name}=none'."
+                f"{where}: two columns, '{previous.name}' and '{field.name}', have the role '{field.role}'. Keep one: "
+                f"stickslip describe FILE --map '{previous.name}=none'."
             )
     return tuple(fields)
 
@@ -76,7 +76,7 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
     role = entry["role"] if explicit else name if name in COLUMNS else None
     if role is not None and role not in COLUMNS:
         raise StickslipError(f"{where}: column '{name}' has the unknown role {role!r}.{nearest(str(role), COLUMNS)}")
-    said = entry.get("guessed", {})
+    guesses = entry.get("guessed", {})
     unit, header = entry.get("unit"), entry.get("header_unit")
     file = entry.get("file")
     return Field(
@@ -86,7 +86,7 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
         None if header is None else str(header),
         None if file is None else str(file),
         explicit,
-        tuple(str(key) for key in said) if isinstance(said, dict) else (),
+        tuple(str(key) for key in guesses) if isinstance(guesses, dict) else (),
     )
 
 
@@ -121,8 +121,8 @@ def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | 
         columns = {TIME.name: np.arange(length) / rate, **columns}
         units[TIME.name] = TIME.unit
     stamps = tuple(field.role for name, field in roles.items() if name in table.stamps and field.role)
-    kept = {name: "" for name in table.columns if name not in roles}
-    return replace(table, columns=columns, units=units, left_out=left_out | _others(kept), stamps=stamps)
+    unassigned = {name: "" for name in table.columns if name not in roles}
+    return replace(table, columns=columns, units=units, left_out=left_out | _others(unassigned), stamps=stamps)
 
 
 def with_units(table: Table, fields: Sequence[Field]) -> Table:
@@ -156,9 +156,9 @@ def _missing(table: Table, field: Field, where: str) -> StickslipError:
             f"{table.source}: column '{field.name}' is to be '{field.role}', but it is {table.left_out[field.name]}. "
             f"Map another one: stickslip describe FILE --map COLUMN={field.role}."
         )
-    known = ", ".join(f"'{name}'" for name in table.columns)
+    listing = ", ".join(f"'{name}'" for name in table.columns)
     return StickslipError(
-        f"{table.source} has no column '{field.name}', which {where} calls '{field.role}'; its columns are {known}. "
+        f"{table.source} has no column '{field.name}', which {where} calls '{field.role}'; its columns are {listing}. "
         f"Map one of them: stickslip describe FILE --map COLUMN={field.role}."
     )
 

@@ -90,17 +90,17 @@ def load_json(sidecar: Path) -> dict[str, Any]:
 
 
 def mapping(parent: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
-    found = parent.get(key, {})
-    if not isinstance(found, dict):
-        raise StickslipError(f'{where}: "{key}" holds {found!r}; expected an object {{...}}.')
-    return found
+    entry = parent.get(key, {})
+    if not isinstance(entry, dict):
+        raise StickslipError(f'{where}: "{key}" holds {entry!r}; expected an object {{...}}.')
+    return entry
 
 
 def _list(parent: Mapping[str, Any], key: str, default: tuple[str, ...], where: str) -> list[Any]:
-    found = parent.get(key, list(default))
-    if not isinstance(found, list):
-        raise StickslipError(f'{where}: "{key}" holds {found!r}; expected a list [...].')
-    return found
+    entry = parent.get(key, list(default))
+    if not isinstance(entry, list):
+        raise StickslipError(f'{where}: "{key}" holds {entry!r}; expected a list [...].')
+    return entry
 
 
 def _number(value: Any, where: str) -> float:
@@ -135,11 +135,11 @@ def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
 def calibration(entries: Mapping[str, Any], where: str, length: bool = False) -> Calibration:
     """length: whether the laser's column is a length, so that its gain is 1."""
     kinds = {f.name: LaserCalibration if f.name == "laser" else EncoderCalibration for f in fields(Calibration)}
-    made: dict[str, Any] = {}
+    instruments: dict[str, Any] = {}
     for instrument in entries:
         at = f"{where}: calibration of '{instrument}'"
         if instrument in LOADS:
-            made[instrument] = _load(mapping(entries, instrument, where), at)
+            instruments[instrument] = _load(mapping(entries, instrument, where), at)
             continue
         if instrument not in kinds:
             raise StickslipError(f"{at}: there is no such instrument.{nearest(instrument, kinds)}")
@@ -148,15 +148,15 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
         entry = {key: value for key, value in entry.items() if value is not None and key != "guessed"}
         if length and instrument == "laser":
             entry = {"gain": 1.0, "gain_deviation": 0.0, **entry}
-        known = [f.name for f in fields(kind)]
-        if known[0] in entries[instrument] and known[0] not in entry:
+        names = [f.name for f in fields(kind)]
+        if names[0] in entries[instrument] and names[0] not in entry:
             continue  # nobody knows it: what the instrument wrote is not read
         needed = "gain" if instrument == "laser" else "pulses_per_revolution"
         if needed not in entry:
             raise StickslipError(f'{at} lacks "{needed}".')
         for key in entry:
-            if key not in known:
-                raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, known)}")
+            if key not in names:
+                raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, names)}")
             if key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
                 if key == "counter_bits" and entry[key] not in range(4, 65):
@@ -167,19 +167,19 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
             raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
         if instrument != "laser":
             entry |= {key: int(entry[key]) for key in (needed, "counter_bits") if key in entry}
-        made[instrument] = kind(**entry)
-    return Calibration(**made)
+        instruments[instrument] = kind(**entry)
+    return Calibration(**instruments)
 
 
 def _load(entry: Mapping[str, Any], at: str) -> LoadCalibration:
     for key in entry:
         if key != "gain_deviation":
             raise StickslipError(f"{at} has the unknown entry '{key}'. Expected 'gain_deviation', relative.")
-    known = entry.get("gain_deviation")
-    known = None if known is None else _number(known, f"{at}, 'gain_deviation'")
-    if known is not None and known < 0:
-        raise StickslipError(f"{at}: a gain_deviation of {known:g} is none. Give a positive share of the gain.")
-    return LoadCalibration(known)
+    deviation = entry.get("gain_deviation")
+    deviation = None if deviation is None else _number(deviation, f"{at}, 'gain_deviation'")
+    if deviation is not None and deviation < 0:
+        raise StickslipError(f"{at}: a gain_deviation of {deviation:g} is none. Give a positive share of the gain.")
+    return LoadCalibration(deviation)
 
 
 def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
@@ -192,7 +192,7 @@ def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
     contacts = tuple(str(c) for c in _list(entry, "contacts", () if kind == "free-decay" else ("disc0",), where))
     if not set(contacts) <= {"disc0", "disc1"}:
         raise StickslipError(f"{where}: contacts {list(contacts)} are unknown. Expected 'disc0', 'disc1' or both.")
-    speeds, known = (
+    speeds, deviations = (
         tuple(_number(v, f"{where}: {key}") for v in _list(entry, key, (), where))
         for key in ("drive_speed", "drive_speed_uncertainty")
     )
@@ -200,9 +200,9 @@ def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
         raise StickslipError(
             f"{where}: {len(speeds)} drive speeds for {len(contacts)} discs. Give one for each contact."
         )
-    if known and (len(known) != len(speeds) or min(known) < 0):
+    if deviations and (len(deviations) != len(speeds) or min(deviations) < 0):
         raise StickslipError(
-            f"{where}: drive_speed_uncertainty holds {list(known)} for the drive speeds {list(speeds)}. Give a "
+            f"{where}: drive_speed_uncertainty holds {list(deviations)} for the drive speeds {list(speeds)}. Give a "
             "positive one for each, in rad/s."
         )
     materials = tuple(str(m) for m in _list(entry, "materials", (), where))
@@ -216,7 +216,7 @@ def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
             f"{where}: discs arranged '{arrangement}' are two, but contacts are {list(contacts)}. Give both discs, or "
             "leave the arrangement out."
         )
-    return Experiment(kind, contacts, materials, speeds, arrangement, known, mapping(entry, "emulation", where))
+    return Experiment(kind, contacts, materials, speeds, arrangement, deviations, mapping(entry, "emulation", where))
 
 
 def package(name: str, logs: list[RigLog], work: Path, title: str, description: str) -> dict[str, Any]:

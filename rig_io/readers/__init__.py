@@ -50,56 +50,56 @@ def read_table(
         StickslipError: the file cannot be read as a table of numbers; says what was found and what to do.
     """
     path = Path(path)
-    found = _reader_of(path, reader)
-    if found is None and path.suffix.lower() in packed.SUFFIXES:
+    match = _reader_of(path, reader)
+    if match is None and path.suffix.lower() in packed.SUFFIXES:
         existing(path, "log")
-        rest = {name: value for name, value in options.items() if name != packed.MEMBER}
+        settings = {name: value for name, value in options.items() if name != packed.MEMBER}
         with packed.unpacked(path, options.get(packed.MEMBER)) as inner:
             if inner.suffix.lower() in packed.SUFFIXES:
                 raise StickslipError(f"'{inner}' is an archive in an archive. Unpack it.")
-            return replace(read_table(inner, reader, rest), source=f"'{path}'")
-    if found is None:
+            return replace(read_table(inner, reader, settings), source=f"'{path}'")
+    if match is None:
         raise _unknown(path, reader)
-    name, chosen = found
+    name, chosen = match
     for option in options:
         if option not in chosen.options:
-            known = ", ".join(f"{key} ({what})" for key, what in chosen.options.items()) or "none"
-            raise StickslipError(f"'{path}': its kind of file has no option '{option}'. Known are: {known}.")
+            choices = ", ".join(f"{key} ({meaning})" for key, meaning in chosen.options.items()) or "none"
+            raise StickslipError(f"'{path}': its kind of file has no option '{option}'. Known are: {choices}.")
     with READERS.running(name):
         table = chosen.read(path, **options)
     return table if name in READERS.members() else _checked(table, os.fspath(name))
 
 
-def _reader_of(path: Path, own: Reference | None) -> tuple[Reference, Reader] | None:
+def _reader_of(path: Path, preferred: Reference | None) -> tuple[Reference, Reader] | None:
     """What reads this kind of file, by its suffix: the user's own, one of ours, or an installed one."""
-    for name, reader in _readers(own):
+    for name, reader in _readers(preferred):
         if path.suffix.lower() in reader.suffixes:
             return name, reader
     return None
 
 
-def _readers(own: Reference | None) -> Iterator[tuple[Reference, Reader]]:
-    for name in dict.fromkeys((*((own,) if own else ()), *READERS.members(), *READERS.names())):
+def _readers(preferred: Reference | None) -> Iterator[tuple[Reference, Reader]]:
+    for name in dict.fromkeys((*((preferred,) if preferred else ()), *READERS.members(), *READERS.names())):
         yield name, READERS.load(name)
 
 
-def _unknown(path: Path, own: Reference | None) -> StickslipError:
+def _unknown(path: Path, preferred: Reference | None) -> StickslipError:
     if path.is_dir():
         return StickslipError(f"'{path}' is a folder, where one log is wanted. Name the file.")
-    known = sorted({suffix for _, reader in _readers(own) for suffix in reader.suffixes} | {*packed.SUFFIXES})
-    return StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(known)}.")
+    suffixes = sorted({suffix for _, reader in _readers(preferred) for suffix in reader.suffixes} | {*packed.SUFFIXES})
+    return StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(suffixes)}.")
 
 
-def _checked(found: object, name: str) -> Table:
+def _checked(table: object, name: str) -> Table:
     """What a reader that is not ours has read.
 
     Raises:
         StickslipError: no table, or columns that are no numbers, one for each sample.
     """
-    if not isinstance(found, Table):
-        raise StickslipError(f"The reader '{name}' must return a Table, found one of class {type(found).__name__}.")
+    if not isinstance(table, Table):
+        raise StickslipError(f"The reader '{name}' must return a Table, found one of class {type(table).__name__}.")
     columns = {}
-    for column, values in found.columns.items():
+    for column, values in table.columns.items():
         try:
             columns[column] = np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError) as error:
@@ -110,4 +110,4 @@ def _checked(found: object, name: str) -> Table:
             f"Reader '{name}': all columns have one shape (n_samples,), found "
             f"{', '.join(f'{column} {shape}' for column, shape in shapes.items()) or 'no column'}."
         )
-    return replace(found, columns=columns)
+    return replace(table, columns=columns)

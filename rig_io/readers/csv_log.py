@@ -108,62 +108,62 @@ def _as_lines(path: Path, options: Mapping[str, str]) -> Iterator[tuple[IO[bytes
 
 def _blocks(file: IO[bytes]) -> Iterator[tuple[bytes, bool]]:
     """Whole lines of a file, some megabytes of them, and whether they are the last."""
-    rest = b""
+    remainder = b""
     while True:
         data = file.read(BLOCK)
         if not data:
-            yield rest, True
+            yield remainder, True
             return
         end = data.rfind(b"\n") + 1
         if not end:
-            rest += data
+            remainder += data
             continue
-        whole, rest = rest + data[:end], data[end:]
+        lines, remainder = remainder + data[:end], data[end:]
         # blank lines at the end of the file belong to the last block
-        body = whole.rstrip(b"\r\n\t \x1a")
-        keep = whole.find(b"\n", len(body)) + 1
-        rest = whole[keep:] + rest
-        yield whole[:keep], False
+        body = lines.rstrip(b"\r\n\t \x1a")
+        keep = lines.find(b"\n", len(body)) + 1
+        remainder = lines[keep:] + remainder
+        yield lines[:keep], False
 
 
 def _table(path: Path, layout: Layout, blocks: Iterator[tuple[bytes, bool]]) -> Table:
     """All rows, block by block."""
-    wanted = [j for j, kind in enumerate(layout.kinds) if kind not in ("text", "empty")]
-    parts: dict[int, list[np.ndarray]] = {j: [] for j in wanted}
-    zoned: dict[int, set[bool]] = {j: set() for j in wanted}
+    numeric = [j for j, kind in enumerate(layout.kinds) if kind not in ("text", "empty")]
+    pieces: dict[int, list[np.ndarray]] = {j: [] for j in numeric}
+    zoned: dict[int, set[bool]] = {j: set() for j in numeric}
     line = layout.first_line
     for block, last in blocks:
         if last:
             block = _whole_rows(path, block, layout, line)
         if not block.strip():
             break
-        frame = _frame(path, block, layout, wanted, line)
-        for j in wanted:
+        frame = _frame(path, block, layout, numeric, line)
+        for j in numeric:
             if layout.kinds[j] == "number":
-                parts[j].append(frame[j].to_numpy())
+                pieces[j].append(frame[j].to_numpy())
                 continue
             try:
-                found, zone = stamps.instants(frame.loc[:, j], layout.kinds[j], layout.dates)
+                times, zone = stamps.instants(frame.loc[:, j], layout.kinds[j], layout.dates)
             except StickslipError as error:
                 raise StickslipError(
                     f"'{path}', from line {line} on, column '{layout.names[j]}': {error}. Write all in one zone."
                 ) from error
-            parts[j].append(found)
+            pieces[j].append(times)
             zoned[j].add(zone)
         line += len(frame)
     if line == layout.first_line:
         raise StickslipError(f"'{path}' has a header but no complete row of numbers.")
-    return _joined(path, layout, parts, zoned)
+    return _joined(path, layout, pieces, zoned)
 
 
-def _joined(path: Path, layout: Layout, parts: dict[int, list[np.ndarray]], zoned: Mapping[int, set[bool]]) -> Table:
+def _joined(path: Path, layout: Layout, pieces: dict[int, list[np.ndarray]], zoned: Mapping[int, set[bool]]) -> Table:
     """The table of the parts of each column; a date and a time of day become one column."""
     columns: dict[str, np.ndarray] = {}
     units = dict(layout.units)
-    made: list[str] = []
-    begin = None
-    for j in list(parts):
-        values, name, kind = np.concatenate(parts.pop(j)), layout.names[j], layout.kinds[j]
+    names: list[str] = []
+    start = None
+    for j in list(pieces):
+        values, name, kind = np.concatenate(pieces.pop(j)), layout.names[j], layout.kinds[j]
         if kind == "number":
             columns[name] = values
             continue
@@ -172,11 +172,11 @@ def _joined(path: Path, layout: Layout, parts: dict[int, list[np.ndarray]], zone
         time, origin = stamps.seconds(values, kind, True in zoned[j])
         columns[name] = time
         units[name] = "s"
-        made.append(name)
-        begin = begin or origin
+        names.append(name)
+        start = start or origin
     kinds = dict(zip(layout.names, layout.kinds, strict=True))
-    dates = [name for name in made if kinds[name] == "date"]
-    clocks = [name for name in made if kinds[name] == "time of day"]
+    dates = [name for name in names if kinds[name] == "date"]
+    clocks = [name for name in names if kinds[name] == "time of day"]
     if len(dates) == 1 and len(clocks) == 1:
         # dates count from the first one: the time of day that falls at midnight begins there anew
         day, clock = columns.pop(dates[0]), columns.pop(clocks[0])
@@ -184,7 +184,7 @@ def _joined(path: Path, layout: Layout, parts: dict[int, list[np.ndarray]], zone
         joined = f"{dates[0]} {clocks[0]}"
         columns = {joined: day + within, **columns}
         units = {joined: "s", **{name: unit for name, unit in units.items() if name not in (dates[0], clocks[0])}}
-        made = [joined, *(name for name in made if name not in (dates[0], clocks[0]))]
+        names = [joined, *(name for name in names if name not in (dates[0], clocks[0]))]
     words = {
         name: "a column of words" if kind == "text" else "a column of nothing"
         for name, kind in kinds.items()
@@ -198,8 +198,8 @@ def _joined(path: Path, layout: Layout, parts: dict[int, list[np.ndarray]], zone
         left_out=words,
         nameless=layout.nameless,
         doubled=layout.doubled,
-        begin=begin,
-        stamps=tuple(made),
+        begin=start,
+        stamps=tuple(names),
         notes=layout.notes,
     )
 
@@ -212,10 +212,10 @@ def _whole_rows(path: Path, block: bytes, layout: Layout, line: int) -> bytes:
         return b""
     if layout.separator == "\t":
         body = block.rstrip(b"\r\n \x1a")
-    begin = body.rfind(b"\n") + 1
-    final = body[begin:].decode(layout.encoding, errors="replace")
+    start = body.rfind(b"\n") + 1
+    final = body[start:].decode(layout.encoding, errors="replace")
     cells = _count(final, layout)
-    before = body[:begin]
+    before = body[:start]
     short = cells < len(layout.names)
     if (short and not ended) or (not ended and final.endswith(layout.separator) and layout.kinds[-1] != "empty"):
         if line == layout.first_line and not before.strip():
@@ -231,7 +231,7 @@ def _count(row: str, layout: Layout) -> int:
     return len(layout.cells(row)) if layout.separator == BLANKS or '"' in row else row.count(layout.separator) + 1
 
 
-def _frame(path: Path, block: bytes, layout: Layout, wanted: Sequence[int], line: int) -> DataFrame:
+def _frame(path: Path, block: bytes, layout: Layout, numeric: Sequence[int], line: int) -> DataFrame:
     """The wanted columns of a block of whole rows, numbers as float64, stamps as text.
 
     Raises:
@@ -252,7 +252,7 @@ def _frame(path: Path, block: bytes, layout: Layout, wanted: Sequence[int], line
         raise _uneven_row(path, block, layout, line)
     try:
         # as many separators as rows need, and none with too many, which pandas refuses: none has too few
-        return _parsed(block, layout, wanted)
+        return _parsed(block, layout, numeric)
     except (ValueError, OverflowError, pandas.errors.ParserError):
         text = block.decode("utf-8").replace("\r", "")
         if any(len(_raw(row, layout)) != len(layout.names) for row in text.split("\n")[:-1]):
@@ -262,21 +262,21 @@ def _frame(path: Path, block: bytes, layout: Layout, wanted: Sequence[int], line
             for row in text.split("\n")[:-1]
         )
         try:
-            return _parsed((plain + "\n").encode("utf-8"), layout, wanted)
+            return _parsed((plain + "\n").encode("utf-8"), layout, numeric)
         except (ValueError, OverflowError, pandas.errors.ParserError) as error:
-            raise _no_number(path, text, layout, wanted, line) from error
+            raise _no_number(path, text, layout, numeric, line) from error
 
 
 def _raw(row: str, layout: Layout) -> list[str]:
     return row.split() if layout.separator == BLANKS else [cell.strip() for cell in row.split(layout.separator)]
 
 
-def _parsed(block: bytes, layout: Layout, wanted: Sequence[int]) -> DataFrame:
+def _parsed(block: bytes, layout: Layout, numeric: Sequence[int]) -> DataFrame:
     import pandas
 
     everything = range(len(layout.names))
     kinds: Any = {j: np.float64 if layout.kinds[j] == "number" else "string" for j in everything}
-    found = pandas.read_csv(
+    frame = pandas.read_csv(
         BytesIO(block),
         sep=layout.separator,
         decimal=layout.decimal,
@@ -290,7 +290,7 @@ def _parsed(block: bytes, layout: Layout, wanted: Sequence[int]) -> DataFrame:
         skip_blank_lines=False,
         encoding="utf-8",
     )
-    return found.loc[:, list(wanted)]
+    return frame.loc[:, list(numeric)]
 
 
 def _uneven_row(path: Path, block: bytes, layout: Layout, line: int) -> StickslipError:
@@ -308,16 +308,16 @@ def _uneven_row(path: Path, block: bytes, layout: Layout, line: int) -> Sticksli
     )
 
 
-def _no_number(path: Path, text: str, layout: Layout, wanted: Sequence[int], line: int) -> StickslipError:
+def _no_number(path: Path, text: str, layout: Layout, numeric: Sequence[int], line: int) -> StickslipError:
     """The error that names the first cell that is neither a number nor a recorder's word for none."""
     for i, row in enumerate(text.split("\n")[:-1]):
         cells = _raw(row, layout)
-        for j in wanted:
+        for j in numeric:
             if layout.kinds[j] == "number" and not is_none(cells[j]) and not is_number(cells[j], layout.decimal):
-                other = "," if layout.decimal == "." else "."
+                other_mark = "," if layout.decimal == "." else "."
                 advice = "Mend or remove the row."
-                if is_number(cells[j], other):
-                    mark = "comma" if other == "," else "point"
+                if is_number(cells[j], other_mark):
+                    mark = "comma" if other_mark == "," else "point"
                     advice = f"If that is its decimal mark, say so: stickslip describe FILE --read decimal={mark}."
                 return StickslipError(
                     f"'{path}': line {line + i}, column '{layout.names[j]}' holds '{cells[j][:40]}', not a number. "

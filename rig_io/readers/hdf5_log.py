@@ -29,21 +29,22 @@ def channels(path: str, group: str = "") -> Channels:
 
         def visit(name: str, item: Any) -> None:
             if isinstance(item, h5py.Dataset):
-                inside, _, own = name.rpartition("/")
-                groups.setdefault(inside, {})[own] = item
+                inside, _, leaf = name.rpartition("/")
+                groups.setdefault(inside, {})[leaf] = item
 
         file.visititems(visit)
         useful = {
             name: items
             for name, items in groups.items()
-            if any(len(one.shape) == 1 and one.shape[0] > 1 for one in items.values())
+            if any(len(item.shape) == 1 and item.shape[0] > 1 for item in items.values())
         }
         if group and group.strip("/") not in useful:
             raise StickslipError(f"'{path}' has no group '{group}' with vectors.{nearest(group, useful)}")
         if not group and len(useful) > 1:
-            shown = ", ".join(f"/{name}" for name in useful)
+            listing = ", ".join(f"/{name}" for name in useful)
             raise StickslipError(
-                f"'{path}' has vectors in the groups {shown}. Say which one: stickslip describe FILE --read group=NAME."
+                f"'{path}' has vectors in the groups {listing}. Say which one: stickslip describe FILE --read "
+                "group=NAME."
             )
         if not useful:
             return Channels([], {name: "no vector" for items in groups.values() for name in items})
@@ -51,25 +52,25 @@ def channels(path: str, group: str = "") -> Channels:
 
 
 def _vectors(items: dict[str, Any]) -> Channels:
-    found: list[Channel] = []
+    vectors: list[Channel] = []
     left_out: dict[str, str] = {}
     scalars: dict[str, float] = {}
     for name, item in items.items():
         if item.dtype.names and len(item.shape) == 1:
             rows = item[()]
-            found += [Channel(n, rows[n]) for n in item.dtype.names if fits(n, rows[n], left_out)]
+            vectors += [Channel(n, rows[n]) for n in item.dtype.names if fits(n, rows[n], left_out)]
         elif item.shape in ((), (1,)) and item.dtype.kind in "biuf":
             scalars[name] = float(item[()] if item.shape == () else item[0])
         elif fits(name, item, left_out):
-            found.append(Channel(name, item[()], _unit(item)))
-    return Channels(of_one_length(found, left_out), left_out, scalars)
+            vectors.append(Channel(name, item[()], _unit(item)))
+    return Channels(of_one_length(vectors, left_out), left_out, scalars)
 
 
 def _unit(item: Any) -> str:
     for key in ("unit", "units", "Unit", "Units"):
         if key in item.attrs:
-            said = item.attrs[key]
-            return said.decode("utf-8", "replace") if isinstance(said, bytes) else str(said)
+            unit = item.attrs[key]
+            return unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
     return ""
 
 

@@ -43,31 +43,31 @@ def read(path: Path) -> Table:
                 "(one header only)."
             )
         after = data.find(b"\n", ends[1]) + 1
-        begin = data.find(b"\n", after) + 1
-        if not after or not begin or not data[begin : begin + HEAD].strip():
+        body = data.find(b"\n", after) + 1
+        if not after or not body or not data[body : body + HEAD].strip():
             raise StickslipError(f"'{path}' is cut off: it has no row of numbers. Copy it again from its source.")
-        head = data[:begin].decode("latin-1")
+        head = data[:body].decode("latin-1")
     first, channel, names = head[: ends[0]], head[ends[0] : ends[1]], head[after:].rstrip("\r\n")
-    said = re.search(r"^Separator\W(\w+)", first, re.MULTILINE)
-    separator = SEPARATORS.get(said[1] if said else "", "\t")
+    separator_word = re.search(r"^Separator\W(\w+)", first, re.MULTILINE)
+    separator = SEPARATORS.get(separator_word[1] if separator_word else "", "\t")
     decimal = "," if re.search(r"^Decimal_Separator\W,", first, re.MULTILINE) else "."
     settings = _settings(first, channel, separator)
-    return _table(path, begin, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
+    return _table(path, body, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
 
 
 def _settings(file: str, channel: str, separator: str) -> dict[str, list[str]]:
     """What the headers state: values of a key, one for each channel."""
-    found: dict[str, list[str]] = {}
+    settings: dict[str, list[str]] = {}
     for line in (file + "\n" + channel).splitlines():
         cells = [cell.strip() for cell in line.split(separator)]
         if cells[0] and len(cells) > 1:
-            found[cells[0]] = cells[1:]
-    return found
+            settings[cells[0]] = cells[1:]
+    return settings
 
 
 def _table(
     path: Path,
-    begin: int,
+    body: int,
     names: list[str],
     settings: Mapping[str, list[str]],
     marks: tuple[str, str],
@@ -83,12 +83,12 @@ def _table(
     if with_clock == "Multi":
         raise StickslipError(f"'{path}' has a column of X for every channel. Save it with one (X columns: one only).")
     behind = int(with_clock == "One" or names[0] == "X_Value")
-    kept = names[behind : behind + channels]
-    places = [names.index(name) if names.count(name) == 1 else i + 1 for i, name in enumerate(kept)]
-    wanted = ([0] if with_clock == "One" else []) + places
-    values = _numbers(path, begin, len(names), wanted, marks, line)
+    channel_names = names[behind : behind + channels]
+    places = [names.index(name) if names.count(name) == 1 else i + 1 for i, name in enumerate(channel_names)]
+    numeric = ([0] if with_clock == "One" else []) + places
+    values = _numbers(path, body, len(names), numeric, marks, line)
     unique: list[str] = []
-    for name in kept:
+    for name in channel_names:
         unique.append(name if name not in unique and name != TIME else f"{name} ({unique.count(name) + 2})")
     columns: dict[str, np.ndarray] = {}
     if with_clock == "One":
@@ -98,10 +98,10 @@ def _table(
         if not step > 0:
             raise StickslipError(f"'{path}' has neither a column of X nor a step (Delta_X). Save it with one.")
         columns[TIME] = start + step * np.arange(len(values[0]))
-    columns |= dict(zip(unique, values[len(wanted) - len(kept) :], strict=True))
+    columns |= dict(zip(unique, values[len(numeric) - len(channel_names) :], strict=True))
     units = dict(zip(unique, settings.get("Y_Unit_Label", []), strict=False))
     date, clock = settings.get("Date", [""])[0], settings.get("Time", [""])[0]
-    notes = tuple(part for part in (f"{date} {clock}".strip(), *settings.get("Operator", [])) if part)
+    notes = tuple(note for note in (f"{date} {clock}".strip(), *settings.get("Operator", [])) if note)
     named = {TIME: "s", **{name: unit for name, unit in units.items() if unit}}
     return Table(f"'{path}'", columns, named, line, notes=notes)
 
@@ -111,14 +111,14 @@ def _number(text: str) -> float:
 
 
 def _numbers(
-    path: Path, begin: int, width: int, wanted: list[int], marks: tuple[str, str], line: int
+    path: Path, start: int, width: int, numeric: list[int], marks: tuple[str, str], line: int
 ) -> list[np.ndarray]:
     import pandas
 
     with open(path, "rb") as file:
         file.seek(-1, SEEK_END)
         ended = file.read(1) == b"\n"
-        file.seek(begin)
+        file.seek(start)
         try:
             frame = pandas.read_csv(
                 file,
@@ -126,34 +126,34 @@ def _numbers(
                 decimal=marks[1],
                 header=None,
                 names=list(range(width)),
-                dtype={place: np.float64 if place in wanted else "string" for place in range(width)},
+                dtype={column: np.float64 if column in numeric else "string" for column in range(width)},
                 index_col=False,
                 encoding="latin-1",
             )
         except (ValueError, OverflowError, pandas.errors.ParserError) as error:
-            raise _fault(path, begin, wanted, marks, line) or StickslipError(
+            raise _fault(path, start, numeric, marks, line) or StickslipError(
                 f"'{path}' is no table of numbers from line {line} on: {error}."
             ) from error
-    if len(frame) and not ended and frame[wanted].iloc[-1].isna().any():
+    if len(frame) and not ended and frame[numeric].iloc[-1].isna().any():
         warnings.warn(f"'{path}': the last line is cut off and was left out.", StickslipWarning, stacklevel=5)
         frame = frame.iloc[:-1]
     if not len(frame):
         raise StickslipError(f"'{path}' is cut off: it has no row of numbers. Copy it again from its source.")
-    return [frame[place].to_numpy() for place in wanted]
+    return [frame[column].to_numpy() for column in numeric]
 
 
-def _fault(path: Path, begin: int, wanted: list[int], marks: tuple[str, str], line: int) -> StickslipError | None:
+def _fault(path: Path, start: int, numeric: list[int], marks: tuple[str, str], line: int) -> StickslipError | None:
     """The first row that is none."""
     with open(path, "rb") as file:
-        file.seek(begin)
+        file.seek(start)
         for i, row in enumerate(file):
             cells = [cell.strip() for cell in row.decode("latin-1").split(marks[0])]
-            for place in wanted:
-                if place >= len(cells):
+            for column in numeric:
+                if column >= len(cells):
                     return StickslipError(f"'{path}': line {line + i} has {len(cells)} cells, too few. Mend it.")
-                if not is_none(cells[place]) and not is_number(cells[place], marks[1]):
+                if not is_none(cells[column]) and not is_number(cells[column], marks[1]):
                     return StickslipError(
-                        f"'{path}': line {line + i} holds '{cells[place][:40]}', not a number. Mend or remove the row."
+                        f"'{path}': line {line + i} holds '{cells[column][:40]}', not a number. Mend or remove the row."
                     )
     return None
 

@@ -45,17 +45,17 @@ def table_of(path: Path, variables: Iterable[Array]) -> Table:
     columns: dict[str, np.ndarray] = {}
     scalars: dict[str, float] = {}
     left_out: dict[str, str] = {}
-    for found in (part for variable in variables for part in variable.fields or [variable]):
-        if found.name in columns or found.name in scalars or found.name in left_out:
-            raise StickslipError(f"'{path}' has two columns named '{found.name}'. Save them under different names.")
-        reason = _unfit(found)
-        if reason or found.values is None:
-            left_out[found.name] = reason
-        elif len(found.values) == 1:
-            scalars[found.name] = float(found.values[0])
+    for array in (field for variable in variables for field in variable.fields or [variable]):
+        if array.name in columns or array.name in scalars or array.name in left_out:
+            raise StickslipError(f"'{path}' has two columns named '{array.name}'. Save them under different names.")
+        reason = _unfit(array)
+        if reason or array.values is None:
+            left_out[array.name] = reason
+        elif len(array.values) == 1:
+            scalars[array.name] = float(array.values[0])
         else:
             with np.errstate(invalid="ignore"):  # of a NaN that signals; it stays NaN
-                columns[found.name] = found.values.astype(np.float64, copy=False)
+                columns[array.name] = array.values.astype(np.float64, copy=False)
     _check_columns(path, columns, left_out)
     return Table(f"'{path}'", columns, {}, None, scalars, left_out)
 
@@ -79,8 +79,8 @@ def _variables(path: Path) -> list[Array]:
         )
     try:
         with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
-            found = isolated(stored_arrays, str(path), hdf5, room, limits=limits_for(path))
-            return [taken(one) for one in found]
+            arrays = isolated(stored_arrays, str(path), hdf5, room, limits=limits_for(path))
+            return [taken(array) for array in arrays]
     except Damaged as error:
         raise StickslipError(
             f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again: {_SAVE}."
@@ -103,30 +103,30 @@ _REASONS = {
 }
 
 
-def _unfit(found: Array) -> str:
+def _unfit(array: Array) -> str:
     """Why a variable is neither a vector nor a single number; empty if it is one."""
-    if found.values is None:
-        return _REASONS[found.kind]
-    if not len(found.values):
+    if array.values is None:
+        return _REASONS[array.kind]
+    if not len(array.values):
         return "empty"
-    if len(found.values) != max(found.shape):
-        return f"a matrix of {' x '.join(map(str, found.shape))}; save each of its columns as a vector"
+    if len(array.values) != max(array.shape):
+        return f"a matrix of {' x '.join(map(str, array.shape))}; save each of its columns as a vector"
     return ""
 
 
 def _check_columns(path: Path, columns: Mapping[str, np.ndarray], left_out: Mapping[str, str]) -> None:
     if not columns:
-        found = "; ".join(f"'{name}' is {reason}" for name, reason in left_out.items())
+        listing = "; ".join(f"'{name}' is {reason}" for name, reason in left_out.items())
         raise StickslipError(
-            f"'{path}' holds no vector of numbers{f' ({found})' if found else ''}. Save each column as a vector: "
+            f"'{path}' holds no vector of numbers{f' ({listing})' if listing else ''}. Save each column as a vector: "
             f"{_SAVE}."
         )
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
-        found = ", ".join(f"'{name}' {len(values)}" for name, values in columns.items())
+        listing = ", ".join(f"'{name}' {len(values)}" for name, values in columns.items())
         raise StickslipError(
-            f"'{path}' holds vectors of different lengths: {found}. Save only vectors of one recording, with one value "
-            "per sample."
+            f"'{path}' holds vectors of different lengths: {listing}. Save only vectors of one recording, with one "
+            "value per sample."
         )
 
 

@@ -27,33 +27,37 @@ def channels(path: str, group: str = "") -> Channels:
     from asammdf import MDF
 
     with MDF(path) as file:
-        filled = [i for i, one in enumerate(file.groups) if one.channel_group.cycles_nr and len(one.channels) > 1]
+        filled = [i for i, group in enumerate(file.groups) if group.channel_group.cycles_nr and len(group.channels) > 1]
         if not filled:
             return Channels([])
         if not group and len(filled) > 1:
-            shown = ", ".join(f"{i} ({one.channels[-1].name} ...)" for i in filled[:8] for one in [file.groups[i]])
+            listing = ", ".join(
+                f"{i} ({group.channels[-1].name} ...)" for i in filled[:8] for group in [file.groups[i]]
+            )
             raise StickslipError(
-                f"'{path}' holds the channel groups {shown}. Choose: stickslip describe FILE --read group=NUMBER."
+                f"'{path}' holds the channel groups {listing}. Choose: stickslip describe FILE --read group=NUMBER."
             )
         if group and (not group.isdigit() or int(group) not in filled):
             raise StickslipError(f"'{path}' holds no channel group '{group}'; there are {', '.join(map(str, filled))}.")
         chosen = int(group) if group else filled[0]
-        found: list[Channel] = []
+        collected: list[Channel] = []
         left_out: dict[str, str] = {}
         masters = file.masters_db
-        for place, one in enumerate(file.groups[chosen].channels):
-            if masters.get(chosen) == place:
+        for index, channel in enumerate(file.groups[chosen].channels):
+            if masters.get(chosen) == index:
                 continue
-            signal = file.get(group=chosen, index=place)
-            if not found:
-                found.append(Channel(TIME, signal.timestamps, "s"))
-            name = one.name if one.name != TIME else f"{TIME} (2)"
+            signal = file.get(group=chosen, index=index)
+            if not collected:
+                collected.append(Channel(TIME, signal.timestamps, "s"))
+            name = channel.name if channel.name != TIME else f"{TIME} (2)"
             if fits(name, signal.samples, left_out):
-                found.append(Channel(name, signal.samples, signal.unit or ""))
-        begin = file.header.start_time
+                collected.append(Channel(name, signal.samples, signal.unit or ""))
+        start = file.header.start_time
         notes = [str(file.header.comment or "").strip()]
-    stamped = begin is not None and begin.year > 1980
-    return Channels(found if len(found) > 1 else [], left_out, {}, "", [], [n for n in notes if n and not stamped])
+    stamped = start is not None and start.year > 1980
+    return Channels(
+        collected if len(collected) > 1 else [], left_out, {}, "", [], [n for n in notes if n and not stamped]
+    )
 
 
 READER = Reader((".mf4", ".mdf", ".mf3"), read, {"group": "number of the channel group"})

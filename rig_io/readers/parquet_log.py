@@ -32,17 +32,17 @@ def channels(path: str) -> Channels:
     with open(path, "rb") as file:
         is_parquet = file.read(4) == b"PAR1"
     table = parquet.ParquetFile(path).read() if is_parquet else feather.read_table(path)
-    found: list[Channel] = []
+    collected: list[Channel] = []
     left_out: dict[str, str] = {}
-    begin, stamps = "", []
+    start, stamps = "", []
     for field, column in zip(table.schema, table.columns, strict=True):
-        name = _free(field.name, {one.name for one in found} | set(left_out))
+        name = _free(field.name, {channel.name for channel in collected} | set(left_out))
         if pyarrow.types.is_timestamp(field.type):
             at = column.cast(pyarrow.timestamp("ns")).to_numpy().astype("datetime64[ns]").astype(np.int64)
             midnight = int(at[0] // int(DAY / NANO) * int(DAY / NANO)) if len(at) else 0
             zone = "+00:00" if field.type.tz else ""
-            begin = str(np.datetime64(midnight, "ns"))[:19] + zone
-            found.append(Channel(name, (at - midnight) * NANO, "s"))
+            start = str(np.datetime64(midnight, "ns"))[:19] + zone
+            collected.append(Channel(name, (at - midnight) * NANO, "s"))
             stamps.append(name)
             continue
         if pyarrow.types.is_decimal(field.type):
@@ -51,8 +51,8 @@ def channels(path: str) -> Channels:
         if values.dtype.kind == "O" and column.null_count and _is_number(field.type):
             values = column.cast(pyarrow.float64()).to_numpy()
         if fits(name, values, left_out):
-            found.append(Channel(name, values, _unit(field)))
-    return Channels(found, left_out, {}, begin, stamps)
+            collected.append(Channel(name, values, _unit(field)))
+    return Channels(collected, left_out, {}, start, stamps)
 
 
 def _is_number(kind: Any) -> bool:
@@ -62,16 +62,16 @@ def _is_number(kind: Any) -> bool:
 
 
 def _unit(field: Any) -> str:
-    said = field.metadata or {}
-    return next((said[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in said), "")
+    metadata = field.metadata or {}
+    return next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
 
 
 def _free(name: str, taken: set[str]) -> str:
-    number, made = 1, name
-    while made in taken:
+    number, candidate = 1, name
+    while candidate in taken:
         number += 1
-        made = f"{name} ({number})"
-    return made
+        candidate = f"{name} ({number})"
+    return candidate
 
 
 READER = Reader((".parquet", ".pq", ".feather", ".arrow"), read)

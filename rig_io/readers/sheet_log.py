@@ -37,13 +37,13 @@ def read(path: Path, **options: str) -> Table:
 def channels(path: str, sheet: str = "") -> Channels:
     """The columns of a sheet; in the child."""
     with zipfile.ZipFile(path) as archive:
-        if sum(one.file_size for one in archive.infolist()) > UNPACKED:
+        if sum(entry.file_size for entry in archive.infolist()) > UNPACKED:
             raise StickslipError(f"'{path}' unpacks to more than {UNPACKED >> 30} GB. Save it as CSV.")
     sheets = _ods(path) if path.lower().endswith(".ods") else _xlsx(path)
-    found = {name: rows for name, rows in sheets if not sheet or name == sheet}
-    if sheet and not found:
+    chosen = {name: rows for name, rows in sheets if not sheet or name == sheet}
+    if sheet and not chosen:
         raise StickslipError(f"'{path}' has no sheet '{sheet}'.{nearest(sheet, [name for name, _ in sheets])}")
-    tables = {name: made for name, rows in found.items() if (made := _table(rows)) is not None}
+    tables = {name: table for name, rows in chosen.items() if (table := _table(rows)) is not None}
     if len(tables) > 1:
         raise StickslipError(
             f"'{path}' has tables in the sheets {', '.join(tables)}. Say which one: stickslip describe FILE --read "
@@ -75,25 +75,25 @@ def _ods(path: str) -> list[tuple[str, list[Sequence[Any]]]]:
 def _table(rows: Sequence[Sequence[Any]]) -> Channels | None:
     """The table in a sheet: below the last row of words within the first ones."""
     rows = [row for row in rows if any(cell not in (None, "") for cell in row)]
-    begin = next((i for i, row in enumerate(rows[:HEADER]) if _is_row(row)), None)
-    if begin is None:
+    start = next((i for i, row in enumerate(rows[:HEADER]) if _is_row(row)), None)
+    if start is None:
         return None
-    width = max(len(row) for row in rows[begin : begin + HEADER])
-    names, units = _header(rows[:begin], width)
-    found: list[Channel] = []
+    width = max(len(row) for row in rows[start : start + HEADER])
+    names, units = _header(rows[:start], width)
+    channels: list[Channel] = []
     left_out: dict[str, str] = {}
     stamps, origin = [], ""
     for j in range(width):
-        cells = [row[j] if j < len(row) else None for row in rows[begin:]]
+        cells = [row[j] if j < len(row) else None for row in rows[start:]]
         if all(cell in (None, "") for cell in cells):
             continue
         name = names[j] or f"column {j + 1}"
-        while name in {one.name for one in found}:
+        while name in {channel.name for channel in channels}:
             name += " (2)"
         if any(isinstance(cell, datetime | date | time) for cell in cells[:HEADER]):
             values, begun = _seconds(cells)
             origin = origin or begun
-            found.append(Channel(name, values, "s"))
+            channels.append(Channel(name, values, "s"))
             stamps.append(name)
             continue
         try:
@@ -101,9 +101,9 @@ def _table(rows: Sequence[Sequence[Any]]) -> Channels | None:
         except ValueError:
             left_out[name] = "a column of words"
             continue
-        found.append(Channel(name, values, units[j]))
-    notes = [" ".join(str(cell) for cell in row if cell is not None) for row in rows[: max(begin - 1, 0)]]
-    return Channels(found, left_out, {}, origin, stamps, notes) if found else None
+        channels.append(Channel(name, values, units[j]))
+    notes = [" ".join(str(cell) for cell in row if cell is not None) for row in rows[: max(start - 1, 0)]]
+    return Channels(channels, left_out, {}, origin, stamps, notes) if channels else None
 
 
 def _is_row(row: Sequence[Any]) -> bool:
@@ -142,19 +142,19 @@ def _number(cell: Any) -> float:
 
 def _seconds(cells: Iterable[Any]) -> tuple[np.ndarray, str]:
     """Seconds since the first midnight, and that midnight (ISO, "" for times of day)."""
-    made, first = [], None
+    times, first = [], None
     for cell in cells:
         if isinstance(cell, datetime):
             first = first or datetime(cell.year, cell.month, cell.day)
-            made.append((cell - first).total_seconds())
+            times.append((cell - first).total_seconds())
         elif isinstance(cell, time):
-            made.append(cell.hour * 3600 + cell.minute * 60 + cell.second + 1e-6 * cell.microsecond)
+            times.append(cell.hour * 3600 + cell.minute * 60 + cell.second + 1e-6 * cell.microsecond)
         elif isinstance(cell, date):
             first = first or datetime(cell.year, cell.month, cell.day)
-            made.append(DAY * (cell - first.date()).days)
+            times.append(DAY * (cell - first.date()).days)
         else:
-            made.append(np.nan)
-    return np.array(made), first.isoformat() if first else ""
+            times.append(np.nan)
+    return np.array(times), first.isoformat() if first else ""
 
 
 READER = Reader((".xlsx", ".xlsm", ".ods"), read, {"sheet": "name of the sheet"})

@@ -32,7 +32,7 @@ def channels(path: str, group: str = "") -> Channels:
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
-        groups = {one.name: one for one in file.groups() if len(one.channels())}
+        groups = {group.name: group for group in file.groups() if len(group.channels())}
         if not group and len(groups) > 1:
             raise StickslipError(
                 f"'{path}' holds the groups {', '.join(groups)}. Choose: stickslip describe FILE --read group=NAME."
@@ -41,28 +41,28 @@ def channels(path: str, group: str = "") -> Channels:
             raise StickslipError(f"'{path}' holds no group '{group}'.{nearest(group, groups)}")
         if not groups:
             return Channels([])
-        found: list[Channel] = []
+        collected: list[Channel] = []
         left_out: dict[str, str] = {}
-        begin, stamps, clock = "", [], None
-        for one in groups[group or next(iter(groups))].channels():
-            values = one[:]
+        origin, stamps, clock = "", [], None
+        for channel in groups[group or next(iter(groups))].channels():
+            values = channel[:]
             if values.dtype.kind == "M":
                 at = values.astype("datetime64[ns]").astype(np.int64)
                 midnight = int(at[0] // int(DAY / NANO) * int(DAY / NANO))
-                values, begin = (at - midnight) * NANO, str(np.datetime64(midnight, "ns"))[:19] + "+00:00"
-                stamps.append(one.name)
-                found.append(Channel(one.name, values, "s"))
-            elif fits(one.name, values, left_out):
-                unit = one.properties.get("unit_string") or one.properties.get("NI_UnitDescription") or ""
-                found.append(Channel(one.name, values, str(unit)))
-                clock = clock or _clock(one.properties, len(values))
-        found = of_one_length(found, left_out)
-        if clock and TIME not in {one.name for one in found} and not stamps:
-            begin, step, start = clock
-            found.insert(0, Channel(TIME, start + step * np.arange(len(found[0].values)), "s"))
-            stamps = [TIME] if begin else []
+                values, origin = (at - midnight) * NANO, str(np.datetime64(midnight, "ns"))[:19] + "+00:00"
+                stamps.append(channel.name)
+                collected.append(Channel(channel.name, values, "s"))
+            elif fits(channel.name, values, left_out):
+                unit = channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription") or ""
+                collected.append(Channel(channel.name, values, str(unit)))
+                clock = clock or _clock(channel.properties, len(values))
+        collected = of_one_length(collected, left_out)
+        if clock and TIME not in {channel.name for channel in collected} and not stamps:
+            origin, step, start = clock
+            collected.insert(0, Channel(TIME, start + step * np.arange(len(collected[0].values)), "s"))
+            stamps = [TIME] if origin else []
         notes = [f"{key}: {value}" for key, value in file.properties.items()]
-    return Channels(found, left_out, {}, begin, stamps, notes)
+    return Channels(collected, left_out, {}, origin, stamps, notes)
 
 
 def _clock(properties: Any, samples: int) -> tuple[str, float, float] | None:

@@ -48,8 +48,8 @@ def check_repairs(repair: Collection[str]) -> None:
     """Raises StickslipError: a repair that is not known."""
     for name in repair:
         if name not in REPAIRS:
-            known = "; ".join(f"'{known}' {what}" for known, what in REPAIRS.items())
-            raise StickslipError(f"There is no repair '{name}'.{nearest(name, REPAIRS)} Known are: {known}.")
+            listing = "; ".join(f"'{key}' {meaning}" for key, meaning in REPAIRS.items())
+            raise StickslipError(f"There is no repair '{name}'.{nearest(name, REPAIRS)} Known are: {listing}.")
 
 
 def mended(stamps: np.ndarray, table: Table, repair: Collection[str]) -> Clock:
@@ -61,40 +61,40 @@ def mended(stamps: np.ndarray, table: Table, repair: Collection[str]) -> Clock:
         StickslipError: no stamp is a number; stamps fall or repeat in a way that is not mended; unknown repair.
     """
     check_repairs(repair)
-    said = []
+    remarks = []
     rows = np.flatnonzero(np.isfinite(stamps))
     lost = len(stamps) - len(rows)
     if not len(rows):
         raise StickslipError(f"{table.source}: column 'time' holds no number. Check the column.")
     if lost:
         first = int(np.argmax(~np.isfinite(stamps)))
-        said.append(f"{lost} rows without a time were left out, the first on {table.place(first)}.")
+        remarks.append(f"{lost} rows without a time were left out, the first on {table.place(first)}.")
     if "sort" in repair and np.any(np.diff(stamps[rows]) < 0):
         order = np.argsort(stamps[rows], kind="stable")
-        said.append(f"{np.count_nonzero(order != np.arange(len(order)))} rows were moved to sort them by time.")
+        remarks.append(f"{np.count_nonzero(order != np.arange(len(order)))} rows were moved to sort them by time.")
         rows = rows[order]
     begins = [0, *_resets(stamps[rows], rows, table), len(rows)]
-    kept, times, moved, breaks = [], [], [], []
+    kept_rows, times, moved, breaks = [], [], [], []
     for first, last in pairwise(begins):
-        part = rows[first:last]
-        chosen, time = _risen(part, stamps[part], table, repair, said)
+        span = rows[first:last]
+        chosen, time = _risen(span, stamps[span], table, repair, remarks)
         shift = 0.0
         if times:
             shift = times[-1][-1] + _interval(time) - time[0]
             breaks.append(sum(map(len, times)))
-            said.append(
-                f"time falls to {time[0]:.9g} s on {table.place(int(part[0]))}: the clock was reset, or two runs were "
+            remarks.append(
+                f"time falls to {time[0]:.9g} s on {table.place(int(span[0]))}: the clock was reset, or two runs were "
                 f"joined. The log is split there, the stamps after it moved on by {shift:.9g} s."
             )
         if np.any(np.diff(time + shift) <= 0):
             raise StickslipError(
-                f"{table.source}: time reaches {times[-1][-1]:g} s on {table.place(int(kept[-1][-1]))}, beside "
+                f"{table.source}: time reaches {times[-1][-1]:g} s on {table.place(int(kept_rows[-1][-1]))}, beside "
                 "which the steps of the stamps after it vanish. Correct that stamp, or leave the row out."
             )
-        kept.append(chosen)
+        kept_rows.append(chosen)
         times.append(time + shift)
         moved.append(np.full(len(time), shift))
-    return Clock(np.concatenate(kept), np.concatenate(times), np.concatenate(moved), tuple(breaks), tuple(said))
+    return Clock(np.concatenate(kept_rows), np.concatenate(times), np.concatenate(moved), tuple(breaks), tuple(remarks))
 
 
 def _interval(time: np.ndarray) -> float:
@@ -111,7 +111,7 @@ def _resets(time: np.ndarray, rows: np.ndarray, table: Table) -> list[int]:
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     long = np.diff(np.concatenate([[0], begins, [len(time)]])).min() >= SHORTEST
     if long and np.all(-steps[falls] >= SHORTEST * step) and np.all(steps[begins] <= SHORTEST * step):
-        return [int(begin) for begin in begins]
+        return [int(start) for start in begins]
     raise StickslipError(
         f"{table.source}: time falls from {time[falls[0]]:.9g} s to {time[begins[0]]:.9g} s on "
         f"{table.place(int(rows[begins[0]]))} ({falls.size} such steps), and not because a whole run begins anew: rows "
@@ -120,7 +120,7 @@ def _resets(time: np.ndarray, rows: np.ndarray, table: Table) -> list[int]:
 
 
 def _risen(
-    rows: np.ndarray, time: np.ndarray, table: Table, repair: Collection[str], said: list[str]
+    rows: np.ndarray, time: np.ndarray, table: Table, repair: Collection[str], remarks: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rows and strictly rising times of one recording whose stamps do not fall."""
     same = np.flatnonzero(np.diff(time) == 0)
@@ -129,11 +129,11 @@ def _risen(
     for column in others:
         copies &= np.isclose(column[rows[same]], column[rows[same + 1]], rtol=0, atol=0, equal_nan=True)
     if not same.size or np.mean(copies) <= 0.5:
-        found = _rebuilt(time)
-        if found is not None:
-            even, resolution = found
+        rebuilt = _rebuilt(time)
+        if rebuilt is not None:
+            even, resolution = rebuilt
             shared = f"up to {_longest(np.diff(time) == 0) + 1} rows share a stamp" if same.size else "steps are uneven"
-            said.append(
+            remarks.append(
                 f"time is printed to {resolution:g} s only, so that {shared}: it was rebuilt from the interval of "
                 f"{_interval(even):.6g} s. Write time with nine digits after the point."
             )
@@ -141,7 +141,7 @@ def _risen(
     if not same.size:
         return rows, time
     if "duplicates" in repair:
-        said.append(f"{same.size} rows with the time of the row before were left out.")
+        remarks.append(f"{same.size} rows with the time of the row before were left out.")
         keep = np.concatenate([[True], np.diff(time) > 0])
         return rows[keep], time[keep]
     raise StickslipError(
@@ -216,13 +216,13 @@ def _resolution(time: np.ndarray) -> np.ndarray:
     if len(decades) > 1:  # zero shows no digits: it counts with the next
         decade[decade == -DIGITS] = decades[decades > -DIGITS][0]
     for number in np.unique(decade):
-        here = decade == number
+        in_decade = decade == number
         digits = -int(number)
         while digits < DIGITS and np.any(
-            np.abs(np.round(time[here] * 10.0**digits) - time[here] * 10.0**digits) > 1e-4
+            np.abs(np.round(time[in_decade] * 10.0**digits) - time[in_decade] * 10.0**digits) > 1e-4
         ):
             digits += 1
-        step[here] = 10.0**-digits
+        step[in_decade] = 10.0**-digits
     return step
 
 

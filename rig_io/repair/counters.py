@@ -38,66 +38,66 @@ def counted(
     breaks: Sequence[int],
     calibration: Calibration,
     source: str,
-    place: Callable[[int], str],
+    locate: Callable[[int], str],
 ) -> tuple[dict[str, np.ndarray], tuple[int, ...], tuple[str, ...]]:
     """Columns with all counts unwrapped and without glitches, where the log is to be split, and what was done.
 
-    columns: (n,) each, ``time`` among them; breaks: samples at which a recording begins anew; place: of a sample in
-    the file ``source``, for messages.
+    columns: (n,) each, ``time`` among them; breaks: samples at which a recording begins anew; locate: says where in the
+    file ``source`` a sample stands, for messages.
 
     Raises:
         StickslipError: counts beyond the stated width, or more glitches than a sound counter has.
     """
-    found, said = dict(columns), []
+    repaired, remarks = dict(columns), []
     ends = [0, *breaks, len(columns[TIME.name])]
     split = set(breaks)
     for name in columns:
         instrument = name.removesuffix("_count")
         if instrument == name:
             continue
-        known = calibration.need(instrument)
+        encoder = calibration.need(instrument)
         counts = columns[name][np.isfinite(columns[name])]
-        if known.counter_bits is not None and not _holds(counts, known.counter_bits):
+        if encoder.counter_bits is not None and not _holds(counts, encoder.counter_bits):
             raise StickslipError(
                 f"{source}: '{name}' runs from {np.min(counts):.0f} to {np.max(counts):.0f}, which a counter of "
-                f'{known.counter_bits} bits does not hold. Mend or remove "counter_bits" in the calibration.'
+                f'{encoder.counter_bits} bits does not hold. Mend or remove "counter_bits" in the calibration.'
             )
         lost = []
-        held = np.zeros(len(columns[name]), dtype=bool)
+        mask = np.zeros(len(columns[name]), dtype=bool)
         for first, last in pairwise(ends):
-            part = slice(first, last)
-            count, here, bits = unwrapped(columns[name][part], known.counter_bits)
-            if here and known.counter_bits is None:
-                said.append(
-                    f"'{name}' was taken for a counter of {bits} bits and unwrapped ({here} times). State its width "
+            span = slice(first, last)
+            count, unwraps, bits = unwrapped(columns[name][span], encoder.counter_bits)
+            if unwraps and encoder.counter_bits is None:
+                remarks.append(
+                    f"'{name}' was taken for a counter of {bits} bits and unwrapped ({unwraps} times). State its width "
                     f'under "calibration": "{instrument}": {{"counter_bits": {bits}}}.'
                 )
-            bad = glitches(columns[TIME.name][part], count, known.pitch)
-            held[part] = bad.held
+            bad = glitches(columns[TIME.name][span], count, encoder.pitch)
+            mask[span] = bad.held
             lost += [first + at for at in bad.breaks]
-            found[name] = np.concatenate([found[name][:first], hold(count, bad.held), found[name][last:]])
-        if np.count_nonzero(held) + len(lost) > TOO_MANY * len(held):
+            repaired[name] = np.concatenate([repaired[name][:first], hold(count, bad.held), repaired[name][last:]])
+        if np.count_nonzero(mask) + len(lost) > TOO_MANY * len(mask):
             raise StickslipError(
-                f"{source}: '{name}' steps faster than a shaft can turn at {np.count_nonzero(held) + len(lost)} "
-                f"samples, the first on {place(int(np.argmax(held)) if held.any() else lost[0])}. Check the cable, the "
-                "width of the counter (counter_bits) and pulses_per_revolution."
+                f"{source}: '{name}' steps faster than a shaft can turn at {np.count_nonzero(mask) + len(lost)} "
+                f"samples, the first on {locate(int(np.argmax(mask)) if mask.any() else lost[0])}. Check the cable, "
+                "the width of the counter (counter_bits) and pulses_per_revolution."
             )
-        if held.any():
-            said.append(
-                f"'{name}' leaps and comes back, faster than a shaft can turn: {np.count_nonzero(held)} samples were "
-                f"held at the count before, the first on {place(int(np.argmax(held)))}."
+        if mask.any():
+            remarks.append(
+                f"'{name}' leaps and comes back, faster than a shaft can turn: {np.count_nonzero(mask)} samples were "
+                f"held at the count before, the first on {locate(int(np.argmax(mask)))}."
             )
             stamps = f"{instrument}_edge_time"
-            if stamps in found:
-                found[stamps] = hold(found[stamps], held)
+            if stamps in repaired:
+                repaired[stamps] = hold(repaired[stamps], mask)
         if lost:
-            leap = found[name][lost[0]] - found[name][lost[0] - 1]
-            said.append(
-                f"'{name}' leaps by {leap:.0f} on {place(lost[0])} and stays there, faster than a shaft can turn "
+            leap = repaired[name][lost[0]] - repaired[name][lost[0] - 1]
+            remarks.append(
+                f"'{name}' leaps by {leap:.0f} on {locate(lost[0])} and stays there, faster than a shaft can turn "
                 f"({len(lost)} such leaps): edges were lost. The log is split there."
             )
             split |= set(lost)
-    return found, tuple(sorted(split)), tuple(said)
+    return repaired, tuple(sorted(split)), tuple(remarks)
 
 
 def unwrapped(count: np.ndarray, bits: int | None) -> tuple[np.ndarray, int, int]:
@@ -116,14 +116,14 @@ def unwrapped(count: np.ndarray, bits: int | None) -> tuple[np.ndarray, int, int
         leaps = np.abs(steps) > size / 2
         if not bits or not leaps.any() or leaps.mean() > TOO_MANY:
             return count, 0, 0
-        left = steps[leaps] - size * np.round(steps[leaps] / size)
-        if np.max(np.abs(left)) > _usual(steps[~leaps]):
+        remainders = steps[leaps] - size * np.round(steps[leaps] / size)
+        if np.max(np.abs(remainders)) > _usual(steps[~leaps]):
             return count, 0, 0
     size = 2.0**bits
     wraps = np.round(steps / size)
-    found = count.copy()
-    found[good[1:]] -= size * np.cumsum(wraps)
-    return found, int(np.count_nonzero(wraps)), bits
+    unwrapped_count = count.copy()
+    unwrapped_count[good[1:]] -= size * np.cumsum(wraps)
+    return unwrapped_count, int(np.count_nonzero(wraps)), bits
 
 
 def _holds(count: np.ndarray, bits: int) -> bool:
@@ -138,32 +138,34 @@ def _usual(steps: np.ndarray) -> float:
 
 def glitches(time: np.ndarray, count: np.ndarray, pitch: float) -> Glitches:
     """Steps of a count (n,) that are faster than any shaft. time: (n,) s, rising; pitch: rad."""
-    held = np.zeros(len(count), dtype=bool)
+    mask = np.zeros(len(count), dtype=bool)
     good = np.flatnonzero(np.isfinite(count))
     steps = np.diff(count[good])
     if not steps.size:
-        return Glitches(held, ())
+        return Glitches(mask, ())
     interval = float(np.median(np.diff(time)))
-    most = float(np.clip(_usual(steps), BELIEVED * interval / pitch, max(FASTEST * interval / pitch, 3.0)))
+    fastest = float(np.clip(_usual(steps), BELIEVED * interval / pitch, max(FASTEST * interval / pitch, 3.0)))
     passed = np.diff(time[good]) / interval  # more than one where samples are missing
-    fast = list(np.flatnonzero(np.abs(steps) > most * np.maximum(passed, 1.0)))
+    fast = list(np.flatnonzero(np.abs(steps) > fastest * np.maximum(passed, 1.0)))
     breaks = []
     while fast:
         leap = fast.pop(0)
-        near = [other for other in fast if other - leap <= BRIEF]
-        back = next((o for o in near if abs(count[good[o + 1]] - count[good[leap]]) <= most * (o + 1 - leap)), None)
-        if back is not None:
-            held[good[leap + 1 : back + 1]] = True
-            fast = [other for other in fast if other > back]
+        neighbours = [leap_index for leap_index in fast if leap_index - leap <= BRIEF]
+        return_leap = next(
+            (o for o in neighbours if abs(count[good[o + 1]] - count[good[leap]]) <= fastest * (o + 1 - leap)), None
+        )
+        if return_leap is not None:
+            mask[good[leap + 1 : return_leap + 1]] = True
+            fast = [leap_index for leap_index in fast if leap_index > return_leap]
         elif leap + 1 <= BRIEF or len(good) - 1 - leap <= BRIEF:  # at an end of the log too little is left to part
-            held[good[: leap + 1] if leap + 1 <= BRIEF else good[leap + 1 :]] = True
-            fast = [other for other in fast if not held[good[other + 1]]]
+            mask[good[: leap + 1] if leap + 1 <= BRIEF else good[leap + 1 :]] = True
+            fast = [leap_index for leap_index in fast if not mask[good[leap_index + 1]]]
         else:
             breaks.append(int(good[leap + 1]))
-    return Glitches(held, tuple(breaks))
+    return Glitches(mask, tuple(breaks))
 
 
-def hold(values: np.ndarray, held: np.ndarray) -> np.ndarray:
+def hold(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """Values (n,) with the last one before in place of those that are ``held`` (the first after, at the begin)."""
-    kept = np.flatnonzero(~held)
-    return values[kept[np.maximum(np.searchsorted(kept, np.arange(len(values)), side="right") - 1, 0)]]
+    valid = np.flatnonzero(~mask)
+    return values[valid[np.maximum(np.searchsorted(valid, np.arange(len(values)), side="right") - 1, 0)]]

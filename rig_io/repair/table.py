@@ -63,23 +63,25 @@ def checked(table: Table, repair: Collection[str] = ()) -> Checked:
         raise StickslipError(
             f"{table.source} is too short: {rows} rows, at least {SHORTEST} are needed. Record a longer log."
         )
-    known = {name: column for name, column in COLUMNS.items() if name in table.columns}
-    known = {name: _as_length(column, table.units.get(name)) for name, column in known.items()}
+    standard = {name: column for name, column in COLUMNS.items() if name in table.columns}
+    standard = {name: _as_length(column, table.units.get(name)) for name, column in standard.items()}
     converted = {
-        name: _in_unit(table, column, _whole(table, column), table.units.get(name)) for name, column in known.items()
+        name: _in_unit(table, column, _whole(table, column), table.units.get(name)) for name, column in standard.items()
     }
     clock = mended(converted[TIME.name], table, repair)
     table = replace(table, rows=clock.rows)
-    said = list(clock.said)
-    found = {name: values[clock.rows] for name, values in converted.items()}
-    found[TIME.name] = clock.time
-    for name in found:
+    remarks = list(clock.said)
+    columns = {name: values[clock.rows] for name, values in converted.items()}
+    columns[TIME.name] = clock.time
+    for name in columns:
         if name.endswith("_edge_time"):
-            found[name] = found[name] + clock.moved
+            columns[name] = columns[name] + clock.moved
         if name != TIME.name:
-            said += _missing_numbers(table, name, found[name])
-    check_sizes(table.source, found)
-    return Checked(table, found, {name: column.unit for name, column in known.items()}, clock.breaks, tuple(said))
+            remarks += _missing_numbers(table, name, columns[name])
+    check_sizes(table.source, columns)
+    return Checked(
+        table, columns, {name: column.unit for name, column in standard.items()}, clock.breaks, tuple(remarks)
+    )
 
 
 def _as_length(column: Column, unit: str | None) -> Column:
@@ -93,7 +95,7 @@ def _as_length(column: Column, unit: str | None) -> Column:
     return replace(column, unit="m")
 
 
-def _missing(table: Table, name: str, what: str = "") -> StickslipError:
+def _missing(table: Table, name: str, detail: str = "") -> StickslipError:
     if name in table.left_out:
         return StickslipError(
             f"{table.source}: '{name}' is {table.left_out[name]}. It is needed as a vector of numbers."
@@ -103,7 +105,7 @@ def _missing(table: Table, name: str, what: str = "") -> StickslipError:
     close = difflib.get_close_matches(name, others, n=1, cutoff=0.7)
     hint = f" Did you mean '{close[0]}'?" if close else ""
     return StickslipError(
-        f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(others)}.{hint} Say which one it is: "
+        f"{table.source} lacks {detail or repr(name)}; its columns are {', '.join(others)}.{hint} Say which one it is: "
         f"stickslip describe FILE --map COLUMN={name}."
     )
 
@@ -157,7 +159,7 @@ def conversion(unit: str, expected: str, where: str) -> float:
     """
     if unit == expected:
         return 1.0
-    wanted = _ANGLES.get(expected, f"{expected} or a multiple of it")
+    expectation = _ANGLES.get(expected, f"{expected} or a multiple of it")
     if "rad" in expected and _DEGREE_OR_GON.search(unit):
         raise StickslipError(f"{where} is in '{unit}', which may be degrees or gon. Write deg or gon.")
     try:
@@ -169,9 +171,9 @@ def conversion(unit: str, expected: str, where: str) -> float:
             "mixed up."
         ) from error
     except ValueError as error:
-        raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {wanted}.") from error
+        raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expectation}.") from error
     if expected in _ANGLES and not counts_angles:
-        raise StickslipError(f"{where} is in '{unit}', which counts radians or whole turns. Write {wanted}.")
+        raise StickslipError(f"{where} is in '{unit}', which counts radians or whole turns. Write {expectation}.")
     return factor
 
 
@@ -187,9 +189,9 @@ def check_edges(table: Table, columns: Mapping[str, np.ndarray], breaks: Sequenc
                 _check_edges(table, name, columns, slice(first, last))
 
 
-def _check_edges(table: Table, name: str, columns: Mapping[str, np.ndarray], part: slice) -> None:
-    time, stamp = columns[TIME.name][part], columns[name][part]
-    steps = np.diff(columns[name.removesuffix("_edge_time") + "_count"][part])
+def _check_edges(table: Table, name: str, columns: Mapping[str, np.ndarray], span: slice) -> None:
+    time, stamp = columns[TIME.name][span], columns[name][span]
+    steps = np.diff(columns[name.removesuffix("_edge_time") + "_count"][span])
     changed = np.isfinite(steps) & (steps != 0)  # a count that is missing is spoken of elsewhere
     advance = np.diff(stamp)
     unit = "Log both on one clock, and state the unit in which each is written."
@@ -201,5 +203,5 @@ def _check_edges(table: Table, name: str, columns: Mapping[str, np.ndarray], par
     )
     for fault, where, advice in faults:
         if where.any():
-            place = table.place(part.start + int(np.argmax(where)) + 1)
-            raise StickslipError(f"{table.source}: '{name}' {fault} on {place} ({where.sum()} times). {advice}")
+            position = table.place(span.start + int(np.argmax(where)) + 1)
+            raise StickslipError(f"{table.source}: '{name}' {fault} on {position} ({where.sum()} times). {advice}")

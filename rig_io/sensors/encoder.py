@@ -106,22 +106,22 @@ def edges(log: RigLog, instrument: str = "encoder") -> Edges:
     count = log.column(f"{instrument}_count")
     pitch = log.calibration.need(instrument).pitch
     change = np.diff(count)
-    found = np.flatnonzero(change)
-    after = count[found + 1]
+    indices = np.flatnonzero(change)
+    after = count[indices + 1]
     if log.has(f"{instrument}_edge_time"):
         stamps = log.column(f"{instrument}_edge_time")
         hidden = np.concatenate([[0], np.cumsum((change == 0) & (np.diff(stamps) > 0))])
-        time, run = stamps[found + 1], hidden[found]
+        time, run = stamps[indices + 1], hidden[indices]
     else:
-        time, run = 0.5 * (log.time[found] + log.time[found + 1]), np.zeros(len(found), dtype=np.int64)
-    direction = np.sign(change[found])
+        time, run = 0.5 * (log.time[indices] + log.time[indices + 1]), np.zeros(len(indices), dtype=np.int64)
+    direction = np.sign(change[indices])
     return Edges(time, pitch * (after + (direction < 0) - 0.5), direction, run)
 
 
 def encoder_edges(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
     """Times (m,) in s and angles (m,) in rad of the edges; see `edges`."""
-    found = edges(log, instrument)
-    return found.time, found.angle
+    measured = edges(log, instrument)
+    return measured.time, measured.angle
 
 
 def encoder_angle(log: RigLog, instrument: str = "encoder") -> np.ndarray:

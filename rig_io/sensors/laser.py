@@ -51,11 +51,11 @@ class Laser:
     ) -> np.ndarray:
         """Volts (n,) at the ticks (n,). radius: m; specimen draws the gain error, noise the noise."""
         gain_error = self.gain_error * float(specimen.standard_normal())
-        shown = (1.0 + gain_error) * radius * np.sin(motion.angle_at(ticks - self.latency))
-        shown = np.clip(shown + self.noise * noise.standard_normal(len(ticks)), -self.range, self.range)
+        displacement = (1.0 + gain_error) * radius * np.sin(motion.angle_at(ticks - self.latency))
+        displacement = np.clip(displacement + self.noise * noise.standard_normal(len(ticks)), -self.range, self.range)
         if self.resolution > 0:
-            shown = np.round(shown / self.resolution) * self.resolution
-        return np.round(self.zero + shown / self.gain, 9)
+            displacement = np.round(displacement / self.resolution) * self.resolution
+        return np.round(self.zero + displacement / self.gain, 9)
 
 
 def laser_displacement(log: RigLog) -> np.ndarray:
@@ -85,17 +85,17 @@ def saturated(volts: np.ndarray) -> np.ndarray:
     A motion that turns back spends 2.4 times as long on the outermost step of the reading as on the next; a saturated
     reading stays `PILED` times as long and more, in runs. Noise at the end would be seen as motion.
     """
-    found = np.zeros(len(volts), dtype=bool)
+    clipped = np.zeros(len(volts), dtype=bool)
     levels = np.unique(volts[np.isfinite(volts)])
     if len(levels) < LEAST_LEVELS:
-        return found
+        return clipped
     for extreme, following in ((levels[-1], levels[-2]), (levels[0], levels[1])):
-        here = volts == extreme
-        edge = np.flatnonzero(np.diff(np.concatenate([[0], here.astype(np.int8), [0]])))
+        at_extreme = volts == extreme
+        edge = np.flatnonzero(np.diff(np.concatenate([[0], at_extreme.astype(np.int8), [0]])))
         longest = int(np.max(edge[1::2] - edge[::2]))
-        if longest >= RUN and np.count_nonzero(here) >= PILED * np.count_nonzero(volts == following):
-            found |= here
-    return found
+        if longest >= RUN and np.count_nonzero(at_extreme) >= PILED * np.count_nonzero(volts == following):
+            clipped |= at_extreme
+    return clipped
 
 
 def laser_angle(log: RigLog) -> np.ndarray:

@@ -36,10 +36,10 @@ class SpeedSensor:
         """Readings (n,) at the ticks (n,). radius: m; specimen draws gain error and offset, noise the noise."""
         gain_error, offset = specimen.standard_normal(2) * [self.gain_error, self.offset]
         seen = ticks - self.latency
-        shown = np.interp(seen, motion.time, motion.speed)
+        reading = np.interp(seen, motion.time, motion.speed)
         if self.kind == "vibrometer":
-            shown = radius * np.cos(motion.angle_at(seen)) * shown
-        return np.round((1 + gain_error) * shown + offset + self.noise * noise.standard_normal(len(ticks)), 9)
+            reading = radius * np.cos(motion.angle_at(seen)) * reading
+        return np.round((1 + gain_error) * reading + offset + self.noise * noise.standard_normal(len(ticks)), 9)
 
 
 SPEED_SENSORS = {
@@ -55,6 +55,6 @@ def speed_sensor(kind: str) -> SpeedSensor:
         StickslipError: no such kind.
     """
     if kind not in SPEED_SENSORS:
-        known = " and ".join(f"'{one}'" for one in SPEED_SENSORS)
-        raise StickslipError(f"There is no velocity sensor '{kind}': {known} are.{nearest(kind, SPEED_SENSORS)}")
+        listing = " and ".join(f"'{name}'" for name in SPEED_SENSORS)
+        raise StickslipError(f"There is no velocity sensor '{kind}': {listing} are.{nearest(kind, SPEED_SENSORS)}")
     return SPEED_SENSORS[kind]

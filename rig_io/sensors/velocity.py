@@ -39,10 +39,10 @@ def velocity_real_time_period(log: RigLog, instrument: str = "encoder") -> np.nd
     Raises:
         StickslipError: no such encoder in the log.
     """
-    found = edges(log, instrument)
+    measured = edges(log, instrument)
     pitch = log.calibration.need(instrument).pitch
-    passed = found.direction[1:] * pitch / np.diff(found.time)
-    return np.concatenate([[0.0, 0.0], passed])[np.searchsorted(found.time, log.time, side="right")]
+    passed = measured.direction[1:] * pitch / np.diff(measured.time)
+    return np.concatenate([[0.0, 0.0], passed])[np.searchsorted(measured.time, log.time, side="right")]
 
 
 def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
@@ -51,15 +51,19 @@ def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.
     Raises:
         StickslipError: no such encoder in the log.
     """
-    found = edges(log, instrument)
-    same = _joined(found)
-    time, angle = found.time, found.angle
+    measured = edges(log, instrument)
+    same = _joined(measured)
+    time, angle = measured.time, measured.angle
     return 0.5 * (time[1:] + time[:-1])[same], (np.diff(angle)[same]) / np.diff(time)[same]
 
 
-def _joined(found: Edges) -> np.ndarray:
+def _joined(measured: Edges) -> np.ndarray:
     """Which intervals (m - 1,) between successive edges hold no reversal."""
-    return (found.direction[1:] == found.direction[:-1]) & (found.run[1:] == found.run[:-1]) & (np.diff(found.time) > 0)
+    return (
+        (measured.direction[1:] == measured.direction[:-1])
+        & (measured.run[1:] == measured.run[:-1])
+        & (np.diff(measured.time) > 0)
+    )
 
 
 def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:

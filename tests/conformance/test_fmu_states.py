@@ -74,10 +74,14 @@ def test_reset_brings_back_the_start(fmu: Fmu) -> None:
         expected = advance(one, 0.0, 1.0)
         one.api.reset()
         value = one.get([parameter])[0]
-        one.set({parameter: 2.0 * value if value else 0.01})
+        changed = 2.0 * value if value else 0.01
+        one.set({parameter: changed})
         one.initialize()
-        assert not np.array_equal(advance(one, 0.0, 1.0), expected)
+        advance(one, 0.0, 1.0)
+        # a motion may not depend on it: a body that rests, a contact that is never closed
+        assert one.get([parameter])[0] == changed
         one.api.reset()
+        assert one.get([parameter])[0] == value
         one.initialize()
         assert np.array_equal(advance(one, 0.0, 1.0), expected)
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 import sympy
 
-from fmu_models.language.declaration import Contact
+from fmu_models.language.contacts import Contact
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 

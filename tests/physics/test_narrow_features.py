@@ -32,10 +32,10 @@ from fmu_models import (
     simulate,
     simulate_with_error,
 )
+from fmu_models.language.contact_dynamics import terms
 from fmu_models.language.impacts import Newton
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.laws.stribeck import Stribeck
-from fmu_models.lowering.hybrid_system import terms
 from fmu_models.simulation.sensitivity import SensitiveRun
 
 

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from fmu_models import Strobe, branch, load
-from fmu_models.codegen.contact_states import RELEASED, TOUCHING
+from fmu_models.language.contact_kinds import RELEASED, TOUCHING
 
 K, C, F0, CS, KS, G = 1.0, 0.05, 0.5, 0.6, 300.0, 1.6
 ENTRY = np.array([[1.0, 0.0], [-CS, 1.0]])

@@ -156,7 +156,7 @@ def limit_with_event(node: Node, z: Vector, miss: Passing) -> Vector | None:
         miss: its near miss.
     """
     runs = [displaced(node, z, miss, DEPTH * depth**2) for depth in DEPTHS]
-    known = [one for one in runs if one is not None]
+    known = [run for run in runs if run is not None]
     if len(known) < len(runs):
         return None
     return extrapolated([event.value for event, _ in known], np.array([seen.monodromy for _, seen in known]))
@@ -176,7 +176,7 @@ def holds(name: str, value: float, ends: tuple[float, float], node: Node, before
     """Whether a function vanishes where it has changed its sign: it may have a pole there, too."""
     if name == "cusp":
         return bool(np.linalg.norm(_rates(node)) < HOLDS * np.linalg.norm(_rates(before)))
-    largest = max(abs(one) for one in ends)
+    largest = max(abs(end) for end in ends)
     # a coefficient that vanishes all along the curve changes its sign by rounding
     if name in _CUBIC and largest <= coefficient(_CUBIC[name], node).error:
         return False

@@ -221,7 +221,7 @@ class Miss(Condition):
 
     def of(self, node: Node) -> Passing:
         """The near miss of a motion on the curve: that which is least."""
-        same = [one for one in node.seen.misses if one.key == self.like.key]
+        same = [miss for miss in node.seen.misses if miss.key == self.like.key]
         if not same:
             raise Lost("the near miss is gone")
         return min(same, key=lambda one: one.value / size_of(one, node.scales))
@@ -285,7 +285,7 @@ class Miss(Condition):
 
         def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
             found = min(
-                (one for one in seen.misses if one.key == self.like.key), key=lambda one: one.value, default=None
+                (miss for miss in seen.misses if miss.key == self.like.key), key=lambda one: one.value, default=None
             )
             return None if found is None else (found.value - target, found.gradient)
 

@@ -131,7 +131,7 @@ class Curve(Pictured):
         return f"Curve of {self.kind} of {self.model} over {self.second}, {self.over}: {len(self.values)} points"
 
     def _contents(self) -> Mapping[str, Any]:
-        met = [one.kind for one in self.meetings]
+        met = [meeting.kind for meeting in self.meetings]
         return {self.second: self.seconds, self.over: self.values, "meetings": met, "ends": [e for e, _ in self.ends]}
 
 
@@ -175,7 +175,7 @@ class Curves(Pictured):
         """One row per point; ``curve`` is the number of its curve."""
         import pandas
 
-        frames = [one.frame.assign(curve=i, kind=one.kind) for i, one in enumerate(self.curves)]
+        frames = [curve.frame.assign(curve=i, kind=curve.kind) for i, curve in enumerate(self.curves)]
         return pandas.concat(frames, ignore_index=True)
 
     def _heading(self) -> str:
@@ -183,7 +183,7 @@ class Curves(Pictured):
         return f"{len(self.curves)} curves of {first.model} over {first.second}, {first.over}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {f"curve {i}": f"{one.kind}, {len(one.values)} points" for i, one in enumerate(self.curves)}
+        return {f"curve {i}": f"{curve.kind}, {len(curve.values)} points" for i, curve in enumerate(self.curves)}
 
 
 def told(kind: str, node: Node, z: Vector) -> CurvePoint:

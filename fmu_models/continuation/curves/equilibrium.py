@@ -28,7 +28,7 @@ def still(curve: Curve) -> Curve:
         multipliers=found,
         called="eigenvalues",
         periods=np.array([_period(one) if hopf else np.nan for one in found]),
-        meetings=tuple(_told(one, curve) for one in curve.meetings),
+        meetings=tuple(_told(meeting, curve) for meeting in curve.meetings),
     )
 
 

@@ -69,10 +69,10 @@ def _without(condition: Condition, node: Node, miss: Passing) -> Node:
     """From the side of the miss."""
     bend = np.inf
     while True:
-        found = nearest(node.seen.misses, miss, miss.time, node.seen.length)
-        if found is None:
+        passing = nearest(node.seen.misses, miss, miss.time, node.seen.length)
+        if passing is None:
             raise Lost("the near miss is gone")
-        miss, least = found, LEAST_MISS * size_of(found, node.scales)
+        miss, least = passing, LEAST_MISS * size_of(passing, node.scales)
         if miss.value <= 1.5 * least:
             return _at_end(node, miss.value / _rate(node, miss))
         after = _shrunk(condition, node, miss, max(least, 0.03 * miss.value))
@@ -87,10 +87,10 @@ def _with(condition: Condition, node: Node, event: Passing) -> Node:
     least = LEAST_SPEED * far_speed(event, node.scales)
     while event.value > 1.5 * least:
         node = _shrunk(condition, node, event, max(least, 0.3 * event.value))
-        found = nearest(node.seen.events, event, event.time, node.seen.length)
-        if found is None:
+        passing = nearest(node.seen.events, event, event.time, node.seen.length)
+        if passing is None:
             raise Lost("the event is gone")
-        event = found
+        event = passing
     return _at_end(node, event.value / (2.0 * _rate(node, event)))
 
 

@@ -100,11 +100,11 @@ class _Way:
     """One direction of a curve."""
 
     def __init__(
-        self, kind: str, condition: Condition, begin: Node, box: Mapping[int, tuple[float, float]], points: int
+        self, kind: str, condition: Condition, node: Node, box: Mapping[int, tuple[float, float]], points: int
     ) -> None:
-        self.kind, self.condition, self.begin, self.box, self.points = kind, condition, begin, box, points
+        self.kind, self.condition, self.begin, self.box, self.points = kind, condition, node, box, points
         self.functions = functions(kind, condition)
-        self.nodes: list[Node] = [begin]
+        self.nodes: list[Node] = [node]
         self.met: list[tuple[int, str, Node]] = []
         self.end = ("points", f"{points} were followed; ask for more")
 

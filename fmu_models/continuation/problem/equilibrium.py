@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK, TOUCHING
 from fmu_models.continuation.problem.imported_field import ImportedField
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Problem, Seen, Vector
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
+from fmu_models.language.contact_kinds import STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.field import Field, is_forced
@@ -72,7 +72,7 @@ class EquilibriumProblem(Problem):
     def _rigid(self) -> list[bool]:
         """Of each contact whether it is a wall that does not give way."""
         states = (self.field.fmu.variables.get(f"{name}_state") for name in self.field.contacts)
-        return [getattr(getattr(one, "declaredType", None), "name", "") == "ImpactState" for one in states]
+        return [getattr(getattr(state, "declaredType", None), "name", "") == "ImpactState" for state in states]
 
     @property
     def system(self) -> SectionSystem:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import CHATTERING, OPEN, STICK, TOUCHING
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
+from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
@@ -27,8 +27,8 @@ CLEAR = 0.01
 def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool, float, float]]:
     """Pauses of a period with these events: whether a contact holds, sticks or remembers, begin and length; longest
     first, those in which one does last."""
-    times = [one.time for one in events]
-    last = {one.contact: one.after for one in events}
+    times = [event.time for event in events]
+    last = {event.contact: event.after for event in events}
     gaps = []
     for i, one in enumerate(events):
         last[one.contact] = one.after
@@ -39,7 +39,7 @@ def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool,
 
 def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
     """Times between an event and the next one, of another contact, with their derivatives."""
-    instants = [i for i, one in enumerate(events) if i == 0 or one.time > events[i - 1].time]
+    instants = [i for i, event in enumerate(events) if i == 0 or event.time > events[i - 1].time]
     return tuple(
         Passing(
             events[j].contact, TIE, 0, events[j].before, events[j].after, events[j].time,
@@ -63,7 +63,7 @@ def _counted(word: Word) -> Word:
 
 def held_at_start(events: Sequence[Passing | Event]) -> bool:
     """Whether a period with these events begins in a contact that closes, sticks or remembers."""
-    return _held({one.contact: one.after for one in events}.values())
+    return _held({event.contact: event.after for event in events}.values())
 
 
 def _held(states: Iterable[int]) -> bool:
@@ -126,7 +126,7 @@ class FlowProblem(Problem):
             instance = engine.take()
             made = whole_run.Differentiator(engine, instance, references, len(self.states))
             weakref.finalize(made, engine.give, instance)
-            constants = {variables[name].valueReference: one for name, one in self.strobe.values.items()}
+            constants = {variables[name].valueReference: value for name, value in self.strobe.values.items()}
             self.kept.extend([made, references, constants])
         made, references, constants = self.kept
         request = whole_run.Request(np.array([start, stop]), references[: len(self.states)])
@@ -140,7 +140,7 @@ class FlowProblem(Problem):
         if self.autonomous:
             return float(z[-2])
         with np.errstate(divide="ignore"):  # a guess may be of no frequency, which has no motion
-            periods = self.strobe.periods({name: np.array([one]) for name, one in self.values(z).items()}, 1)
+            periods = self.strobe.periods({name: np.array([value]) for name, value in self.values(z).items()}, 1)
         return self.strobe.every * float(periods[0])
 
     def see(self, z: Vector) -> Seen:
@@ -154,7 +154,9 @@ class FlowProblem(Problem):
         f0, f1 = passage.rates
         monodromy = by[:, :n]
         # by how much start and length change with a parameter, where that is the frequency
-        rates = np.array([-1.0 / one if name == self.strobe.forcing else 0.0 for name, one in self.values(z).items()])
+        rates = np.array(
+            [-1.0 / value if name == self.strobe.forcing else 0.0 for name, value in self.values(z).items()]
+        )
         by_values = by[:, n:] + f1[:, None] * (rates * (start + whole)) - (monodromy @ f0)[:, None] * (rates * start)
         residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
         jacobian[:n, :n] = monodromy
@@ -246,7 +248,7 @@ class FlowProblem(Problem):
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
         near = CLEAR * seen.length
-        crowded = any(one.time < near or one.time > seen.length - near for one in seen.events)
+        crowded = any(event.time < near or event.time > seen.length - near for event in seen.events)
         if not crowded and not held_at_start(seen.events):
             return None
         gaps = pauses(seen.events, seen.length)

@@ -96,7 +96,7 @@ class ImportedProblem(FlowProblem):
             slopes = [(up - down) / 2.0]
             if not np.isfinite(slopes[0]):
                 slopes = [s * (4.0 * one - beside(j, 2.0 * s) - 3.0 * value) / 2.0 for s, one in ((1, up), (-1, down))]
-            known = [one for one in slopes if np.isfinite(one)]
+            known = [slope for slope in slopes if np.isfinite(slope)]
             if not known:
                 return None
             gradient[j] = known[0] / sizes[j]

@@ -54,11 +54,11 @@ class MapProblem(Problem):
         x, monodromy, by_values = z[:n], np.eye(n), np.zeros((n, len(self.parameters)))
         for _ in range(self.period):
             slopes = np.array(self._by_parameters(*x, *at.values.values()), float)
-            made = at.step(x[None])
-            if made.why:
-                raise StickslipError(f"{self.map.name} has no step from there: {next(iter(made.why.values()))}")
-            monodromy, by_values = made.derivatives[0] @ monodromy, made.derivatives[0] @ by_values + slopes
-            x = made.points[0]
+            step = at.step(x[None])
+            if step.why:
+                raise StickslipError(f"{self.map.name} has no step from there: {next(iter(step.why.values()))}")
+            monodromy, by_values = step.derivatives[0] @ monodromy, step.derivatives[0] @ by_values + slopes
+            x = step.points[0]
         residual = at.difference(x - z[:n])
         return Seen(residual, np.column_stack([monodromy - np.eye(n), by_values]), monodromy, float(self.period))
 

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.normal_forms.set_valued import eigenvalue_crossings, hull
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem
 from fmu_models.continuation.problem.node import Lost, Node, arclength, look, solved, tangent_of
 from fmu_models.continuation.problem.problem import Seen, Vector
+from fmu_models.language.contact_kinds import STICK
 
 # how far apart points are, in u, whose differences are slopes of indicators
 APART = 1e-6
@@ -223,17 +223,17 @@ def _along(problem: EquilibriumProblem, scales: Vector, u: Vector, tangent: Vect
 def _slope(problem: EquilibriumProblem, node: Node, i: int) -> Vector:
     """(n + 1,) derivative of an indicator by u, from the side that it is positive on, along what does not stick."""
     here = problem.indicators(node.z)[i]
-    found = np.zeros(len(node.u))
+    slope = np.zeros(len(node.u))
     width = 0.1 * NEAR
     for k, unit in enumerate((problem.along_surfaces(node.z) * node.scales / node.scales[:, None]).T):
         step = width * unit
         values = [(sign, look(problem, (node.u + sign * step) * node.scales)) for sign in (1.0, -1.0)]
         inside = [sign for sign, seen in values if seen is not None and seen.word == node.word]
         falls = [problem.indicators((node.u + sign * step) * node.scales)[i] - here for sign in inside]
-        found[k] = np.mean([fall / (sign * width) for fall, sign in zip(falls, inside, strict=True)] or [0.0])
-    if not found.any():
+        slope[k] = np.mean([fall / (sign * width) for fall, sign in zip(falls, inside, strict=True)] or [0.0])
+    if not slope.any():
         raise Lost("the indicator has no slope")
-    return found
+    return slope
 
 
 def _problem(node: Node) -> EquilibriumProblem:

@@ -62,7 +62,7 @@ def _steadiest(values: list[Vector]) -> tuple[Vector, float] | None:
 def from_other_side(touch: Touch, other: Node) -> Touch | None:
     """The same point from a motion beyond it, whose tangent leads away; None if it is not found."""
     begins = [one for one in other.seen.misses if one.begins and one.contact == touch.miss.contact]
-    for miss in sorted(begins, key=lambda one: abs(one.time - touch.miss.time)):
+    for miss in sorted(begins, key=lambda begin: abs(begin.time - touch.miss.time)):
         try:
             found = from_vanishing(other.turned(), miss)
         except Lost:

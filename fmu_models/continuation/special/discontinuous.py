@@ -25,11 +25,11 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.codegen.contact_states import AWAY, STICK
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
 from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector
 from fmu_models.continuation.step.same_motion import begun_at
+from fmu_models.language.contact_kinds import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9
@@ -76,7 +76,7 @@ class Touch:
 
 def nearest(passings: Sequence[Passing], like: Passing, time: float, length: float) -> Passing | None:
     """The one that is the same as another one, nearest in time around the period."""
-    same = [one for one in passings if one.contact == like.contact and one.key == like.key]
+    same = [passing for passing in passings if passing.contact == like.contact and passing.key == like.key]
 
     def apart(one: Passing) -> float:
         turn = abs(one.time - time) / length % 1.0
@@ -95,11 +95,11 @@ def value_border(like: Passing, target: float, time: list[float]) -> Border:
     """The speed of an event, or the least value of a miss, at a value; ``time`` (1,) follows it."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-        found = found_again(seen, like, time[0])
-        if found is None or not np.isfinite(found.gradient).all():
+        passing = found_again(seen, like, time[0])
+        if passing is None or not np.isfinite(passing.gradient).all():
             return None
-        time[0] = found.time
-        return found.value - target, found.gradient
+        time[0] = passing.time
+        return passing.value - target, passing.gradient
 
     return border
 
@@ -155,26 +155,26 @@ def from_miss(start: Node, miss: Passing) -> Touch:
     """
     node, time = start, [miss.time]
     while True:
-        found = nearest(node.seen.misses, miss, time[0], node.seen.length)
-        if found is None:
+        passing = nearest(node.seen.misses, miss, time[0], node.seen.length)
+        if passing is None:
             raise Lost("the near miss is gone")
-        least = LEAST_MISS * size_of(found, node.scales)
-        if found.value <= 1.5 * least:
+        least = LEAST_MISS * size_of(passing, node.scales)
+        if passing.value <= 1.5 * least:
             break
-        dz, target = _towards(node, found), max(least, 0.03 * found.value)
+        dz, target = _towards(node, passing), max(least, 0.03 * passing.value)
         for _ in range(8):
-            guess = node.u + dz * (target - found.value)
+            guess = node.u + dz * (target - passing.value)
             try:
-                border = value_border(miss, target, [found.time])
+                border = value_border(miss, target, [passing.time])
                 after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
                 break
             except Lost:
-                target = (found.value + target) / 2
+                target = (passing.value + target) / 2
         else:
             raise Lost("the near miss does not become an event")
         node = after
-    u = node.u - _towards(node, found) * found.value
-    return Touch(node, u * node.scales, found)
+    u = node.u - _towards(node, passing) * passing.value
+    return Touch(node, u * node.scales, passing)
 
 
 def begun_after(node: Node, time: float) -> Node:
@@ -185,7 +185,9 @@ def begun_after(node: Node, time: float) -> Node:
     """
     length = node.seen.length
     passings = (one.time for one in (*node.seen.events, *node.seen.misses))
-    marks = sorted({0.0, length / 4, *(turn for one in passings if (turn := (one - time) % length) < length / 4)})
+    marks = sorted(
+        {0.0, length / 4, *(turn for passing in passings if (turn := (passing - time) % length) < length / 4)}
+    )
     begin, end = max(pairwise(marks), key=lambda one: one[1] - one[0])
     problem, z = node.problem.later(node.z, node.seen, (time + (begin + end) / 2) % length)
     return begun_at(node, problem, z)
@@ -280,11 +282,11 @@ def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
 def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
     """The motion near a guess that has the event at its speed, and goes on from the point."""
     try:
-        found = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
-        own = nearest(found.seen.events, event, event.time, found.seen.length)
-        if own is None or found.word == touch.node.word or not _meets(touch, found, own):
+        node = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
+        own = nearest(node.seen.events, event, event.time, node.seen.length)
+        if own is None or node.word == touch.node.word or not _meets(touch, node, own):
             return None
-        return growing(found, own)
+        return growing(node, own)
     except Lost:
         return None
 
@@ -338,8 +340,8 @@ def _row_sizes(node: Node, seen: Seen) -> Vector:
 
 def new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
     """The event that a miss has become."""
-    near = [one for one in seen.events if one.contact == miss.contact and one.before == miss.before]
-    known = [one.time for one in without.events if one.contact == miss.contact and one.before == miss.before]
+    near = [event for event in seen.events if event.contact == miss.contact and event.before == miss.before]
+    known = [event.time for event in without.events if event.contact == miss.contact and event.before == miss.before]
     if len(near) <= len(known):
         return None
     return min(near, key=lambda one: abs(one.time - miss.time), default=None)

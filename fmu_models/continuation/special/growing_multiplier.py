@@ -31,7 +31,7 @@ def why_huge(nodes: Sequence[Node]) -> str:
     size = 0.0 if last.problem.still else _largest(last)
     if not (np.isfinite(size) and size >= HUGE):
         return ""
-    back = [one for one in nodes[-BACK:] if one.word == last.word]
+    back = [node for node in nodes[-BACK:] if node.word == last.word]
     said = f"; the largest multiplier is {size:.2g}, and {log10(size):.0f} digits of a run are lost in one period: "
     if size > GROWN * _largest(back[0]):
         cause = _grazing(back[0], last) or _homoclinic(back[0], last)

@@ -108,10 +108,10 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
             border = value_border(own, goal, [own.time])
             node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
-            found = nearest(node.seen.events, own, own.time, node.seen.length)
-            if found is None:
+            passing = nearest(node.seen.events, own, own.time, node.seen.length)
+            if passing is None:
                 raise Lost("the event is gone")
-            own = found
+            own = passing
             nodes.append((own.value, node))
             if goal == target:
                 break

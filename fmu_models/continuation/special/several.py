@@ -56,7 +56,7 @@ def at_once(touch: Touch) -> list[Passing]:
         plain = one.slot != TIE and not one.turned and not one.begins and one.gradient[:n].any()
         return bool(plain and abs(value) <= TOGETHER * size_of(one, node.scales))
 
-    others = [one for one in node.seen.misses if one is not touch.miss and comes(one)]
+    others = [miss for miss in node.seen.misses if miss is not touch.miss and comes(miss)]
     return [touch.miss, *others] if comes(touch.miss) else [touch.miss]
 
 
@@ -132,7 +132,7 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
         alone = None if placed is None else _alone(placed)
         if alone is None:
             return None
-        z = min(images(alone, problem), key=lambda one: float(np.abs(one / scales - touch.u).max()))
+        z = min(images(alone, problem), key=lambda image: float(np.abs(image / scales - touch.u).max()))
         seen = look(problem, z)
         event = None if seen is None else new_event(seen, node.seen, miss)
         if seen is None or event is None:
@@ -161,12 +161,12 @@ def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vecto
     """A start near u whose run has all events at their speeds, and the first of them; by Newton's method for the
     squares of the speeds, which are smooth where an event begins."""
     problem, scales, n = touch.node.problem, touch.node.scales, len(touch.node.problem.states)
-    rows = np.array([one.gradient[:n] * scales[:n] for one in misses])
+    rows = np.array([miss.gradient[:n] * scales[:n] for miss in misses])
 
     def of(u: Vector) -> list[Passing] | None:
         seen = look(problem, u * scales)
-        events = [new_event(seen, touch.node.seen, one) for one in misses] if seen is not None else [None]
-        return None if None in events else [one for one in events if one is not None]
+        events = [new_event(seen, touch.node.seen, miss) for miss in misses] if seen is not None else [None]
+        return None if None in events else [event for event in events if event is not None]
 
     down = np.zeros_like(u)
     down[:n] = np.linalg.lstsq(rows, speeds**2, rcond=None)[0]
@@ -175,10 +175,10 @@ def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vecto
     for _ in range(20):
         if events is None:
             return None
-        off = np.array([one.value for one in events]) ** 2 - speeds**2
+        off = np.array([event.value for event in events]) ** 2 - speeds**2
         if np.abs(off).max() <= 1e-6 * speeds.min() ** 2:
             return u, events[0]
-        slopes = np.array([2.0 * one.value * one.gradient[:n] * scales[:n] for one in events])
+        slopes = np.array([2.0 * event.value * event.gradient[:n] * scales[:n] for event in events])
         step = np.zeros_like(u)
         step[:n] = np.linalg.lstsq(slopes, off, rcond=None)[0]
         ways = ((u - step / 2**k, of(u - step / 2**k)) for k in range(12))
@@ -212,7 +212,7 @@ class _Jumps:
         if not chosen:
             return [], np.zeros(len(node.seen.residual))
         n = len(node.problem.states)
-        rows = np.array([one.gradient[:n] * scales[:n] for one in self.misses])
+        rows = np.array([miss.gradient[:n] * scales[:n] for miss in self.misses])
         rows /= np.linalg.norm(rows, axis=1)[:, None]
         wanted = np.array([-depth if i in chosen else depth for i in range(len(self.misses))])
         moved = self.touch.u.copy()
@@ -221,9 +221,9 @@ class _Jumps:
         if seen is None:
             return None
         events = [new_event(seen, node.seen, self.misses[i]) for i in chosen]
-        if any(one is None or not np.isfinite(one.gradient).all() for one in events):
+        if any(event is None or not np.isfinite(event.gradient).all() for event in events):
             return None
-        return [one for one in events if one is not None], relative(node, seen, moved - self.touch.u)
+        return [event for event in events if event is not None], relative(node, seen, moved - self.touch.u)
 
 
 def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jumps: _Jumps) -> Node | None:
@@ -282,14 +282,14 @@ def _long(touch: Touch, times: int) -> Touch | None:
 def _copy(miss: Passing, long: Touch, later: float) -> Passing:
     """A miss as one of the longer motion, so much later."""
     seen: Seen = long.node.seen
-    found = nearest(seen.misses, miss, miss.time + later, seen.length)
-    if found is None:
+    passing = nearest(seen.misses, miss, miss.time + later, seen.length)
+    if passing is None:
         raise Lost("the motion cannot be followed for so long")
-    return found
+    return passing
 
 
 def _begun_of(misses: Sequence[Passing]) -> Counter[tuple[str, int]]:
-    return Counter((one.contact, one.before) for one in misses)
+    return Counter((miss.contact, miss.before) for miss in misses)
 
 
 def _begun(node: Node, like: Sequence[Passing]) -> Counter[tuple[str, int]]:

@@ -96,9 +96,9 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
             if np.linalg.norm(better - guess) < abs(place - nearest[0]):
                 guess = better
         border = arclength(before.u, before.tangent, before.scales, place)
-        found = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
-        known[place] = found
-        return found
+        node = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
+        known[place] = node
+        return node
 
     def test(place: float) -> float:
         return at(place).tests[kind]

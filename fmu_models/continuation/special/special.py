@@ -182,8 +182,8 @@ def _detachment(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
     node = touch.node
     sides = sorted([one for one in (touch, found.other) if one], key=lambda one: len(one.node.word))
-    matrices = [one.node.seen.monodromy if one.monodromy is None else one.monodromy for one in sides]
-    multipliers = [node.problem.multipliers(one) for one in matrices]
+    matrices = [side.node.seen.monodromy if side.monodromy is None else side.monodromy for side in sides]
+    multipliers = [node.problem.multipliers(matrix) for matrix in matrices]
     more: dict[str, Any] = {"multipliers": multipliers[0]}
     if len(sides) > 1:
         more |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
@@ -195,7 +195,7 @@ def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     """The kind of a change of the word, and what is said of its other side."""
     node = touch.node
     sides = [one for one in (found.before, found.after) if one is not None]
-    first = touch.event_side[0] if touch.event_side else max(sides, key=lambda one: len(one.word))
+    first = touch.event_side[0] if touch.event_side else max(sides, key=lambda side: len(side.word))
     more: dict[str, Any] = {"value_with_event": touch.value_from_event}
     name = kind_of(touch, first)
     if name == "grazing, rigid":
@@ -219,7 +219,11 @@ def kind_of(touch: Touch, first: Node) -> str:
 
 def newest(touch: Touch, first: Node) -> Any:
     """The event of a motion beside a point that the point has not: the weakest of its kind."""
-    new = [one for one in first.seen.events if one.contact == touch.miss.contact and one.before == touch.miss.before]
+    new = [
+        event
+        for event in first.seen.events
+        if event.contact == touch.miss.contact and event.before == touch.miss.before
+    ]
     return min(new, key=lambda one: one.value)
 
 
@@ -258,6 +262,6 @@ def branch_kind(node: Node) -> str:
             sides = [beside(node, direction, one).u[-1] - node.u[-1] for one in (apart, -apart)]
         except Lost:
             continue
-        if max(abs(one) for one in sides) < 0.1 * apart and sides[0] * sides[1] > 0.0:
+        if max(abs(side) for side in sides) < 0.1 * apart and sides[0] * sides[1] > 0.0:
             return "pitchfork"
     return "branch point"

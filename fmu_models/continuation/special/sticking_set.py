@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from fmu_models.codegen.contact_states import STICK
 from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem
 from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.continuation.problem.problem import Seen, Vector, Word
+from fmu_models.language.contact_kinds import STICK
 
 # of a walk, in u: the first step, how near to its end it comes, how far it goes
 FIRST, NEAR, FAR = 1e-3, 1e-7, 1e6
@@ -77,11 +77,11 @@ def set_at(problem: EquilibriumProblem, scales: Vector, z: Vector, along: Vector
     seen = look(problem, z)
     if seen is None or not any(state == STICK for _, state, _ in seen.word):
         return None
-    begin = Node(problem, scales, z, seen, np.zeros_like(z))
-    e = _null_vector(begin, along)
+    node = Node(problem, scales, z, seen, np.zeros_like(z))
+    e = _null_vector(node, along)
     if e is None:
         return None
-    inside = _beside(begin, e, 0.0, begin.word, reach=np.inf)
+    inside = _beside(node, e, 0.0, node.word, reach=np.inf)
     e = _null_vector(inside, e)
     if e is None:
         return None

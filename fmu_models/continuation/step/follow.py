@@ -17,7 +17,6 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import CHATTERING
 from fmu_models.continuation.kept import Pieces
 from fmu_models.continuation.problem.node import Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.continuation.special import smooth
@@ -29,6 +28,7 @@ from fmu_models.continuation.special.shrunk_cycle import amplitude, hopf_of
 from fmu_models.continuation.step.same_motion import CLOSED, begun_at, between, images
 from fmu_models.continuation.step.way import Found, Way
 from fmu_models.continuation.step.word_change import Ahead, beyond, next_change
+from fmu_models.language.contact_kinds import CHATTERING
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most
@@ -299,7 +299,7 @@ class Follower:
     def _closes(self, before: Node, node: Node) -> bool:
         """Whether the begin lies between two neighbours."""
         begins = images(self.begin, node.problem)
-        z = next((one for one in begins if between(before, node, one / node.scales)), None)
+        z = next((begin for begin in begins if between(before, node, begin / node.scales)), None)
         seen = None if z is None else look(node.problem, z)
         if z is None or seen is None:
             return False

@@ -65,10 +65,10 @@ def between(before: Node, after: Node, u: Vector) -> bool:
         return False
     try:
         border = arclength(before.u, before.tangent, before.scales, float(before.tangent @ step))
-        found = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
+        node = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
     except Lost:
         return False
-    return bool(np.abs(found.u - u).max() <= CLOSED)
+    return bool(np.abs(node.u - u).max() <= CLOSED)
 
 
 def passes(nodes: Sequence[Node], node: Node) -> bool:

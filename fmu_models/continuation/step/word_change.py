@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.codegen.contact_states import AWAY, STICK
 from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.problem.problem import TIE, Passing
 from fmu_models.continuation.special.detachment import from_vanishing
 from fmu_models.continuation.special.discontinuous import Touch, exchanged, from_miss, is_rigid, other_word
 from fmu_models.continuation.special.lost_event import from_event
 from fmu_models.continuation.special.several import at_once, with_all
+from fmu_models.language.contact_kinds import AWAY, STICK
 
 # how many steps ahead an event may be lost or come
 AHEAD = 6.0

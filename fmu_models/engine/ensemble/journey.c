@@ -152,7 +152,7 @@ static void journey_onto_walls(Run *r)
     run_parameters_changed(r);
     placement_load(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        inside[c] = (signed char)(model_contact_is_impact[c] && r->scratch.depth[c][0] > 0.0);
+        inside[c] = (signed char)(model_contact_impulsive[c] && r->scratch.depth[c][0] > 0.0);
         any |= inside[c];
     }
     if (any) {

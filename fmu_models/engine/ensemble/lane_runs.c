@@ -208,7 +208,7 @@ static void take_tangents(Job *job, const LaneMotion *motion, const double *tang
     }
     job->walk.losing = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        job->walk.losing |= motion->began[c] != job->walk.began[c] && !model_contact_is_stop[c];
+        job->walk.losing |= motion->began[c] != job->walk.began[c] && !model_contact_compliant[c];
     }
     journey_differences(job, motion->speed);
 }

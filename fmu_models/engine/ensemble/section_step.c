@@ -22,9 +22,9 @@ static const double LOST_LENGTH = 1e-6;
 
 static int walk_holds(int c, int state)
 {
-    return model_contact_is_impact[c] ? state != CONTACT_AWAY
-           : model_contact_is_stop[c] ? state == CONTACT_TOUCHING
-                                      : state == CONTACT_STICK;
+    return model_contact_impulsive[c]   ? state != CONTACT_AWAY
+           : model_contact_compliant[c] ? state == CONTACT_TOUCHING
+                                        : state == CONTACT_STICK;
 }
 
 void section_step_note(void *context, const ContactEvent *event)
@@ -33,7 +33,7 @@ void section_step_note(void *context, const ContactEvent *event)
     const int c = event->contact;
     const int before = walk_holds(c, event->before);
     const int after = walk_holds(c, event->after);
-    const int begins = model_contact_is_impact[c] ? !before : after && !before;
+    const int begins = model_contact_impulsive[c] ? !before : after && !before;
     if (before && !after) {
         w->held[c] += event->time - w->contact_since[c];
     }
@@ -41,7 +41,7 @@ void section_step_note(void *context, const ContactEvent *event)
         w->contact_since[c] = event->time;
     }
     w->began[c] += begins;
-    w->losing |= begins && !model_contact_is_stop[c];
+    w->losing |= begins && !model_contact_compliant[c];
     w->met |= c == w->e->contact && (w->e->kind == SECTION_BEGIN ? begins : before && !after);
 }
 

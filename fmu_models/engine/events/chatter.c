@@ -29,7 +29,7 @@ static int disturbed(const Run *r, int c, double wait, int *tail)
     const Jets *j = &r->scratch;
     *tail = -1;
     for (int e = 0; e < MODEL_NC; e++) {
-        if (e == c || !model_contact_is_impact[e] || r->at.state[e] != CONTACT_AWAY || j->G[c][e][0] == 0.0) {
+        if (e == c || !model_contact_impulsive[e] || r->at.state[e] != CONTACT_AWAY || j->G[c][e][0] == 0.0) {
             continue;
         }
         double gap[ORDER + 1];
@@ -137,7 +137,7 @@ static int mark_open(Run *r, int c, double pause, signed char *member)
     int any = 0;
     memset(member, 0, NC);
     for (int e = 0; e < MODEL_NC; e++) {
-        if (!model_contact_is_impact[e] || r->at.state[e] != CONTACT_AWAY || !(r->closings[e].fastest > 0.0)
+        if (!model_contact_impulsive[e] || r->at.state[e] != CONTACT_AWAY || !(r->closings[e].fastest > 0.0)
             || r->closings[e].struck < r->at.time - pause) {
             continue;
         }

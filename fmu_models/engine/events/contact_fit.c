@@ -219,7 +219,7 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     expand(r, trial);
     /* what held it has just fallen to its bound. Of a rigid contact a single term can do that: what it leaves is
        rounding */
-    const double rest = model_contact_is_impact[c]
+    const double rest = model_contact_impulsive[c]
                             ? r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)
                                   / trial->length
                             : rounding_of_time(r, j->slip[c] + 1);
@@ -264,7 +264,7 @@ static signed char yields_to(Run *r, int c)
 signed char fit_wanted_state(Run *r, Trial *trial, int c)
 {
     const signed char state = r->at.state[c];
-    if (model_contact_is_impact[c]) {
+    if (model_contact_impulsive[c]) {
         const int closed = trial->before[c] == CONTACT_CHATTERING ? CONTACT_CHATTERING : CONTACT_TOUCHING;
         if (contact_is_held(r->at.state, c)) {
             return closed_holds(r, trial, c) ? state : CONTACT_AWAY;

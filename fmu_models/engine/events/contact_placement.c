@@ -159,7 +159,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1;
         resting[c] = 0;
-        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c]) {
+        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) {
             continue;
         }
         candidate[c] = 0;
@@ -170,12 +170,12 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
             /* at the bound itself the rate of the depth decides; at rest there a stop does not count as entered */
             double rate = 0.0;
             if (at_bound) {
-                rate = model_contact_is_stop[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
+                rate = model_contact_compliant[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
                 r->at.known[c][SLOT_NORMAL] = 1;
             }
-            resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_is_stop[c]);
+            resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_compliant[c]);
             inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
-            if (at_bound && inside && model_contact_is_stop[c]) {
+            if (at_bound && inside && model_contact_compliant[c]) {
                 r->at.memory[c] = fabs(rate);
                 r->entered[c] = 1;
             }
@@ -183,7 +183,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
         const int was_inside = r->at.state[c] != CONTACT_AWAY;
         if (!inside) {
             r->at.state[c] = CONTACT_AWAY;
-        } else if (model_contact_is_stop[c]) {
+        } else if (model_contact_compliant[c]) {
             r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
         } else if (placement_at_zero_slip(r, c)) {
             candidate[c] = 1;
@@ -218,10 +218,10 @@ void placement_on_walls(Run *r, const signed char *at_walls)
 void placement_others(Run *r, signed char *candidate)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
             continue;
         }
-        if (model_contact_is_stop[c]) {
+        if (model_contact_compliant[c]) {
             r->at.state[c] = inside_state(r, c);
         } else {
             candidate[c] = (signed char)placement_at_zero_slip(r, c);

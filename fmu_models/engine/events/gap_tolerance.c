@@ -25,7 +25,7 @@ void gap_measure_nominal(Run *r)
         model_slip(r->at.p, r->at.d, j, 1);
         model_depth(r->at.p, r->at.d, j, 1);
         for (int c = 0; c < MODEL_NC; c++) {
-            r->nominal_gap[c] += model_contact_is_impact[c] ? fabs(j->depth[c][1]) : 0.0;
+            r->nominal_gap[c] += model_contact_impulsive[c] ? fabs(j->depth[c][1]) : 0.0;
         }
     }
 }

@@ -24,7 +24,7 @@ static void follow_rigid(Run *r, const Trial *trial)
 {
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_is_impact[c]) {
+        if (normal < 0 || model_contact_impulsive[c]) {
             continue;
         }
         if (r->at.state[normal] == CONTACT_AWAY) {
@@ -39,13 +39,13 @@ static void follow_rigid(Run *r, const Trial *trial)
 static void set_bounds(Run *r, const Trial *trial, ContactBox *o, int i)
 {
     const int c = o->contact[i];
-    const int normal = model_contact_is_impact[c] ? -1 : model_contact_partner[c];
+    const int normal = model_contact_impulsive[c] ? -1 : model_contact_partner[c];
     const int follows = normal >= 0 && o->unknown[normal] >= 0;
     const int lever = placement_has_lever(r, c);
     const int holds = fit_can_stick(r, c) && !follows;
     const double capacity = holds ? stick_bound(&r->scratch, c, 1)[0] : 0.0;
-    o->lower[i] = model_contact_is_impact[c] || !holds ? 0.0 : -stick_bound(&r->scratch, c, -1)[0];
-    o->upper[i] = model_contact_is_impact[c] ? (lever ? INFINITY : 0.0) : capacity;
+    o->lower[i] = model_contact_impulsive[c] || !holds ? 0.0 : -stick_bound(&r->scratch, c, -1)[0];
+    o->upper[i] = model_contact_impulsive[c] ? (lever ? INFINITY : 0.0) : capacity;
     o->mu[i] = follows && lever ? model_friction(r->at.p, r->at.d, c) : 0.0;
     o->partner[i] = follows ? o->unknown[normal] : -1;
     /* where the force decides nothing the sign that it had comes before the other */
@@ -56,7 +56,7 @@ static void set_bounds(Run *r, const Trial *trial, ContactBox *o, int i)
 /* effect of the force of contact e on the rate of c, with that of its friction where this is known to slip */
 static double effect_with_drag(const Run *r, const ContactBox *o, int c, int e)
 {
-    const int friction = model_contact_is_impact[e] ? model_contact_partner[e] : -1;
+    const int friction = model_contact_impulsive[e] ? model_contact_partner[e] : -1;
     double sum = r->scratch.G[c][e][0];
     if (friction >= 0 && o->unknown[friction] < 0) {
         const int state = r->at.state[friction];
@@ -75,7 +75,7 @@ static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
     }
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
-        if (model_contact_sticks[c] || model_contact_is_impact[c]) {
+        if (model_contact_sticks[c] || model_contact_impulsive[c]) {
             r->at.state[c] = CONTACT_AWAY;
             o->unknown[c] = n;
             o->contact[n++] = c;
@@ -105,7 +105,7 @@ static void choose_by_order_0(Run *r, Trial *trial)
     contact_box_solve(&o, 1);
     for (int i = 0; i < o.problem.n; i++) {
         const int c = o.contact[i];
-        if (model_contact_is_impact[c]) {
+        if (model_contact_impulsive[c]) {
             const int closed = trial->before[c] == CONTACT_CHATTERING ? CONTACT_CHATTERING : CONTACT_TOUCHING;
             r->at.state[c] = (signed char)(o.state[i] == 0 ? closed : CONTACT_AWAY);
         } else {
@@ -166,9 +166,9 @@ static int project(Run *r, const Trial *trial)
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
         const double slip = r->scratch.slip[c][0];
-        const double side = model_contact_is_impact[c] ? 1.0 : r->scratch.sign[c];
+        const double side = model_contact_impulsive[c] ? 1.0 : r->scratch.sign[c];
         const double lever = model_lever(r->at.p, r->at.d, &r->scratch, c);
-        const int beyond = (r->at.state[c] != CONTACT_AWAY || model_contact_is_impact[c]) && side * slip < 0.0;
+        const int beyond = (r->at.state[c] != CONTACT_AWAY || model_contact_impulsive[c]) && side * slip < 0.0;
         /* a switch without a jump of the flow has nothing to move the states with */
         member[c] = contact_is_held(r->at.state, c) ? placement_has_lever(r, c) : beyond && lever > r->tolerances.lever;
         any |= member[c];
@@ -187,7 +187,7 @@ static RunStatus no_state(Run *r, const Trial *trial)
     run_name_contacts(trial->contact, trial->count, names, sizeof names);
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
-        const int friction = model_contact_is_impact[c] ? model_contact_partner[c] : -1;
+        const int friction = model_contact_impulsive[c] ? model_contact_partner[c] : -1;
         rubs |= friction >= 0 && model_friction(r->at.p, r->at.d, friction) > 0.0;
     }
     if (!rubs) {
@@ -214,7 +214,7 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
     for (int c = 0; c < MODEL_NC; c++) {
         if (candidate[c]) {
             trial.contact[trial.count++] = c;
-            rigid |= model_contact_is_impact[c];
+            rigid |= model_contact_impulsive[c];
         }
         trial.slip[c] = r->scratch.slip[c][0];
     }
@@ -237,9 +237,9 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
     }
     for (int i = 0; i < trial.count; i++) {
         const int c = trial.contact[i];
-        const int opens = model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY;
+        const int opens = model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY;
         /* the gap has one zero more than its rate */
-        r->at.known[c][model_contact_is_impact[c] ? SLOT_NORMAL : SLOT_TANGENTIAL] =
+        r->at.known[c][model_contact_impulsive[c] ? SLOT_NORMAL : SLOT_TANGENTIAL] =
             (signed char)(trial.zeros[c] + (opens && trial.zeros[c] < ALL_ZERO));
     }
     *moved |= project(r, &trial);

@@ -54,14 +54,14 @@ static double watched(Run *r, int c, Slot slot)
     if (sign == 0) {
         return 1.0;
     }
-    if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
+    if (model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY) {
         return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time
                                                     : j->force[c][0] + force_shift(r, j, c);
     }
     if (slot == SLOT_NORMAL) {
         return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
     }
-    if (model_contact_is_stop[c]) {
+    if (model_contact_compliant[c]) {
         return sign * j->release[c][0];
     }
     const double shift = r->tolerances.importer;
@@ -94,7 +94,7 @@ RunStatus exchange_indicators(Run *r, double *z)
         if (model_contact_bounded[c]) {
             z[i++] = watched(r, c, SLOT_NORMAL);
         }
-        if (!model_contact_is_impact[c] && (!model_contact_is_stop[c] || model_contact_releases[c])) {
+        if (!model_contact_impulsive[c] && (!model_contact_compliant[c] || model_contact_releases[c])) {
             z[i++] = watched(r, c, SLOT_TANGENTIAL);
         }
     }
@@ -119,25 +119,25 @@ static int has_fallen(Run *r, int c, Slot slot)
     const double shift = r->tolerances.importer;
     const double value = watched(r, c, slot);
     if (slot == SLOT_NORMAL) {
-        return model_contact_is_impact[c] ? rigid_has_fallen(r, c, value) : value <= gap_shift(r, j, c);
+        return model_contact_impulsive[c] ? rigid_has_fallen(r, c, value) : value <= gap_shift(r, j, c);
     }
     if (r->at.state[c] == CONTACT_STICK) {
         return 0; /* a candidate anyway; whether it holds is for its force to say */
     }
-    return value <= (model_contact_is_stop[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
+    return value <= (model_contact_compliant[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
 /* how far below zero an importer that locates events leaves the indicator in a slot, at most; 0 if that is unknown */
 static double landing(const Run *r, const Jets *j, int c, Slot slot)
 {
     const double shift = r->tolerances.importer;
-    if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
+    if (model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY) {
         return force_shift(r, j, c);
     }
     if (slot == SLOT_NORMAL) {
         return gap_shift(r, j, c) + gap_resolution(r, j, c);
     }
-    if (model_contact_is_stop[c]) {
+    if (model_contact_compliant[c]) {
         return 0.0;
     }
     return shift * (r->at.state[c] == CONTACT_STICK ? stick_scale(j, c) : model_slip_magnitude(r->at.p, r->at.d, j, c));
@@ -197,7 +197,7 @@ static double go_back(Run *r)
     const double limit = taylor_time_scale(r, j, ORDER);
     for (int c = 0; c < MODEL_NC; c++) {
         ago[c] = 0.0;
-        if (!model_contact_is_impact[c] || r->at.state[c] != CONTACT_AWAY || !r->falling[c][SLOT_NORMAL]) {
+        if (!model_contact_impulsive[c] || r->at.state[c] != CONTACT_AWAY || !r->falling[c][SLOT_NORMAL]) {
             continue;
         }
         double past[ORDER + 1];
@@ -236,7 +236,7 @@ static void give_leeway(Run *r, const signed char *leaves)
     for (int c = 0; c < MODEL_NC; c++) {
         const double before = r->leeway[c];
         r->leeway[c] = 0.0;
-        if (!model_contact_is_impact[c] || r->at.state[c] != CONTACT_AWAY) {
+        if (!model_contact_impulsive[c] || r->at.state[c] != CONTACT_AWAY) {
             continue;
         }
         const double least = ERRORS * gap_resolution(r, j, c);
@@ -288,7 +288,7 @@ static void let_go(Run *r)
 {
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!model_contact_is_impact[c] && !model_contact_is_stop[c] && r->at.state[c] == CONTACT_STICK
+        if (!model_contact_impulsive[c] && !model_contact_compliant[c] && r->at.state[c] == CONTACT_STICK
             && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
             r->at.state[c] = r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
         }
@@ -311,7 +311,7 @@ RunStatus exchange_event(Run *r, int *changed)
         for (int slot = 0; slot < SLOTS; slot++) {
             r->falling[c][slot] = (signed char)has_fallen(r, c, (Slot)slot);
         }
-        if (model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY && r->falling[c][SLOT_NORMAL]) {
+        if (model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY && r->falling[c][SLOT_NORMAL]) {
             arrives = 1;
             leaves[c] = r->scratch.slip[c][0] >= 0.0;
         }

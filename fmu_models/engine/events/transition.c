@@ -52,7 +52,7 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     signed char takes_part[NC] = {0};
     double speed[NC];
     for (int c = 0; c < MODEL_NC; c++) {
-        const int rigid = model_contact_is_impact[c];
+        const int rigid = model_contact_impulsive[c];
         takes_part[c] =
             (signed char)(rigid && (arrives[c] || contact_is_held(r->at.state, c) || placement_at_wall(r, c)));
         r->struck[c] = (signed char)(takes_part[c] && !contact_is_held(r->at.state, c) && r->scratch.slip[c][0] < 0.0);
@@ -179,7 +179,7 @@ RunStatus transition_reconsider(Run *r, int *moved)
     memcpy(before, r->at.state, sizeof before);
     placement_all(r, candidate, resting);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
-        if (model_contact_is_impact[c]) {
+        if (model_contact_impulsive[c]) {
             const int arrival = placement_rigid(r, c, candidate);
             if (arrival == RUN_ERROR) {
                 return RUN_ERROR;
@@ -224,13 +224,13 @@ static void make_jumps(Run *r, double *reached, int *moved)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         reached[c] = fabs(r->scratch.slip[c][0]);
-        if (!model_contact_is_impact[c] && !model_contact_is_stop[c] && r->falling[c][SLOT_TANGENTIAL]) {
+        if (!model_contact_impulsive[c] && !model_contact_compliant[c] && r->falling[c][SLOT_TANGENTIAL]) {
             jump(r, c, moved);
         }
     }
     const int any = memchr(r->jumped, 1, sizeof r->jumped) != NULL;
     for (int c = 0; any && c < MODEL_NC; c++) {
-        const int slides = !model_contact_is_impact[c] && !model_contact_is_stop[c] && r->at.state[c] != CONTACT_AWAY;
+        const int slides = !model_contact_impulsive[c] && !model_contact_compliant[c] && r->at.state[c] != CONTACT_AWAY;
         if (slides && !r->jumped[c] && !placement_at_zero_slip(r, c)) {
             r->at.state[c] = placement_slipping(r, c);
         }
@@ -246,7 +246,7 @@ static int cross_bound(Run *r, int c)
         *state = CONTACT_AWAY;
         return 0;
     }
-    if (!model_contact_is_stop[c]) {
+    if (!model_contact_compliant[c]) {
         *state = placement_slipping(r, c);
         return 1;
     }
@@ -305,14 +305,14 @@ RunStatus transition_make(Run *r, int *moved)
         const int falls = r->falling[c][SLOT_TANGENTIAL];
         at_limit[c] = sticks && falls;
         candidate[c] = 0;
-        if (model_contact_is_impact[c]) {
+        if (model_contact_impulsive[c]) {
             arrives[c] = (signed char)cross_wall(r, c, candidate, at_limit);
             any |= arrives[c];
         } else if (r->falling[c][SLOT_NORMAL]) {
             candidate[c] = (signed char)(cross_bound(r, c) && placement_at_zero_slip(r, c));
         } else if (r->at.state[c] == CONTACT_AWAY) {
             continue;
-        } else if (model_contact_is_stop[c]) {
+        } else if (model_contact_compliant[c]) {
             if (falls) {
                 const int inside = r->scratch.depth[c][0] > 0.0;
                 r->at.known[c][SLOT_TANGENTIAL] = 1;
@@ -366,7 +366,7 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
         }
         if (r->at.state[c] != before[c] || r->struck[c]) {
             r->events++;
-            if (!model_contact_is_impact[c] && accumulation_check_pace(r, c) == RUN_ERROR) {
+            if (!model_contact_impulsive[c] && accumulation_check_pace(r, c) == RUN_ERROR) {
                 return RUN_ERROR;
             }
             if (sink) {

@@ -88,7 +88,7 @@ static int ticks_of(const Run *r, const ContactEvent *event)
         case CONTACT_SLIP_MINUS:
         case CONTACT_SLIP_PLUS: ticks |= TICK_SLIP; break;
         case CONTACT_TOUCHING:
-            ticks |= event->before == CONTACT_AWAY && model_contact_is_stop[c] ? TICK_IMPACT : 0;
+            ticks |= event->before == CONTACT_AWAY && model_contact_compliant[c] ? TICK_IMPACT : 0;
             break;
         default: break;
         }

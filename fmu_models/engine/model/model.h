@@ -62,19 +62,8 @@ enum { NC = MODEL_ROOM(MODEL_NC) };
 /* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
 static inline int time_power(int rooted) { return rooted ? 2 : 1; }
 
-/* states of a contact; the numbers are what the FMU shows as "<contact>_state" */
-typedef enum {
-    CONTACT_SLIP_MINUS = -1,
-    CONTACT_STICK = 0,
-    CONTACT_SLIP_PLUS = 1,
-    CONTACT_AWAY = 2,     /* a rigid contact: open */
-    CONTACT_TOUCHING = 3, /* a rigid contact: closed */
-    CONTACT_RELEASED = 4,
-    CONTACT_CHATTERING = 5 /* a rigid contact: held like a closed one, while infinitely many small bounces die out */
-} ContactState;
-
-/* what ticks a clock of a contact: it begins to stick, to slip or to slip the other way, or its bodies meet */
-typedef enum { TICK_STICK = 1, TICK_SLIP = 2, TICK_IMPACT = 4 } Tick;
+/* A rigid contact that is away is open, one that touches closed; one that chatters is held like a closed one, while
+   infinitely many small bounces die out. */
 
 /* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or
    release */
@@ -113,7 +102,7 @@ extern const double model_start_states[MODEL_ROOM(MODEL_NX)];
 extern const double model_nominal_states[MODEL_ROOM(MODEL_NX)]; /* typical magnitudes (in all.c) */
 extern const char *const model_contact_names[MODEL_ROOM(MODEL_NC)];
 extern const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)]; /* 0: the law is continuous at zero slip */
-extern const unsigned char model_contact_is_stop[MODEL_ROOM(MODEL_NC)];
+extern const unsigned char model_contact_compliant[MODEL_ROOM(MODEL_NC)];
 extern const unsigned char model_contact_bounded[MODEL_ROOM(MODEL_NC)]; /* has a depth: stops, friction with a region */
 extern const unsigned char
     model_contact_releases[MODEL_ROOM(MODEL_NC)]; /* a stop that lets go when its force falls to zero */
@@ -122,7 +111,7 @@ extern const unsigned char
     model_contact_rooted[MODEL_ROOM(MODEL_NC)]; /* its law has half-integer powers of its depth */
 extern const unsigned char model_contact_resets[MODEL_ROOM(
     MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both; 4: where stick begins or ends */
-extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
+extern const unsigned char model_contact_impulsive[MODEL_ROOM(MODEL_NC)];
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */
@@ -132,7 +121,7 @@ extern const unsigned char
 /* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
 static inline int contact_is_held(const signed char *state, int c)
 {
-    if (MODEL_IMPACTS > 0 && model_contact_is_impact[c]) {
+    if (MODEL_IMPACTS > 0 && model_contact_impulsive[c]) {
         return state[c] != CONTACT_AWAY;
     }
     return state[c] == CONTACT_STICK;
@@ -142,7 +131,7 @@ static inline int contact_is_held(const signed char *state, int c)
    one */
 static inline int contact_has_law(const signed char *state, int c)
 {
-    if (MODEL_IMPACTS > 0 && (model_contact_is_impact[c] || model_contact_partner[c] >= 0)) {
+    if (MODEL_IMPACTS > 0 && (model_contact_impulsive[c] || model_contact_partner[c] >= 0)) {
         return 0;
     }
     return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;

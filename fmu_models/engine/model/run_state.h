@@ -153,13 +153,13 @@ void run_name_contacts(const int *contact, int count, char *names, size_t size);
 /* a rigid contact whose force decides, and whose gap is zero */
 static inline int contact_is_closed(const Run *r, int c)
 {
-    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+    return MODEL_IMPACTS > 0 && model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY;
 }
 
 /* an open rigid contact: until it closes, its gap does nothing */
 static inline int contact_is_open(const Run *r, int c)
 {
-    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY;
+    return MODEL_IMPACTS > 0 && model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY;
 }
 
 #endif

@@ -190,7 +190,7 @@ static int KIND(solve_regular)(Real A[NC][NC], int n, const Real *D, Real column
 
 Real contact_drag(const Point *at, const signed char *state, int c)
 {
-    if (MODEL_IMPACTS == 0 || state == NULL || !model_contact_is_impact[c] || model_contact_partner[c] < 0) {
+    if (MODEL_IMPACTS == 0 || state == NULL || !model_contact_impulsive[c] || model_contact_partner[c] < 0) {
         return 0.0;
     }
     const int friction = model_contact_partner[c];

@@ -45,7 +45,7 @@ static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_is_impact[c] || at->state[c] == CONTACT_AWAY) {
+        if (normal < 0 || model_contact_impulsive[c] || at->state[c] == CONTACT_AWAY) {
             continue;
         }
         j->capacity[c][k] = model_friction(at->p, at->d, c) * j->force[normal][k];
@@ -137,7 +137,7 @@ void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, c
         impulse[c] = 0.0;
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_is_impact[c] && !phase->held[c] && given[c] != 0.0) {
+        if (model_contact_impulsive[c] && !phase->held[c] && given[c] != 0.0) {
             impulse[c] = given[c];
             if (model_contact_partner[c] >= 0 && !phase->held[(int)model_contact_partner[c]]) {
                 impulse[(int)model_contact_partner[c]] = contact_drag(at, phase->friction, c) * given[c];
@@ -169,7 +169,7 @@ void contact_targets(const Point *at, const Jets *j, int number, const Real *bef
     for (int c = 0; c < MODEL_NC; c++) {
         given[c] = 0.0;
         target[c] = 0.0;
-        if (!model_contact_is_impact[c]) {
+        if (!model_contact_impulsive[c]) {
             continue;
         }
         if (number > 0) {

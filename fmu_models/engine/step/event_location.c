@@ -14,10 +14,10 @@ int location_indicator(const Run *r, int c, Slot slot)
         }
         return state == CONTACT_AWAY ? -1 : 1;
     }
-    if (model_contact_is_impact[c]) {
+    if (model_contact_impulsive[c]) {
         return 0;
     }
-    if (model_contact_is_stop[c]) {
+    if (model_contact_compliant[c]) {
         return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
     }
     return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
@@ -103,7 +103,7 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
         return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end)
                                      : fall_from_bound(j->depth[c], sign, known, order, h);
     }
-    if (model_contact_is_stop[c]) {
+    if (model_contact_compliant[c]) {
         return fall_from_bound(j->release[c], sign, known, order, h);
     }
     return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)

@@ -229,7 +229,7 @@ static void held_discs(Reach *a)
     }
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
             continue;
         }
         disc_multiple(a->b->capacity[c], fabs(model_friction(r->at.p, r->at.d, c)), a->b->force[normal]);

@@ -133,7 +133,7 @@ static int all_open(const Run *r)
 {
     int open = MODEL_IMPACTS > 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        open &= r->at.state[c] == CONTACT_AWAY && (model_contact_is_impact[c] || model_contact_partner[c] >= 0);
+        open &= r->at.state[c] == CONTACT_AWAY && (model_contact_impulsive[c] || model_contact_partner[c] >= 0);
     }
     return open;
 }
@@ -222,7 +222,7 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
     const double log_tolerance = rough_log2(r->tolerances.step);
     double length = state_length(j, order, log_tolerance);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
-        if (model_contact_is_impact[c]) {
+        if (model_contact_impulsive[c]) {
             length = shorter_length(length, j->slip[c], 0, order,
                                     log_tolerance); /* walls that move change faster than states */
         }

@@ -12,9 +12,9 @@ int indicator_is_margin(const Run *r, int c, int slot)
 void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, int side, IndicatorSeries *f)
 {
     const Jets *j = &r->jets;
-    const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+    const int closed = model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY;
     const int margin = indicator_is_margin(r, c, slot);
-    const int released = slot == SLOT_TANGENTIAL && model_contact_is_stop[c];
+    const int released = slot == SLOT_TANGENTIAL && model_contact_compliant[c];
     const int normal = slot == SLOT_NORMAL;
     const double *value = closed ? j->force[c] : normal ? j->depth[c] : released ? j->release[c] : j->slip[c];
     const Pair *pairs = closed ? l->force[c] : normal ? l->depth[c] : released ? l->release[c] : l->slip[c];

@@ -143,7 +143,7 @@ static void note_beginnings(const Run *r, Tangents *tangents, NearMisses *misses
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int state = r->at.state[c];
         const int leaves = state == CONTACT_AWAY && r->at.known[c][SLOT_NORMAL] == 2;
-        if (!model_contact_is_impact[c] || !r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) {
+        if (!model_contact_impulsive[c] || !r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) {
             continue;
         }
         const int order = leaves ? 2 : 0;

@@ -80,7 +80,7 @@ static void variation_friction(const Run *r, const Jets *j, Variation *l, int k)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
             continue;
         }
         const double friction = model_friction(r->at.p, r->at.d, c);

@@ -89,7 +89,7 @@ static int64_t zeros(const LaneMode *m, const LaneEvent *e, const double *z, int
     const int c = lanes_guard_contact[g];
     const int slot = lanes_guard_slot[g];
     const int count = e->known[c][slot == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL];
-    const int normal = lanes_kind[c] == KIND_RUB ? lanes_partner[c] - 1 : -1;
+    const int normal = lanes_led[c] ? lanes_partner[c] - 1 : -1;
     if (slot != GUARD_NORMAL
         && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK))) {
         return 0; /* it watches nothing */
@@ -130,7 +130,7 @@ static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, d
         z[i] = lane->motion.x[i] - m->shift[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        if (lanes_kind[c] == KIND_STOP && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING) {
+        if (lanes_compliant[c] && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING) {
             place_on_bound(t, m, z, c);
         }
     }
@@ -169,7 +169,7 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     int alone = 1;
     int decided = 0;
     memset(known, 0, sizeof lane->known);
-    if (t->mode[lane->mode].held_count == 0 && lanes_kind[c] == KIND_STOP) {
+    if (t->mode[lane->mode].held_count == 0 && lanes_compliant[c]) {
         stop(t, lane, z, g, *time, known);
         return 1;
     }
@@ -177,7 +177,7 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     for (int e = 0; e < LANES_GUARDS; e++) {
         alone &= e == g || !falls[e];
     }
-    if (lanes_kind[c] == KIND_SWITCH && !lanes_sticks[c] && t->mode[lane->mode].held_count == 0) {
+    if (lanes_surface[c] && !lanes_sticks[c] && t->mode[lane->mode].held_count == 0) {
         known[g] = 1;
         decided = cross(t, lane, z, g);
     } else if (alone) {
@@ -187,7 +187,7 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
         ask(pool, slot, z, falls, time, known);
     }
     /* neighbours come to rest where an impact does, and rub by another friction */
-    const int lands = lanes_kind[c] == KIND_IMPACT && before == CONTACT_AWAY
+    const int lands = lanes_impulsive[c] && before == CONTACT_AWAY
                       && (lanes_partner[c] || lane->motion.state[c] != CONTACT_AWAY);
     return decided && !lands;
 }

@@ -26,7 +26,7 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
         const int c = lanes_guard_contact[g];
         V e, fastest, push;
         M hit = fell & (guard == NAME(fill)((double)g));
-        if (lanes_kind[c] != KIND_IMPACT || lanes_partner[c] || lanes_poisson[c]) {
+        if (!lanes_impulsive[c] || lanes_partner[c] || lanes_poisson[c]) {
             continue;
         }
         hit &= plain != NAME(fill)(0.0);
@@ -36,7 +36,7 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
         hit &= rate[g] < NAME(fill)(0.0);
         hit &= -(e * rate[g]) > NAME(fill)(2.0 * LANES_CHATTER) * fastest;
         for (int other = 0; other < LANES_GUARDS; other++) {
-            if (other != g && lanes_kind[lanes_guard_contact[other]] == KIND_IMPACT) {
+            if (other != g && lanes_impulsive[lanes_guard_contact[other]]) {
                 hit &= NAME(size)(value[other]) > NAME(fill)(LANES_AT_WALL) * size[other];
             }
         }
@@ -94,7 +94,7 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     NAME(guard_line)(&sizes, sizes.z, value, size);
     for (int g = 0; g < LANES_GUARDS; g++) {
         const int c = lanes_guard_contact[g];
-        if (lanes_kind[c] != KIND_SWITCH || lanes_sticks[c]) {
+        if (!lanes_surface[c] || lanes_sticks[c]) {
             continue;
         }
         const M hit = fell & free & (guard == NAME(fill)((double)g)) & (-rate[g] > NAME(fill)(LANES_ALONG) * size[g]);

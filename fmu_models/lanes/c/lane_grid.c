@@ -97,12 +97,12 @@ static int is_unique(const LaneRows *r, int c)
     /* near the friction that jams a wall forces are no longer told apart */
     const double FAR_FROM_JAM = 0.99;
     const int partner = lanes_partner[c] - 1;
-    const int normal = lanes_kind[c] == KIND_RUB ? partner : c;
+    const int normal = lanes_led[c] ? partner : c;
     int switches = 0;
     for (int e = 0; e < MODEL_NC; e++) {
-        switches += lanes_kind[e] == KIND_SWITCH;
+        switches += lanes_surface[e];
     }
-    if (lanes_kind[c] == KIND_SWITCH) {
+    if (lanes_surface[c]) {
         return switches == 1 && r->G[c][c] > 0.0;
     }
     if (partner < 0) {
@@ -125,7 +125,7 @@ static void table_contacts(LaneTable *t, const LaneRows *r)
         t->entry_release[c][0] = r->release[c][1];
         t->entry_release[c][1] = r->release[c][2];
         for (int i = 0; i < MODEL_NX; i++) {
-            t->push[c][i] = lanes_kind[c] == KIND_IMPACT ? r->W[i][c] / r->G[c][c] : 0.0;
+            t->push[c][i] = lanes_impulsive[c] ? r->W[i][c] / r->G[c][c] : 0.0;
         }
     }
 }

@@ -90,7 +90,7 @@ static int solved(int n, double G[NC][NC], int width, double *b)
 /* what the slipping friction of closed contact c has in parts of its force, and which contact that is; -1: none */
 static int drag_of(const LaneRows *r, const LaneMode *m, int c, double *part)
 {
-    const int rub = lanes_kind[c] == KIND_IMPACT ? lanes_partner[c] - 1 : -1;
+    const int rub = lanes_impulsive[c] ? lanes_partner[c] - 1 : -1;
     *part = rub >= 0 ? -m->state[rub] * r->mu[rub] : 0.0;
     return rub >= 0 && abs(m->state[rub]) == 1 ? rub : -1;
 }
@@ -150,7 +150,7 @@ static int make_corrections(const LaneRows *r, LaneMode *m)
     memset(m->on_wall, 0, sizeof m->on_wall);
     for (int rigid = 1; rigid >= 0; rigid--) {
         for (int c = 0; c < MODEL_NC; c++) {
-            if (lane_holds(m->state, c) && (lanes_kind[c] == KIND_IMPACT) == rigid) {
+            if (lane_holds(m->state, c) && (lanes_impulsive[c]) == rigid) {
                 m->held[m->held_count++] = c;
             }
         }
@@ -202,7 +202,7 @@ int held_make(const LaneRows *r, const double *wave, LaneMode *m, Full *f, Held 
 
 void held_margin(const LaneRows *r, const LaneMode *m, const Held *held, int c, int side, double *row)
 {
-    const int normal = lanes_kind[c] == KIND_RUB ? lanes_partner[c] - 1 : -1;
+    const int normal = lanes_led[c] ? lanes_partner[c] - 1 : -1;
     const double *bound = r->capacity[c][side < 0];
     for (int j = 0; j <= LANES_Z; j++) {
         const double most = normal >= 0 ? r->mu[c] * held->force[normal][j] : bound[j];
@@ -225,7 +225,7 @@ void held_settle(const LaneTable *t, const LaneMode *m, double *z)
         plain[i] += m->shift[i];
     }
     for (int k = 0; k < m->held_count; k++) {
-        const int wall = lanes_kind[m->held[k]] == KIND_IMPACT;
+        const int wall = lanes_impulsive[m->held[k]];
         y[k] = row_value(t->approach[m->held[k]], plain);
         const double depth = wall ? row_value(t->depth[m->held[k]], plain) : 0.0;
         for (int i = 0; i < MODEL_NQ; i++) {

@@ -15,22 +15,21 @@ static signed char state_of(int c, int digit, signed char *friction)
 {
     const int sides = 2 + lanes_sticks[c];
     *friction = CONTACT_AWAY;
-    switch (lanes_kind[c]) {
-    case KIND_STOP: return stop_states[digit];
-    case KIND_IMPACT:
+    if (lanes_compliant[c]) {
+        return stop_states[digit];
+    }
+    if (lanes_impulsive[c]) {
         if (digit > 0) {
             *friction = slip_states[digit - 1];
         }
         return digit == 0 ? CONTACT_AWAY : CONTACT_TOUCHING;
-    default: {
-        /* away where it has a region, which is at home too */
-        const int away = lanes_bounded[c];
-        if (away && digit == 2) {
-            return CONTACT_AWAY;
-        }
-        return slip_states[away && digit == sides ? 2 : digit];
     }
+    /* away where it has a region, which is at home too */
+    const int away = lanes_bounded[c];
+    if (away && digit == 2) {
+        return CONTACT_AWAY;
     }
+    return slip_states[away && digit == sides ? 2 : digit];
 }
 
 static int partner_of(int c) { return lanes_partner[c] - 1; }
@@ -41,7 +40,7 @@ int table_mode(const signed char *state)
     for (int c = 0; c < MODEL_NC; c++) {
         int digit = 0;
         signed char friction;
-        if (lanes_kind[c] == KIND_RUB) {
+        if (lanes_led[c]) {
             continue;
         }
         while (digit < lanes_digits[c]
@@ -61,7 +60,7 @@ static void mode_states(int mode, signed char *state)
 {
     for (int c = MODEL_NC - 1; c >= 0; c--) {
         signed char friction;
-        if (lanes_kind[c] == KIND_RUB) {
+        if (lanes_led[c]) {
             continue;
         }
         state[c] = state_of(c, mode % lanes_digits[c], &friction);
@@ -77,7 +76,7 @@ int mode_is_away(int mode)
     signed char state[NC];
     mode_states(mode, state);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (lanes_kind[c] == KIND_STOP ? state[c] != CONTACT_AWAY : lane_holds(state, c)) {
+        if (lanes_compliant[c] ? state[c] != CONTACT_AWAY : lane_holds(state, c)) {
             return 0;
         }
     }
@@ -101,7 +100,7 @@ static int mode_shift(const LaneRows *r, LaneMode *m)
     memset(m->shift, 0, sizeof m->shift);
     for (int c = 0; c < MODEL_NC; c++) {
         double size = 0.0;
-        if (lanes_kind[c] != KIND_STOP || m->state[c] != CONTACT_TOUCHING || is_moved(r->depth[c])) {
+        if (!lanes_compliant[c] || m->state[c] != CONTACT_TOUCHING || is_moved(r->depth[c])) {
             continue;
         }
         for (int i = 0; i < MODEL_NQ; i++) {
@@ -134,14 +133,14 @@ static void full_flow(const LaneRows *r, const LaneMode *m, int wall, Full *f)
         memcpy(f->flow[i], r->flow[i], sizeof f->flow[i]);
         f->flow[i][LANES_Z] = shifted(r->flow[i], m->shift);
         for (int c = 0; c < MODEL_NC; c++) {
-            const int dry = lanes_kind[c] == KIND_SWITCH || lanes_kind[c] == KIND_FRICTION;
+            const int dry = lanes_surface[c] || lanes_rubs[c];
             if (r->W[i][c] != 0.0 && dry && abs(m->state[c]) == 1) {
                 for (int j = 0; j < LANES_Z; j++) {
                     f->flow[i][j] += r->W[i][c] * r->friction[c][j];
                 }
                 f->flow[i][LANES_Z] += r->W[i][c] * shifted(r->friction[c], m->shift);
             }
-            if (lanes_kind[c] != KIND_STOP || m->state[c] != CONTACT_TOUCHING || r->W[i][c] == 0.0) {
+            if (!lanes_compliant[c] || m->state[c] != CONTACT_TOUCHING || r->W[i][c] == 0.0) {
                 continue;
             }
             for (int j = 0; j < LANES_Z; j++) {
@@ -180,14 +179,14 @@ static void full_guard(const LaneRows *r, const LaneMode *m, const Held *held, i
     const int slot = lanes_guard_slot[g];
     const int state = m->state[c];
     memset(row, 0, (LANES_Z + 1) * sizeof *row);
-    if (slot == GUARD_NORMAL && lane_holds(m->state, c) && lanes_kind[c] == KIND_IMPACT) {
+    if (slot == GUARD_NORMAL && lane_holds(m->state, c) && lanes_impulsive[c]) {
         memcpy(row, held->force[c], (LANES_Z + 1) * sizeof *row);
     } else if (slot == GUARD_NORMAL) {
         plain_guard(r->depth[c], state == CONTACT_AWAY ? -1.0 : 1.0, m, row);
         row[LANES_Z] = c == wall ? 0.0 : row[LANES_Z];
     } else if (state == CONTACT_AWAY || (slot == GUARD_MARGIN && state != CONTACT_STICK)) {
         row[LANES_Z] = 1.0;
-    } else if (lanes_kind[c] == KIND_STOP) {
+    } else if (lanes_compliant[c]) {
         release_guard(r, m, wall, c, row);
     } else if (state == CONTACT_STICK) {
         held_margin(r, m, held, c, slot == GUARD_TANGENTIAL ? 1 : -1, row);
@@ -334,8 +333,8 @@ static void stride_make(const LaneTable *t, const Full *f, LaneMode *m)
 static int is_plain(const LaneMode *m)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        const int lets_go = lanes_kind[c] == KIND_STOP && lanes_digits[c] == 3;
-        if (m->state[c] != CONTACT_AWAY && (lets_go || lanes_kind[c] == KIND_FRICTION)) {
+        const int lets_go = lanes_compliant[c] && lanes_digits[c] == 3;
+        if (m->state[c] != CONTACT_AWAY && (lets_go || lanes_rubs[c])) {
             return 0;
         }
     }
@@ -391,7 +390,7 @@ static void mode_make(LaneTable *t, int mode)
     for (int c = 0; c < MODEL_NC; c++) {
         signed char other[NC];
         memcpy(other, m->state, sizeof other);
-        other[c] = (signed char)(lanes_kind[c] == KIND_SWITCH ? -other[c] : other[c]);
+        other[c] = (signed char)(lanes_surface[c] ? -other[c] : other[c]);
         m->crossed[c] = table_mode(other);
     }
     m->on_grid = is_on_grid(t, m);

@@ -135,7 +135,7 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
         const V b3 = a0 + a1 + a2 + a3;
         const V low = NAME(least)(NAME(least)(a0, b1), NAME(least)(b2, b3));
         M falls = ~(low > tail * fourth) | (b->known[g] > NAME(none)() + 1);
-        if (lanes_kind[lanes_guard_contact[g]] == KIND_STOP && lanes_digits[lanes_guard_contact[g]] == 3
+        if (lanes_compliant[lanes_guard_contact[g]] && lanes_digits[lanes_guard_contact[g]] == 3
             && lanes_guard_slot[g] == GUARD_NORMAL) {
             const M silent = falls & ~known & NAME(leaves)(b, q[g], tail * fourth);
             *left = NAME(pick)(silent, NAME(fill)((double)g), *left);

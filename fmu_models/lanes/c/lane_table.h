@@ -46,8 +46,6 @@ static inline int lane_point(int k) { return LANES_HARMONICS > 0 ? k : 0; }
 /* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
 #define LANES_ALONG 1e-9
 
-/* KIND_RUB: the friction of a rigid contact */
-enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2, KIND_FRICTION = 3, KIND_RUB = 4 };
 /* what a guard watches: depth, gap or the force of a closed contact; release, slip, function or the margin of stick on
    its plus side; on its other side */
 enum { GUARD_NORMAL = 0, GUARD_TANGENTIAL = 1, GUARD_MARGIN = 2 };
@@ -106,7 +104,7 @@ typedef struct {
 /* whether a force holds contact c: it sticks, slides or is closed */
 static inline int lane_holds(const signed char *state, int c)
 {
-    return lanes_kind[c] == KIND_IMPACT ? state[c] == CONTACT_TOUCHING : state[c] == CONTACT_STICK;
+    return lanes_impulsive[c] ? state[c] == CONTACT_TOUCHING : state[c] == CONTACT_STICK;
 }
 
 #endif

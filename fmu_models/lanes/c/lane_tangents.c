@@ -135,7 +135,7 @@ void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const doubl
         for (int j = 0; j < LANES_Z; j++) {
             w[j] = (j < MODEL_NX ? d[j] : 0.0) + before[j] * later;
         }
-        if (lanes_kind[c] == KIND_IMPACT && m->state[c] == CONTACT_AWAY) {
+        if (lanes_impulsive[c] && m->state[c] == CONTACT_AWAY) {
             double y = 0.0;
             for (int j = 0; j < LANES_Z; j++) {
                 y += t->approach[c][j] * w[j];

@@ -57,9 +57,9 @@ static int is_bound(const LaneMode *m, int g)
 {
     const int c = lanes_guard_contact[g];
     if (lanes_guard_slot[g] == GUARD_NORMAL) {
-        return lanes_kind[c] == KIND_IMPACT && m->state[c] == CONTACT_TOUCHING;
+        return lanes_impulsive[c] && m->state[c] == CONTACT_TOUCHING;
     }
-    return lanes_kind[c] != KIND_STOP && m->state[c] == CONTACT_STICK;
+    return !lanes_compliant[c] && m->state[c] == CONTACT_STICK;
 }
 
 /* whether the forces that hold contacts are within their bounds, and no contact but c is without slip otherwise */
@@ -85,7 +85,7 @@ static int fits(const Next *next, int c)
 static void note(const LaneTable *t, Lane *lane, int c, int after, int struck, double time)
 {
     LaneMotion *m = &lane->motion;
-    const int rigid = lanes_kind[c] == KIND_IMPACT;
+    const int rigid = lanes_impulsive[c];
     const int held = lane_holds(m->state, c);
     const int holds = rigid ? after == CONTACT_TOUCHING : after == CONTACT_STICK;
     if (after == m->state[c] && !struck) {
@@ -226,11 +226,11 @@ int lane_is_alone(const LaneTable *t, const Lane *lane, const double *z, int c)
     for (int e = 0; e < MODEL_NC; e++) {
         const int state = lane->motion.state[e];
         if (e == c || state == CONTACT_AWAY) {
-            const int rigid = e != c && lanes_kind[e] == KIND_IMPACT;
+            const int rigid = e != c && lanes_impulsive[e];
             if (rigid && fabs(row_value(t->depth[e], z)) <= LANES_AT_WALL * row_size(t->depth[e], z)) {
                 return 0;
             }
-        } else if (lanes_kind[e] == KIND_STOP ? lanes_digits[e] == 3 : lanes_kind[e] == KIND_IMPACT) {
+        } else if (lanes_compliant[e] ? lanes_digits[e] == 3 : lanes_impulsive[e]) {
             return 0;
         }
     }
@@ -281,7 +281,7 @@ static int impulses(const LaneTable *t, const double *z, int c, double *normal, 
 static int new_sides(const LaneTable *t, const double *z, signed char *state)
 {
     for (int e = 0; e < MODEL_NC; e++) {
-        if (lanes_kind[e] == KIND_FRICTION && state[e] != CONTACT_AWAY) {
+        if (lanes_rubs[e] && state[e] != CONTACT_AWAY) {
             const double slip = row_value(t->approach[e], z);
             const int rests = fabs(slip) <= AT_REST * row_size(t->approach[e], z);
             if (rests && state[e] != CONTACT_STICK) {
@@ -366,14 +366,14 @@ int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, int
     const int c = lanes_guard_contact[g];
     const int state = lane->motion.state[c];
     int done = 0;
-    if (!t->unique[c] || lanes_kind[c] == KIND_STOP) {
+    if (!t->unique[c] || lanes_compliant[c]) {
         return 0;
     }
     if (lanes_guard_slot[g] == GUARD_NORMAL) {
         /* regions of friction are the engine's */
-        done = lanes_kind[c] != KIND_IMPACT ? 0
-               : state == CONTACT_AWAY      ? arrives(t, lane, z, c, time, known)
-                                            : force_falls(t, lane, z, g, time, known);
+        done = !lanes_impulsive[c]     ? 0
+               : state == CONTACT_AWAY ? arrives(t, lane, z, c, time, known)
+                                       : force_falls(t, lane, z, g, time, known);
     } else if (lanes_sticks[c] && state == CONTACT_STICK) {
         done = margin_falls(t, lane, z, g, time, known);
     } else if (lanes_sticks[c]) {

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 import sympy
 
+from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.language.quantities import TIME
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.lowering.hybrid_system import HybridSystem
 from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated
 
 HALF = 6
@@ -84,7 +85,7 @@ class Equations:
         forces = [names[i] if known[i] is None else known[i] for i in range(len(known))]
         for i, state in enumerate(mode):  # friction of a closed rigid contact hangs on the normal force
             contact = self.contacts[i]
-            if contact.kind == "impact_friction" and state in (MINUS, PLUS) and contact.partner in names:
+            if contact.kind.led and state in (MINUS, PLUS) and contact.partner in names:
                 forces[i] = -state * contact.friction * names[contact.partner]
         rates = []
         for i in unknown:
@@ -103,9 +104,9 @@ class Equations:
         contact = self.contacts[i]
         if state in (OPEN, RELEASED):
             return sympy.S.Zero
-        if contact.kind == "impact":
+        if contact.kind.impulsive:
             return None
-        if contact.kind == "switch" and not contact.sticks:
+        if contact.kind.surface and not contact.sticks:
             return sympy.S.Zero
         if state == STICK:
             return None
@@ -143,7 +144,7 @@ class Equations:
 
 def boundary(contact: ContactDynamics) -> Any:
     """The function whose sign is the side a contact is on: depth of a stop or rigid contact, else slip or switch."""
-    return contact.depth if contact.kind in ("stop", "impact") else contact.slip
+    return contact.depth if contact.kind.normal else contact.slip
 
 
 def first_mode(equations: Equations, z: np.ndarray) -> Mode:
@@ -151,9 +152,9 @@ def first_mode(equations: Equations, z: np.ndarray) -> Mode:
     mode = []
     values = equations.function([sympy.sympify(boundary(c)) for c in equations.contacts])(0.0, z)
     for contact, value in zip(equations.contacts, values, strict=True):
-        if contact.kind in ("stop", "impact"):
-            mode.append(CLOSED if value > 0.0 and contact.kind == "stop" else OPEN)
-        elif contact.kind == "impact_friction":
+        if contact.kind.normal:
+            mode.append(CLOSED if value > 0.0 and contact.kind.compliant else OPEN)
+        elif contact.kind.led:
             mode.append(OPEN)
         else:
             mode.append(MINUS if value < 0.0 else PLUS)

@@ -24,7 +24,7 @@ from typing import Any, Literal, final
 import numpy as np
 import sympy
 
-from fmu_models.lowering.hybrid_system import ContactDynamics
+from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
     CLOSED,
@@ -115,12 +115,12 @@ class _Stepping:
         slips = self._contact(t, z.tolist())[:n]
         mode, active = [], []
         for i, (c, d, r, y) in enumerate(zip(self.equations.contacts, values[:n], values[n:], slips, strict=True)):
-            if c.kind == "stop":
+            if c.kind.compliant:
                 mode.append(CLOSED if d > 0.0 and r >= 0.0 else OPEN)
-            elif c.kind == "impact":
+            elif c.kind.impulsive:
                 mode.append(OPEN)
                 active += [i] if d >= 0.0 else []
-            elif c.kind == "impact_friction":
+            elif c.kind.led:
                 mode.append(OPEN)
                 active += [i] if c.partner in active else []
             elif c.depth is not None and d < 0.0:
@@ -213,13 +213,13 @@ class _Stepping:
         bounds = np.array(limits(t, z.tolist()), dtype=float).reshape(-1, 2) * h
         mu = self._mu(t, z.tolist())
         P = np.array([last[i] for i in active])
-        target = np.array([after[i] + (e[i] * before[i] if contacts[i].kind == "impact" else 0.0) for i in active])
+        target = np.array([after[i] + (e[i] * before[i] if contacts[i].kind.impulsive else 0.0) for i in active])
         most = np.zeros((len(active), 2))  # of P and of -P
         for _ in range(SWEEPS):
             change = 0.0
             for k, i in enumerate(active):
                 wanted = P[k] - (target[k] + G[k] @ P) / G[k, k]
-                if contacts[i].kind == "impact":
+                if contacts[i].kind.impulsive:
                     wanted = max(0.0, wanted)
                 else:
                     partner = contacts[i].partner
@@ -232,7 +232,7 @@ class _Stepping:
         impulses = np.zeros(len(contacts))
         impulses[active] = P
         limit = np.where(P > 0.0, most[:, 0], most[:, 1])
-        at_limit = [i for k, i in enumerate(active) if contacts[i].kind != "impact" and abs(P[k]) >= limit[k] > 0.0]
+        at_limit = [i for k, i in enumerate(active) if not contacts[i].kind.impulsive and abs(P[k]) >= limit[k] > 0.0]
         return impulses, at_limit
 
 
@@ -257,7 +257,7 @@ class _History:
         """Take in the step that ends at t."""
         states = []
         for i, contact in enumerate(self.contacts):
-            if contact.kind == "impact":
+            if contact.kind.impulsive:
                 self._normal(i, t, impulses[i] > 0.0)
                 states.append(OPEN)
             elif i not in active:

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen import contact_states
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.language import contact_kinds
+from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.lowering.hybrid_system import HybridSystem
 
 # contact states as the methods call them
-MINUS, PLUS = contact_states.SLIP_MINUS, contact_states.SLIP_PLUS
-STICK, OPEN, CLOSED = contact_states.STICK, contact_states.OPEN, contact_states.CLOSED
-RELEASED = contact_states.RELEASED
+MINUS, PLUS = contact_kinds.SLIP_MINUS, contact_kinds.SLIP_PLUS
+STICK, OPEN, CLOSED = contact_kinds.STICK, contact_kinds.OPEN, contact_kinds.CLOSED
+RELEASED = contact_kinds.RELEASED
 
 
 class NotTreated(StickslipError):

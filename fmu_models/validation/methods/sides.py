@@ -42,7 +42,7 @@ class Sides:
         slips, depths, releases = self.read(t, z)
         self.states = []
         for c, y, d, r in zip(self.contacts, slips, depths, releases, strict=True):
-            if c.kind in ("stop", "impact"):
+            if c.kind.normal:
                 inside = d > 0.0 or (d == 0.0 and y > 0.0)
                 self.states.append((CLOSED if c.release is None or r >= 0.0 else RELEASED) if inside else OPEN)
             else:
@@ -53,7 +53,7 @@ class Sides:
         found = self.read(t1, between(t1))
         for i, (contact, y, d, r) in enumerate(zip(self.contacts, *found, strict=True)):
             old = self.states[i]
-            if contact.kind in ("stop", "impact"):
+            if contact.kind.normal:
                 self._stop(i, d, r, t0, t1, between)
                 continue
             new = OPEN if contact.depth is not None and d < 0.0 else MINUS if y < 0.0 else PLUS

@@ -64,7 +64,7 @@ class Smoothing:
         equations = Equations(problem.system)
         field = equations.function(self._rates(equations))
         sides = Sides(equations)
-        seen = not any(c.sticks or (c.depth is not None and c.kind == "friction") for c in equations.contacts)
+        seen = not any(c.sticks or (c.depth is not None and c.kind.rubs) for c in equations.contacts)
 
         def make(tolerance: float) -> MethodRun:
             def once() -> tuple[Any, tuple | None, int]:
@@ -92,12 +92,12 @@ class Smoothing:
         shape = SHAPES[self.shape]
         system = equations.system
         width = sympy.Float(self.width)
-        signs = {c.sign_symbol: shape(c.slip / width) for c in system.contacts if c.kind in ("friction", "switch")}
-        mode = tuple(CLOSED if c.kind == "stop" else PLUS if c.depth is None else OPEN for c in system.contacts)
+        signs = {c.sign_symbol: shape(c.slip / width) for c in system.contacts if c.kind.dry}
+        mode = tuple(CLOSED if c.kind.compliant else PLUS if c.depth is None else OPEN for c in system.contacts)
         forces = []
         for contact in system.contacts:
             self._check(contact)
-            force = sympy.S.Zero if contact.kind == "switch" and not contact.sticks else contact.force
+            force = sympy.S.Zero if contact.kind.surface and not contact.sticks else contact.force
             force = equations.place(force, signs)
             # a force may only be cut off where its law is continued: a stop pulls beyond its boundary
             for edge in (contact.depth, contact.release):
@@ -115,7 +115,7 @@ class Smoothing:
         return rates
 
     def _check(self, contact: Any) -> None:
-        if contact.kind in ("impact", "impact_friction"):
+        if contact.kind.rigid:
             raise NotTreated(
                 f"'{contact.name}' is rigid: velocities jump there, which no smooth right-hand side does. "
                 "Use event-driven Taylor or Moreau time-stepping, or model a compliant stop."

@@ -64,7 +64,7 @@ class SwitchModel:
         """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
-            if contact.kind in ("impact", "impact_friction"):
+            if contact.kind.rigid:
                 raise NotTreated(
                     f"'{contact.name}' is rigid: velocities jump there, and the switch model has fields only. "
                     "Use event-driven Taylor or Moreau time-stepping."
@@ -142,11 +142,11 @@ class _Bands:
         mode = []
         inside = []
         for i, (c, y, d, r) in enumerate(zip(self.equations.contacts, *self.read(t, z), strict=True)):
-            if c.kind == "stop":
+            if c.kind.compliant:
                 mode.append(_side(min(d, r) if c.release is not None else d, eta))
             elif c.depth is not None and d < 0.0:
                 mode.append(OPEN)
-            elif abs(y) > eta or (c.kind == "friction" and not c.sticks):  # a law that never sticks has no jump
+            elif abs(y) > eta or (c.kind.rubs and not c.sticks):  # a law that never sticks has no jump
                 mode.append(PLUS if y > 0.0 else MINUS)
             elif c.sticks:
                 inside.append(i)

@@ -66,7 +66,7 @@ def watches(equations: Equations, mode: Mode) -> list[Watch]:
     forces, signs = equations.forces(mode), equations.signs(mode)
     for i, (contact, state) in enumerate(zip(equations.contacts, mode, strict=True)):
         depth: Any = contact.depth
-        if contact.kind == "stop":
+        if contact.kind.compliant:
             release: Any = None if contact.release is None else equations.place(contact.release, signs)
             if state == OPEN:
                 found.append(Watch(i, "touch", -depth))
@@ -74,9 +74,9 @@ def watches(equations: Equations, mode: Mode) -> list[Watch]:
                 found.append(Watch(i, "release", depth if release is None else release))
             else:
                 found += [Watch(i, "leave", depth), Watch(i, "touch", -release)]
-        elif contact.kind == "impact":
+        elif contact.kind.impulsive:
             found.append(Watch(i, "collide", -depth) if state == OPEN else Watch(i, "lift", forces[i]))
-        elif contact.kind != "impact_friction":
+        elif not contact.kind.led:
             if state == OPEN:
                 found.append(Watch(i, "enter", -depth))
                 continue
@@ -104,7 +104,7 @@ class Run:
 
     def _refuse_friction(self) -> None:
         for contact in self.contacts:
-            if contact.kind == "impact_friction":
+            if contact.kind.led:
                 raise NotTreated(f"'{contact.name}': impacts with friction are beyond this event loop. {BETTER}")
             if contact.poisson:
                 raise NotTreated(f"'{contact.name}': Poisson's restitution is beyond this event loop. {BETTER}")
@@ -149,17 +149,14 @@ class Run:
         """Contact states at the start: by their sides, and where those tie by consistency."""
         mode = first_mode(self.equations, z)
         depths = self.values("depths", lambda: [c.depth if c.depth is not None else 1 for c in self.contacts], t, z)
-        mode = tuple(
-            OPEN if c.kind in ("friction", "switch") and d < 0 else s
-            for c, s, d in zip(self.contacts, mode, depths, strict=True)
-        )
+        mode = tuple(OPEN if c.kind.dry and d < 0 else s for c, s, d in zip(self.contacts, mode, depths, strict=True))
         slips = self._slips(t, z)
         for i, contact in enumerate(self.contacts):
-            if contact.kind == "impact" and mode[i] == OPEN and abs(depths[i]) <= 1e-15 and abs(slips[i]) <= 1e-15:
+            if contact.kind.impulsive and mode[i] == OPEN and abs(depths[i]) <= 1e-15 and abs(slips[i]) <= 1e-15:
                 closed = (*mode[:i], CLOSED, *mode[i + 1 :])
                 if self._forces(closed, t, z)[i] > 0:
                     mode = closed
-            if contact.kind == "stop" and mode[i] == CLOSED:
+            if contact.kind.compliant and mode[i] == CLOSED:
                 touching = self.watches(mode)
                 values = self._watched(mode, t, z)
                 if any(w.i == i and w.what == "release" and v < 0 for w, v in zip(touching, values, strict=True)):
@@ -302,7 +299,7 @@ class Run:
     def _collide(self, mode: Mode, i: int, t: Any, z: Any) -> tuple[Mode, Any]:
         contact, system = self.contacts[i], self.equations.system
         for j, c in enumerate(self.contacts):
-            if j != i and c.kind == "impact" and mode[j] == CLOSED and system.G[i, j] != 0:
+            if j != i and c.kind.impulsive and mode[j] == CLOSED and system.G[i, j] != 0:
                 raise NotTreated(f"at {float(t):g} s '{contact.name}' collides while '{c.name}' is closed. {BETTER}")
 
         def expressions() -> list[Any]:

@@ -125,8 +125,6 @@ def _for_model(scene: Scene, model: Fmu, own: Mapping[str, Any], muted: Mapping[
 
 def _muting(scene: Scene) -> dict[str, float] | None:
     """Values of parameters of the model that take the force from every contact left out; None if there are none."""
-    from fmu_models.language.stops import Stop
-
     if scene.contacts is None:
         return {}
     whole = variant(scene.model, beside=scene.folder)
@@ -138,9 +136,7 @@ def _muting(scene: Scene) -> dict[str, float] | None:
             continue
         own: list[Any] = [p for p in whole.parameters if p in contact.symbols and p.name not in shared]
         zeros = [p for p in own if p.minimum == 0.0 and not p.positive]
-        force: Any = contact.compression if isinstance(contact, Stop) else getattr(contact, "law", None)
-        if force is not None and not isinstance(contact, Stop):
-            force = contact.law.force(contact.slip_speed, contact.sign)  # pyright: ignore[reportAttributeAccessIssue]
+        force: Any = contact.law_force
         choices = [[p] for p in zeros] + [zeros]
         silent = next((c for c in choices if force is not None and force.xreplace(dict.fromkeys(c, 0)) == 0), None)
         if silent is None:

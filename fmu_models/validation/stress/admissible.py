@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.codegen.contact_states import AWAY, CHATTERING, RELEASED, SLIP_MINUS, SLIP_PLUS, STICK, TOUCHING
+from fmu_models.language.contact_kinds import AWAY, CHATTERING, RELEASED, SLIP_MINUS, SLIP_PLUS, STICK, TOUCHING
 from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, Equations, Findings
 
 
@@ -55,13 +55,11 @@ class _Contact:
     def violations(self) -> list[tuple[str, NDArray]]:
         """What is wrong, and by how much relative to its own scale (n,); negative where nothing is."""
         kind = self.contact.kind
-        if kind == "friction":
-            return self._friction()
-        if kind == "stop":
-            return self._stop()
-        if kind == "impact":
-            return self._impact()
-        return self._rigid_friction() if kind == "impact_friction" else self._switch()
+        if kind.normal:
+            return self._impact() if kind.rigid else self._stop()
+        if kind.rigid:
+            return self._rigid_friction()
+        return self._switch() if kind.surface else self._friction()
 
     def _relative(self, which: str) -> NDArray:
         """Slip or depth over the magnitude of its terms along the run, drawn to zero by rounding."""
@@ -70,7 +68,7 @@ class _Contact:
         value, size = np.broadcast_to(value, self.state.shape), np.broadcast_to(size, self.state.shape)
         rounding = np.abs(moved - value) / NUDGE * ROUNDINGS
         scale = float(np.nanmax(size)) if np.isfinite(size).any() else 0.0
-        if which == "slip" and self.contact.kind != "switch":
+        if which == "slip" and not self.contact.kind.surface:
             rounding = rounding + ROUNDINGS * self.gross_speed
         return np.sign(value) * np.maximum(np.abs(value) - rounding, 0.0) / (scale if scale > 0 else 1.0)
 

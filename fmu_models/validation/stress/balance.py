@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.codegen.contact_states import CHATTERING
+from fmu_models.language.contact_kinds import CHATTERING
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.validation.stress.equations import Findings
 from fmu_models.validation.stress.jumps import leeway

@@ -154,7 +154,7 @@ def _starts(name: str, model: Model, equations: Equations, duration: float) -> I
     yield case("start at rest", dict.fromkeys(states, 0.0))
     yield case("start 1e9 fast", {v: 1e9 * (states[v] or 1.0) for v in velocities})
     yield case("start 1e-9 slow", {**dict.fromkeys(states, 0.0), **dict.fromkeys(velocities, 1e-9)})
-    boundaries = [i for i, c in enumerate(equations.system.contacts) if c.kind != "impact_friction"]
+    boundaries = [i for i, c in enumerate(equations.system.contacts) if not c.kind.led]
     for i in boundaries:
         contact = equations.system.contacts[i].name
         for label, offset in (("on", 0.0), (f"{GRAZE:g} inside", -GRAZE), (f"{GRAZE:g} outside", GRAZE)):
@@ -199,7 +199,7 @@ def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str,
             else:
                 depth, size = equations.place(i, values, "depth")
                 rows.append(float(np.squeeze(depth)) + offset * float(np.squeeze(size)))
-                if contact.kind != "friction":
+                if not contact.kind.rubs:
                     rows.append(float(np.squeeze(slip)))
         return np.array(rows)
 

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import AWAY, CHATTERING, CLOSED, STICK
 from fmu_models.importer.driver import Driver
+from fmu_models.language.contact_kinds import AWAY, CHATTERING, CLOSED, STICK
 from fmu_models.simulation.trajectory import Events, Trajectory
 from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.equations import Columns, Equations
@@ -189,7 +189,7 @@ def _indicator(
     contact = equations.system.contacts[number]
     shape = columns["time"].shape
     force = columns.get(f"{contact.name}_force")
-    if row["before"] in (STICK, CHATTERING) or (contact.kind == "impact" and row["before"] == CLOSED):
+    if row["before"] in (STICK, CHATTERING) or (contact.kind.impulsive and row["before"] == CLOSED):
         return None if force is None else (np.abs(force), np.full(shape, np.abs(force).max()))
     if contact.depth is not None and AWAY in (row["before"], row["after"]):
         value, scale = equations.place(number, environment, "depth")

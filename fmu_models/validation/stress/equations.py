@@ -20,11 +20,12 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from fmu_models.codegen.contact_states import STICK
+from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.language.contact_kinds import STICK
 from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.lowering.hybrid_system import HybridSystem
 from fmu_models.lowering.lagrange import generalised_forces
 from fmu_models.lowering.lower import lower
 from fmu_models.validation.stress.roles import Model
@@ -109,7 +110,7 @@ class Equations:
             if c.memory_symbol is not None:
                 values[places[c.memory_symbol]] = columns.get(f"{c.name}_memory", np.zeros_like(state))
             if f"{c.name}_force" in columns:
-                sign = 1.0 if c.kind == "impact" else -1.0
+                sign = 1.0 if c.kind.impulsive else -1.0
                 values[places[c.force_symbol]] = sign * columns[f"{c.name}_force"]
         return values
 
@@ -132,12 +133,12 @@ class Equations:
         """lambda of every contact: what the run reports; of a switch what its sign says, nan while it slides."""
         found = []
         for i, c in enumerate(self.system.contacts):
-            if c.kind == "switch":
+            if c.kind.surface:
                 state = columns[f"{c.name}_state"]
                 law = self.laws(i, values)[0] + 0.0 * state
                 found.append(np.where(state == STICK, np.nan if c.sticks else 0.0, law))
             else:
-                sign = 1.0 if c.kind == "impact" else -1.0
+                sign = 1.0 if c.kind.impulsive else -1.0
                 found.append(sign * columns[f"{c.name}_force"])
         return found
 

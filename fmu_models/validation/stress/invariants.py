@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from fmu_models.codegen.contact_states import AWAY
-from fmu_models.language.contacts import Friction
-from fmu_models.language.impacts import Impact
+from fmu_models.language.contact_kinds import AWAY
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.simulation.tangent import flow_derivative
@@ -75,7 +73,7 @@ def _divergence(model: Model) -> sympy.Expr | None:
     """Of the flow between impacts, if it is a constant and nothing but smooth impacts interrupts it."""
     if not isinstance(model, Mechanism) or len(model.coordinates) != 1 or not model.contacts:
         return None
-    if not all(isinstance(contact, Impact) and contact.slip is None for contact in model.contacts):
+    if not all(contact.kind.impulsive and contact.directions == 1 for contact in model.contacts):
         return None
     (q,) = model.coordinates
     mass = sympy.diff(model.kinetic_energy, q.v, 2)
@@ -104,7 +102,7 @@ def _mirror(model: Model) -> Mirror | None:
 
 def _phases(model: Mechanism) -> list[Parameter]:
     """Parameters that a function of time adds to a multiple of the time."""
-    expressions = [*model.applied.values(), *(sympy.sympify(c.gap) for c in model.impacts)]
+    expressions = [*model.applied.values(), *(sympy.sympify(c.place) for c in model.impacts)]
     waves = [wave for e in expressions for wave in e.atoms(sympy.Function) if wave.has(TIME)]
     return [p for p in model.parameters if any(sympy.diff(wave.args[0], p) == 1 for wave in waves)]
 
@@ -126,9 +124,7 @@ def _is_odd(model: Mechanism, change: dict[Any, Any]) -> bool:
 
 def _has_twin(model: Mechanism, contact: Any, same: Any) -> bool:
     """Whether the mirror makes another contact of the model from a stop or rigid contact."""
-    rule = "restitution" if isinstance(contact, Impact) else "law"
     for other in model.contacts:
-        if not isinstance(other, Friction) and type(other) is type(contact) and same(contact.gap, other.gap):
-            alike = getattr(contact, rule) == getattr(other, rule)
-            return alike and getattr(contact, "slip", None) is None
+        if other.kind is contact.kind and same(contact.place, other.place):
+            return contact.rule == other.rule and getattr(contact, "slip", None) is None
     return False

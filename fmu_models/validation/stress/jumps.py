@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.codegen.contact_states import AWAY
+from fmu_models.language.contact_kinds import AWAY
 from fmu_models.simulation.trajectory import Event, Trajectory
 from fmu_models.validation.stress.equations import ROUNDINGS, Equations, Findings
 
@@ -62,7 +62,7 @@ def jumps(
         rounding = dict(zip(equations.driven, (ROUNDINGS * gross).tolist(), strict=True))
         for group in groups:
             jumping = {state for event in group for state in kinds[event.contact].reset}
-            if any(kinds[event.contact].reset and kinds[event.contact].kind == "switch" for event in group):
+            if any(kinds[event.contact].reset and kinds[event.contact].kind.surface for event in group):
                 continue
             off = leeway(trajectory, group[0].time)
             before, after = np.searchsorted(trajectory.time, [group[0].time - off, group[0].time + off]).tolist()
@@ -91,11 +91,11 @@ def _off_boundary(
 ) -> float:
     """How far from zero depth, slip speed or switching function is where a contact changes for its sake; relative."""
     index, contact = next((i, c) for i, c in enumerate(equations.system.contacts) if c.name == event.contact)
-    if contact.kind == "impact":
+    if contact.kind.impulsive:
         which = "depth" if event.is_impact else ""
     elif (event.before == AWAY) != (event.after == AWAY) and contact.release is None:
         which = "depth" if contact.depth is not None else ""
-    elif contact.kind in ("friction", "switch") and abs(event.before) == 1 and AWAY not in (event.before, event.after):
+    elif contact.kind.dry and abs(event.before) == 1 and AWAY not in (event.before, event.after):
         which = "" if moved else "slip"
     else:
         which = ""
@@ -113,7 +113,7 @@ def _restitution(
     """Deviation of the speed after one impact from -e u-, relative to the speeds that make up u."""
     contacts = equations.system.contacts
     index = next(i for i, c in enumerate(contacts) if c.name == event.contact)
-    others = [c for c in contacts if c.kind == "impact" and c.name != event.contact]
+    others = [c for c in contacts if c.kind.impulsive and c.name != event.contact]
     if event.after != AWAY or any(trajectory[f"{c.name}_state"][before] != AWAY for c in others):
         return 0.0
     speed, size = equations.place(index, values, "slip")

@@ -118,5 +118,5 @@ def _inside(equations: Equations, start: Mapping[str, float], values: Mapping[st
     return any(
         float(np.squeeze(equations.place(i, environment, "depth")[0])) > 0.0
         for i, contact in enumerate(contacts)
-        if contact.depth is not None and (contact.kind == "impact" or contact.remembers)
+        if contact.depth is not None and (contact.kind.impulsive or contact.remembers)
     )

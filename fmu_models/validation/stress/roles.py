@@ -16,7 +16,6 @@ from typing import Any
 import sympy
 
 from fmu_models.language.automaton import Automaton
-from fmu_models.language.contacts import Friction
 from fmu_models.language.impacts import Impact
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
@@ -72,10 +71,9 @@ def _all_roles(model: Model) -> Iterator[Role]:
             yield from _of_value(contact.mu, "friction", kind)
             yield from _of_expression(contact.gap, model.coordinates, kind, "gap")
             continue
-        yield from _of_law(contact.law, kind)
-        region = contact.where if isinstance(contact, Friction) else contact.gap
-        if region is not None:
-            yield from _of_expression(sympy.sympify(region), model.coordinates, kind, "gap")
+        yield from _of_law(contact.rule, kind)
+        if contact.place is not None:
+            yield from _of_expression(sympy.sympify(contact.place), model.coordinates, kind, "gap")
     yield from _of_body(model)
     yield from (Role(u.name, "drive", "friction" if model.frictions else "body") for u in model.inputs)
 
@@ -83,7 +81,7 @@ def _all_roles(model: Model) -> Iterator[Role]:
 def _of_body(model: Mechanism) -> Iterator[Role]:
     velocities = [q.v for q in model.coordinates]
     for symbol in _parameters(sympy.sympify(model.kinetic_energy)):
-        if not any(symbol in sympy.sympify(c.gap).free_symbols for c in model.impacts):
+        if not any(symbol in sympy.sympify(c.place).free_symbols for c in model.impacts):
             yield Role(symbol.name, "inertia", "body")
     yield from (Role(s.name, "damping", "body") for s in _parameters(model.dissipation))
     curvature = sympy.hessian(model.potential_energy, list(model.coordinates))
@@ -94,9 +92,7 @@ def _of_body(model: Mechanism) -> Iterator[Role]:
 
 
 def _kind(contact: Any) -> str:
-    if isinstance(contact, Friction):
-        return "friction"
-    return "impact" if isinstance(contact, Impact) else "stop"
+    return "friction" if contact.kind.rubs else "impact" if contact.kind.rigid else "stop"
 
 
 def _of_value(value: Any, does: str, kind: str) -> Iterator[Role]:

@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
-from fmu_models.codegen import c_structures, contact_states
+from fmu_models.codegen import c_structures
 from fmu_models.codegen.c_source import sources
 from fmu_models.codegen.c_structures import Declarations
 from fmu_models.coupling import composite
 from fmu_models.importer import instance
+from fmu_models.language import contact_kinds
 from fmu_models.lowering.lower import lower
 from fmu_models.oscillators import load
 from fmu_models.simulation import engine
@@ -20,7 +21,7 @@ from fmu_models.toolchain.compiler import compile_shared, engine_sources
 
 IMPORTER = Path(c_structures.__file__).parents[1] / "importer" / "c"
 ENUMERATIONS = {
-    "engine/model/model.h": ("ContactState", "Slot"),
+    "engine/model/model.h": ("Slot",),
     "engine/model/run_state.h": ("RunStatus",),
     "importer/c/master.h": ("Function", "Type", "MethodChoice", "EventKind", "RunStatus"),
 }
@@ -80,9 +81,16 @@ def test_constants_are_those_of_the_compiler(header: str, tmp_path: Path) -> Non
 
 
 def test_every_state_of_a_contact_has_its_words() -> None:
-    states = Declarations("engine/model/model.h").constants("ContactState")
-    assert sorted(vars(states).values()) == sorted(contact_states.CONTACT_STATES)
-    assert {n for numbers in contact_states.MEANINGS.values() for n in numbers} == set(contact_states.CONTACT_STATES)
+    assert sorted(contact_kinds.STATES.values()) == sorted(contact_kinds.CONTACT_STATES)
+    kinds = contact_kinds.KINDS.values()
+    assert {n for kind in kinds for n in kind.meanings} == set(contact_kinds.CONTACT_STATES)
+    assert all(set(kind.state_words) == set(kind.meanings) for kind in kinds)
+
+
+def test_the_engine_has_the_states_and_clocks_of_the_table(tmp_path: Path) -> None:
+    numbers = {f"CONTACT_{n}": v for n, v in contact_kinds.STATES.items()}
+    numbers |= {f"TICK_{n.upper()}": v for n, v in contact_kinds.TICK_BITS.items()}
+    assert compiled("model/model.h", list(numbers), tmp_path) == [*numbers.values()]
 
 
 def test_every_function_of_fmi_has_its_names() -> None:

@@ -215,7 +215,7 @@ def test_a_contact_is_lowered_to_two_directions():
     system = lower(mechanism)
     other, normal, tangent = system.contacts
     assert [c.name for c in system.contacts] == ["other", "rim", "rim_friction"]
-    assert [c.kind for c in system.contacts] == ["impact", "impact", "impact_friction"]
+    assert [c.kind.name for c in system.contacts] == ["impact", "impact", "impact_friction"]
     assert [c.indicators for c in system.contacts] == [("gap",), ("gap",), ("slip",)]
     assert [c.partner for c in system.contacts] == [None, 2, 1]
     assert [c.sticks for c in system.contacts] == [False, False, True]
@@ -236,12 +236,12 @@ def test_a_contact_is_lowered_to_two_directions():
 def test_tables_and_coefficients_in_c():
     pad = Friction(name="pad", slip=x.v, law=Coulomb(k * A, mu))
     model = CompiledModel(declare(smooth(name="other", gap=R - x, restitution=Poisson(e**2)), pad, impact()))
-    assert model.table("is_impact") == [1, 0, 1, 0]
+    assert model.table("impulsive") == [1, 0, 1, 0]
     assert model.table("poisson") == [1, 0, 0, 0]
     assert model.shorts("model_contact_partner", 4) == [-1, -1, 3, 2]
     assert model.table("sticks") == [0, 1, 0, 1]
     assert model.table("bounded") == [1, 0, 1, 0]
-    assert model.table("is_stop") == [0, 0, 0, 0]
+    assert model.table("compliant") == [0, 0, 0, 0]
     text = model.sources["model_kind.c"]
     assert "#define MODEL_IMPACTS 2" in model.sources["model_sizes.h"]
     restitution = text[text.index("Real model_restitution") : text.index("Real model_friction")]

@@ -10,8 +10,8 @@ import pytest
 
 from fmu_models import maps
 from fmu_models.analyses.lyapunov import lyapunov
-from fmu_models.codegen.contact_states import TOUCHING
 from fmu_models.fmu.load import load
+from fmu_models.language.contact_kinds import TOUCHING
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.divergence import keeps_volumes, volume_change

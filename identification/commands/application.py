@@ -106,8 +106,10 @@ def only(arguments: Sequence[str]) -> typer.Typer:
         made = _with_analyses({asked: command_of(asked)})
         made.registered_commands, made.registered_groups = made.registered_commands[-1:], []
         return made
-    commands = [one for one in app.registered_commands if _name_of(one) == asked]
-    groups = [one for one in app.registered_groups if one.name == asked]
+    commands = [
+        registered_command for registered_command in app.registered_commands if _name_of(registered_command) == asked
+    ]
+    groups = [registered_group for registered_group in app.registered_groups if registered_group.name == asked]
     if not commands and not groups:
         return _with_analyses({name: _listed(name, text) for name, text in summaries().items()})
     small = copy.copy(app)

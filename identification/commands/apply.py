@@ -73,8 +73,8 @@ def apply(
     content = {
         "file": str(output),
         "values": {
-            one.target: {"value": one.value, "unit": one.unit, "sd": one.deviation, "at_least": one.at_least}
-            for one in values
+            value.target: {"value": value.value, "unit": value.unit, "sd": value.deviation, "at_least": value.at_least}
+            for value in values
         },
         "notes": notes,
     }
@@ -189,9 +189,9 @@ def _notes(source: Path | None, kind: str) -> list[str]:
 
 def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
     table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
-    for one in values:
-        numbers = (like_sd(one.value, one.deviation), one.words + deviation(one.deviation))
-        table.add_row(one.target, *numbers, one.unit, one.description)
+    for value in values:
+        numbers = (like_sd(value.value, value.deviation), value.words + deviation(value.deviation))
+        table.add_row(value.target, *numbers, value.unit, value.description)
     out.print(table)
     for note in notes:
         out.print(console.plain(note))

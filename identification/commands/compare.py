@@ -70,8 +70,8 @@ def compare(
         )
         files = [str(path) for path in draw_families(families, figure, overwrite)] if figure else []
     content = {
-        "passed": all(one.passed for one in families),
-        "families": [one.to_dict() for one in families],
+        "passed": all(family.passed for family in families),
+        "families": [family.to_dict() for family in families],
         "files": files,
     }
     console.say(json, content, lambda out: print_comparison(families, files, out))

@@ -73,7 +73,7 @@ def demo(
         "files": {name: str(path) for name, path in targets.items()},
         "fit": found.to_dict(),
         "truth": dict(truth),
-        "families": [one.to_dict() for one in families],
+        "families": [family.to_dict() for family in families],
     }
 
     def show(out: Console) -> None:

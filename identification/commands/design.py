@@ -54,7 +54,7 @@ def _print_design(found: Design, out: Console) -> None:
     from identification.report.tables import design_table
 
     out.print(design_table(found))
-    refused = [one for one in found.candidates if one.refused is not None]
+    refused = [candidate for candidate in found.candidates if candidate.refused is not None]
     for reason in dict.fromkeys(one.refused for one in refused):
         where = ", ".join(f"{one.drive_speed:.2g} rad/s {one.load:.2g} N" for one in refused if one.refused == reason)
         out.print(f"Refused ({reason}): {where}.")

@@ -121,9 +121,9 @@ def read_logs(
                 f"drive that is not recorded); and the uncertainty of {LASER} (its gain)."
             )
     given = {
-        name: Quantity(value, RIG_UNITS[name], said.deviation(one, value))
-        for one, value in said.values.items()
-        for name in _entries(one)
+        name: Quantity(value, RIG_UNITS[name], said.deviation(deviation, value))
+        for deviation, value in said.values.items()
+        for name in _entries(deviation)
     }
     mend = repairs(repair)
     logs: list[RigLog] = []
@@ -136,8 +136,8 @@ def read_logs(
             else:
                 logs.append(read_log(path, repair=mend, reader=reader))
     logs = [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
-    for one in said.deviations:
-        logs = [_with_deviation(log, one, said) for log in logs]
+    for deviation in said.deviations:
+        logs = [_with_deviation(log, deviation, said) for log in logs]
     return _with_laser(_with_speed(logs, beside), beside)
 
 

@@ -103,7 +103,7 @@ def compare_machine(
         out.print(runs_report(fit, runs))
         print_files(files, out)
 
-    console.say(json, {"machine": fit.machine, "logs": [one.to_dict() for one in runs], "files": files}, show)
+    console.say(json, {"machine": fit.machine, "logs": [run.to_dict() for run in runs], "files": files}, show)
 
 
 def report_machine(

@@ -73,7 +73,7 @@ def _begun(file: Path, law: str | None, estimator: str | None) -> State:
             "state: --state FILE."
         )
     # what was refused is tried again: its description may have been mended
-    return replace(before, entries=tuple(one for one in before.entries if one.status != REFUSED))
+    return replace(before, entries=tuple(entry for entry in before.entries if entry.status != REFUSED))
 
 
 def _watch(

@@ -101,7 +101,7 @@ class Charted(Problem):
         """Residuals and gradient at y; large residuals where the model refuses the parameters."""
         at, last = self.back(x), self._last  # type: ignore[attr-defined]
         try:
-            found = self.problem.evaluate(at)
+            evaluation = self.problem.evaluate(at)
         except StickslipError:
             if not last:
                 raise
@@ -109,7 +109,7 @@ class Charted(Problem):
         slope = np.eye(len(at))
         for bend in self.bends:
             slope[bend.places, bend.places] = bend.slope(at[bend.places])
-        last[:] = [replace(found, gradient=found.gradient @ slope)]
+        last[:] = [replace(evaluation, gradient=evaluation.gradient @ slope)]
         return last[0]
 
     def resampled(self, clusters: np.ndarray) -> Charted:
@@ -149,11 +149,11 @@ def solve_straight(
     if not bends or fixed:
         return solve(problem, fixed=fixed, progress=progress, tolerance=tolerance)
     charted = Charted(problem, bends)
-    found = solve(charted, progress=progress, tolerance=tolerance)
-    x = charted.back(found.values)
+    solution = solve(charted, progress=progress, tolerance=tolerance)
+    x = charted.back(solution.values)
     low, high = problem.limits
     edge = EDGE * np.maximum(np.abs(x), 1e-3)
     if np.any((x < low + edge) | (x > high - edge)):
         # bounds are straight in the problem's own coordinates
         return solve(problem, np.clip(x, low, high), progress=progress, tolerance=tolerance)
-    return replace(found, values=x, evaluation=problem.evaluate(x))
+    return replace(solution, values=x, evaluation=problem.evaluate(x))

@@ -78,19 +78,19 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: 
     if elastic is not None and elastic.stiffness is not None:
         problem = _problem(slips, x, law, elastic.stiffness, options)
     else:
-        rigid, found = whole_cycle.follow(slips, x, options)
-        if whole_cycle.misfit(found) < AS_RIGID:
+        rigid, solution = whole_cycle.follow(slips, x, options)
+        if whole_cycle.misfit(solution) < AS_RIGID:
             said = (
                 "The logs show no micro-slip: sticks do not give way, and the residuals of the rigid model over whole "
                 "cycles are the noise. No stiffness of bristles can be told; this is the result of the whole-cycle "
                 "estimator."
             )
-            return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, found, (said,))
+            return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, solution, (said,))
         problem = min((_problem(slips, x, law, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
     problem.evaluate(problem.first)
     fixed = options.given.fixed(problem)
-    found = solve(problem, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
-    return Estimate(ESTIMATOR, problem.law, problem, found, whole_cycle.excess(found))
+    solution = solve(problem, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
+    return Estimate(ESTIMATOR, problem.law, problem, solution, whole_cycle.excess(solution))
 
 
 def in_stick(slips: ShootingProblem, x: np.ndarray, stiffness: float) -> tuple[ShootingProblem, Solution] | None:
@@ -112,10 +112,10 @@ def in_stick(slips: ShootingProblem, x: np.ndarray, stiffness: float) -> tuple[S
             starts=tuple(problem.starts[place] for place in places),
         )
         fixed = {u.name: float(v) for u, v in zip(slips.unknowns[count:], x[count:], strict=True)}
-        found = solve(problem, fixed=fixed, tolerance=ROUGH)
+        solution = solve(problem, fixed=fixed, tolerance=ROUGH)
     except StickslipError:
         return None
-    return None if whole_cycle.excess(found) or any(found.at_bound) else (problem, found)
+    return None if whole_cycle.excess(solution) or any(solution.at_bound) else (problem, solution)
 
 
 def _problem(

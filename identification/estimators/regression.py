@@ -134,7 +134,7 @@ class Regression:
             self.slip[chosen],
             self.average,
             self.measured[chosen],
-            np.repeat(np.arange(len(rows)), [len(part) for part in rows]),
+            np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.map(lambda values: values[chosen]),
@@ -289,8 +289,8 @@ def regress(
 ) -> tuple[RegressionProblem, Solution]:
     """`reduced`, and its solution."""
     problem, given = reduced(ready, law, equations, window, options), options.given
-    found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
-    return problem, found
+    solution = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
+    return problem, solution
 
 
 def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:

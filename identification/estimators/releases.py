@@ -79,7 +79,7 @@ class Breakaway:
     @property
     def span(self) -> tuple[float, float]:
         """Shortest and longest stick, s."""
-        sticks = [one.stick for one in self.releases]
+        sticks = [release.stick for release in self.releases]
         return min(sticks), max(sticks)
 
     @property

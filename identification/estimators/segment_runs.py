@@ -64,7 +64,7 @@ class ShootingSegment:
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
         rows = [np.flatnonzero(self.cluster == label) for label in clusters]
-        labels = np.repeat(np.arange(len(clusters)), [len(part) for part in rows])
+        labels = np.repeat(np.arange(len(clusters)), [len(row) for row in rows])
         chosen = np.concatenate(rows)
         if not len(chosen):
             return None
@@ -147,6 +147,6 @@ def chain(
         by |= {f"{name}{part.suffix}": {f"{name}{part.disc}": 1.0} for name in ("N", *part.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None:
         by[law.changeover] = {law.changeover: 1.0}
-    return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
+    return np.array([[by.get(name, {}).get(parameter, 0.0) for name in names] for parameter in parameters]).reshape(
         len(parameters), len(names)
     )

@@ -125,7 +125,7 @@ class JointRegression(Regression):
         return replace(
             self,
             **{name: getattr(self, name)[chosen] for name in (*COLUMNS, "log")},
-            cluster=np.repeat(np.arange(len(rows)), [len(part) for part in rows]),
+            cluster=np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
             whiten=tuple(self.whiten[place] for place in places),
         )
 
@@ -159,7 +159,7 @@ def joint_equations(
         columns["always"].append(np.full(rows, _always(segment.motion.log)))
         whiten.append(whitening(weights, stride, rows, segment.motion.memory / step))
     made: dict[str, Any] = {name: np.concatenate(parts) for name, parts in columns.items()}
-    cluster = np.repeat(np.arange(len(segments)), [len(part) for part in columns["measured"]])
+    cluster = np.repeat(np.arange(len(segments)), [len(column) for column in columns["measured"]])
     return JointRegression(
         average=average[nodes] / average[nodes].sum(),
         cluster=cluster,

@@ -102,8 +102,8 @@ def _missed(made: Estimate) -> float:
 
     here = made.solution.evaluation
     white = whiteness(here, [str(number) for number in range(int(here.log.max()) + 1)])
-    course = [float(-ndtri(max(one.course, LEAST_CHANCE) / 2)) for one in white.logs if one.course is not None]
-    return max([abs(one.deviations) for one in white.speeds] + course, default=0.0)
+    course = [float(-ndtri(max(log.course, LEAST_CHANCE) / 2)) for log in white.logs if log.course is not None]
+    return max([abs(speed.deviations) for speed in white.speeds] + course, default=0.0)
 
 
 def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adjusted:
@@ -113,9 +113,9 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
     at = np.array([one.value for one in stated])
     free = np.array([unknown.name not in made.solution.fixed for unknown in problem.unknowns])
     conflicts: list[Contradiction] = []
-    here = made.solution.evaluation
+    evaluation = made.solution.evaluation
     for _ in range(ROUNDS):
-        said, best, slope = _said(ready, problem, x, here, free, slips)
+        said, best, slope = _said(ready, problem, x, evaluation, free, slips)
         now = adjusted(names, at, readings, said)
         sd = np.sqrt(np.diag(now.covariance))
         if np.all(np.abs(now.step) <= NEAR * sd):
@@ -125,14 +125,14 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
             if slips and _lengths(found) and not _explained(made, found, options):
                 return _adjusted(ready, made, options, slips=False)
             _check_lengths(found, stated, alone=len(ready.contacts) == 1)
-            conflicts = [one for one in conflicts if one.names != found.names]
+            conflicts = [conflict for conflict in conflicts if conflict.names != found.names]
             conflicts.append(found)
             readings = widened(readings, found)
             continue
         at, x = at * np.exp(now.step), np.clip(x + best + slope @ now.step, *problem.limits)
         problem = problem.with_held(_moved(problem.held, at))
         try:
-            here = problem.evaluate(x)
+            evaluation = problem.evaluate(x)
         except StickslipError:  # the model does not follow the logs with constants that they ask for
             return as_stated(made)
     else:
@@ -146,7 +146,7 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
         for old, new, value, s in zip(stated, problem.held, at, sd, strict=True)
     )
     estimate = replace(made, problem=problem.with_held(kept), solution=solution)
-    turned = tuple(Conflict(one, _steps(names, at, readings, said, one)) for one in conflicts)
+    turned = tuple(Conflict(conflict, _steps(names, at, readings, said, conflict)) for conflict in conflicts)
     return Adjusted(estimate, now.covariance, stated, turned)
 
 
@@ -181,7 +181,7 @@ def _said(
     instruments = [place for place, name in enumerate(("gain", "delay")) if name in by and known[place]]
     beside = np.zeros((len(columns), 0))
     if instruments:
-        beside = np.stack([by[("gain", "delay")[place]] for place in instruments], axis=1)
+        beside = np.stack([by[("gain", "delay")[instrument]] for instrument in instruments], axis=1)
     covariance = ready.sensors.covariance[np.ix_(instruments, instruments)]
     if "R" in by and ready.laser_alone:
         # such a laser shows R times the angle with a gain of its own: slips tell R only by how sin bends, and so by
@@ -207,12 +207,14 @@ def _steps(
     for right in conflict.names:
         others = [
             replace(
-                one,
-                deviation=one.deviation / conflict.deviations if one.name == right else SURE * one.deviation,
+                reading,
+                deviation=reading.deviation / conflict.deviations
+                if reading.name == right
+                else SURE * reading.deviation,
             )
-            if one.name in conflict.names
-            else one
-            for one in readings
+            if reading.name in conflict.names
+            else reading
+            for reading in readings
         ]
         steps.append(adjusted(names, at, others, said).step)
     return tuple(steps)

@@ -98,9 +98,9 @@ class _Search:
         falls = {}
         for one in causes:
             problem = replace(self.bare, terms=terms_of(self.ready, (*now.causes, one)))
-            here = problem.evaluate(_carried(now, problem))
-            step = np.linalg.lstsq(here.gradient, here.residual, rcond=None)[0]
-            left = here.residual - here.gradient @ step
+            evaluation = problem.evaluate(_carried(now, problem))
+            step = np.linalg.lstsq(evaluation.gradient, evaluation.residual, rcond=None)[0]
+            left = evaluation.residual - evaluation.gradient @ step
             falls[one] = float(np.log(now.sum / (left @ left))) / len(problem.terms)
         return sorted(causes, key=lambda one: -falls[one])[:TRIED]
 
@@ -145,7 +145,7 @@ def find_causes(
     progress(0.5)
     if named:
         now = search.fit(named, now)
-        return tuple(_cause(search, now, one) for one in now.causes)
+        return tuple(_cause(search, now, cause) for cause in now.causes)
     while True:
         progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
         rivals = {rival for name in chosen for rival in _rivals(disturbances, name)}
@@ -196,9 +196,9 @@ def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: 
 
     plain = weak_form.estimate(ready, law, Options())
     problem, begin = plain.problem, plain.solution.values
-    made = weak_form.estimate(ready, law, Options(disturbances=terms_found(ready, causes)))
-    assert isinstance(problem, RegressionProblem) and isinstance(made.problem, RegressionProblem)
-    with_causes = _Fit(tuple(one.name for one in causes), made.problem, made.solution)
+    estimate = weak_form.estimate(ready, law, Options(disturbances=terms_found(ready, causes)))
+    assert isinstance(problem, RegressionProblem) and isinstance(estimate.problem, RegressionProblem)
+    with_causes = _Fit(tuple(cause.name for cause in causes), estimate.problem, estimate.solution)
     sums = []
     for place, one in enumerate(problem.held):
         if one.name not in radii:
@@ -218,7 +218,7 @@ def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: 
         best = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": RADIUS})
         sums.append(float(best.fun))  # type: ignore[reportAttributeAccessIssue]  # the stubs know an object only
     effective = max(with_causes.effective, 1.0)
-    more = len(made.problem.terms) - 1
+    more = len(estimate.problem.terms) - 1
     return effective * float(np.log(min(sums) / with_causes.sum)) > more * float(np.log(effective))
 
 
@@ -228,7 +228,7 @@ def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[DisturbanceTerm, 
 
 
 def _cause(search: _Search, now: _Fit, name: str) -> Cause:
-    rest = tuple(one for one in now.causes if one != name)
+    rest = tuple(cause for cause in now.causes if cause != name)
     gain, chance = search.judged(search.fit(rest, now), now)
     count, where = len(now.problem.law.parameters), now.problem.regression.where
     assert where is not None

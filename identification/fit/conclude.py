@@ -79,7 +79,7 @@ def conclude(
         instruments = instruments + shifts["lines"][free] @ shifts["lines"][free].T
     names = [motion.log.name for motion in ready.motions]
     of_law = int(np.count_nonzero(free[:count]))
-    known = infer(
+    inference = infer(
         rest,
         seen,
         asked,
@@ -90,7 +90,7 @@ def conclude(
         progress=progress,
     )
     white = among(white_covariance(rest, seen), free)
-    covariance = wider**2 * among(known.covariance, free)
+    covariance = wider**2 * among(inference.covariance, free)
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
@@ -98,17 +98,17 @@ def conclude(
     releases = None
     alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
     if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
-        unknowns = tuple(one.name for one in problem.unknowns)
+        unknowns = tuple(unknown.name for unknown in problem.unknowns)
         moves = _by_logarithm(solved, shifts)
         releases = breakaway(
             ready, law, Fitted(unknowns, found.values, covariance, problem.held, solved.covariance, moves)
         )
-        if releases is not None and known.whiteness is not None:
-            releases = replace(releases, of_wrong_law=bool(known.whiteness.beyond))
+        if releases is not None and inference.whiteness is not None:
+            releases = replace(releases, of_wrong_law=bool(inference.whiteness.beyond))
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
-    contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
-    bound = None if known.bound is None else among(known.bound, free)
+    contradictions = tuple(side for conflict in solved.conflicts for side in _sides(solved, conflict, shifts))
+    bound = None if inference.bound is None else among(inference.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
     parameters = every[:count]
     nuisance = tuple(one for one in every[count:] if not one.name.startswith(LINE))
@@ -121,7 +121,7 @@ def conclude(
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
-        correlation=_correlations(known.covariance[:of_law, :of_law], free[:count]),
+        correlation=_correlations(inference.covariance[:of_law, :of_law], free[:count]),
         constants=constants,
         constants_correlation=_correlations(solved.covariance[np.ix_(loose, loose)], loose),
         contradictions=contradictions,
@@ -142,15 +142,15 @@ def conclude(
             *_contradicting(contradictions, solved),
             *_warnings(law, found, parameters, segments),
             *_unseen(law, found.values[:count], rows),
-            *known.warnings,
+            *inference.warnings,
             *(elastic.warnings if elastic else ()),
             *(releases.warnings if releases else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
-        intervals=known.intervals,
-        collinearity=known.collinearity,
-        whiteness=known.whiteness,
+        intervals=inference.intervals,
+        collinearity=inference.collinearity,
+        whiteness=inference.whiteness,
         presliding=elastic,
         breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
@@ -172,7 +172,7 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
         return elastic
     rest, seen, free = searched(*found)
     known = coloured_covariance(rest, seen, "jackknife")
-    place = [one.name for one in rest.unknowns].index(STIFFNESS)
+    place = [unknown.name for unknown in rest.unknowns].index(STIFFNESS)
     shifts = _shifts(found[0], found[1], rest, seen, free)
     by = _by_logarithm(solved, shifts)[found[0].law.names.index(STIFFNESS)]
     stiffness = float(seen.values[place])
@@ -217,7 +217,9 @@ def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float
 
 
 def _held(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
-    return tuple(f"{one.name} held at {one.value:g} {one.unit}" for one in parameters if one.held)
+    return tuple(
+        f"{parameter.name} held at {parameter.value:g} {parameter.unit}" for parameter in parameters if parameter.held
+    )
 
 
 def _finite(bound: float) -> float | None:
@@ -241,7 +243,9 @@ def _parameters(
     scale: np.ndarray,
 ) -> tuple[FittedParameter, ...]:
     """All unknowns. covariances: (m, m), stated, as if residuals were white, and the bound of Cramer and Rao."""
-    deviation, plain, bound = (None if one is None else np.sqrt(np.diag(one)) for one in covariances)
+    deviation, plain, bound = (
+        None if covariance is None else np.sqrt(np.diag(covariance)) for covariance in covariances
+    )
     assert deviation is not None and plain is not None
     return tuple(
         FittedParameter(
@@ -335,8 +339,8 @@ def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray
 
 def _contradicting(readings: Sequence[StatedConstant], solved: Adjusted) -> Iterator[str]:
     """What is said of constants that contradict each other."""
-    for together in dict.fromkeys(one.together for one in readings):
-        mine = [one for one in readings if one.together == together]
+    for together in dict.fromkeys(reading.together for reading in readings):
+        mine = [reading for reading in readings if reading.together == together]
         stated = " and ".join(f"{one.name} = {one.value:.4g} {one.unit}" for one in mine)
         verb = "agree" if len(mine) > 1 else "agrees"
         sides = "; ".join(one.sentence for one in mine)

@@ -142,9 +142,9 @@ class _Work:
         told = self.stages.of(stage)
         progress = by_evaluations(estimator.searches, told, self.options.progress)
         options = replace(self.options, disturbances=terms or terms_of(self.ready, ()), progress=progress)
-        made = estimator.estimate(self.ready, self.law, options)
+        estimate = estimator.estimate(self.ready, self.law, options)
         told(1.0)
-        return made, options
+        return estimate, options
 
     def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""

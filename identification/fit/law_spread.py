@@ -65,7 +65,7 @@ def causes_beside_law(
     causes: tuple[Cause, ...] = ()
     tried: dict[str, tuple[Cause, ...]] = {}
     for turn in range(ROUNDS):
-        weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [one.name for one in causes])))
+        weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [cause.name for cause in causes])))
         near = _near(weak, law.name)
         under = law.name if near[law.name] < NEAR else min(near, key=lambda name: near[name])
         if under in tried:

@@ -53,8 +53,8 @@ def posterior(
 
 def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Target:
     """The posterior of a fit, with its constants among the unknowns."""
-    loose = tuple(one.name for one in ready.priors if one.standard_uncertainty > 0)
-    first = {identifier(one.name): one.value for one in (*fit.parameters, *fit.nuisance)}
+    loose = tuple(prior.name for prior in ready.priors if prior.standard_uncertainty > 0)
+    first = {identifier(parameter.name): parameter.value for parameter in (*fit.parameters, *fit.nuisance)}
     options = Options(
         nuisance=loose,
         disturbances=terms_of(ready, [cause.name for cause in fit.causes]),
@@ -62,11 +62,11 @@ def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Targ
         workers=workers,
     )
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
-    made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
-    problem, found = made.problem, made.solution
+    estimate = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
+    problem, found = estimate.problem, estimate.solution
     covariance = _coloured(problem, found, WIDER if fit.causes else 1.0)
     names = [unknown.name for unknown in problem.unknowns]
-    readings = [one for one in ready.readings if set(one.powers) <= set(names)]
+    readings = [reading for reading in ready.readings if set(reading.powers) <= set(names)]
     return Target(problem, found, covariance, readings)
 
 

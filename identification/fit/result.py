@@ -129,19 +129,21 @@ class FrictionFit(Moving):
 
         rows = [
             {
-                "value": one.value,
-                "unit": one.unit,
-                **dict(zip(WRITTEN, (*self.interval(one.name), self.at_least(one.name)), strict=True)),
-                "sd_noise": one.standard_deviation,
-                "sd_rig_constants": one.scale_deviation,
-                "sd_law": one.law_deviation,
-                "sd_bound": one.bound,
-                "efficiency": one.efficiency,
-                "at_bound": one.at_bound,
+                "value": parameter.value,
+                "unit": parameter.unit,
+                **dict(zip(WRITTEN, (*self.interval(parameter.name), self.at_least(parameter.name)), strict=True)),
+                "sd_noise": parameter.standard_deviation,
+                "sd_rig_constants": parameter.scale_deviation,
+                "sd_law": parameter.law_deviation,
+                "sd_bound": parameter.bound,
+                "efficiency": parameter.efficiency,
+                "at_bound": parameter.at_bound,
             }
-            for one in self.parameters
+            for parameter in self.parameters
         ]
-        return pandas.DataFrame(rows, index=pandas.Index([one.name for one in self.parameters], name="parameter"))
+        return pandas.DataFrame(
+            rows, index=pandas.Index([parameter.name for parameter in self.parameters], name="parameter")
+        )
 
     def _heading(self) -> str:
         where = " and ".join(self.contacts) + (f", {' and '.join(self.materials)}" if self.materials else "")
@@ -151,9 +153,10 @@ class FrictionFit(Moving):
 
     def _contents(self) -> Mapping[str, Any]:
         found = {
-            one.name: f"{one.value:.6g} +- {self.words_at_least(one.name)}{one.total_deviation:.2g}"
-            + ("" if one.unit == "1" else f" {one.unit}")
-            for one in self.parameters
+            parameter.name: f"{parameter.value:.6g} +- "
+            f"{self.words_at_least(parameter.name)}{parameter.total_deviation:.2g}"
+            + ("" if parameter.unit == "1" else f" {parameter.unit}")
+            for parameter in self.parameters
         }
         return found | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
 
@@ -229,9 +232,12 @@ class FrictionFit(Moving):
     def noise_interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
         """From noise alone: by profile or bootstrap where there is one of this level, else Student's t, one degree of
         freedom for each slip segment to spare."""
-        for one in self.intervals:
-            if one.name == name and one.level == level:
-                return -np.inf if one.low is None else one.low, np.inf if one.high is None else one.high
+        for interval in self.intervals:
+            if interval.name == name and interval.level == level:
+                return (
+                    -np.inf if interval.low is None else interval.low,
+                    np.inf if interval.high is None else interval.high,
+                )
         reach = self._reach(level) * self[name].standard_deviation
         return self[name].value - reach, self[name].value + reach
 
@@ -241,7 +247,9 @@ class FrictionFit(Moving):
     def unstated(self, name: str) -> tuple[str, ...]:
         """Constants that move a parameter and of which nobody says how well they are known."""
         return tuple(
-            one.name for one in self.constants if not one.stated and abs(one.sensitivity.get(name) or 0) > MOVED
+            constant.name
+            for constant in self.constants
+            if not constant.stated and abs(constant.sensitivity.get(name) or 0) > MOVED
         )
 
     def at_least(self, name: str) -> bool:
@@ -257,7 +265,7 @@ class FrictionFit(Moving):
         """What is said of the choice of the law."""
         if not self.rivals:
             return "What another law would make of these logs was not asked: --law-spread all, or `stickslip laws`."
-        others = [f"{one.law} (weight {one.weight:.2f})" for one in self.rivals if one.law != self.law]
+        others = [f"{rival.law} (weight {rival.weight:.2f})" for rival in self.rivals if rival.law != self.law]
         if not others:
             return "No other law is within reach of these logs."
         return f"The intervals hold the spread over laws: {self.law} and {', '.join(others)}."

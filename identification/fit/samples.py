@@ -25,7 +25,7 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     Raises:
         StickslipError: no slip of the logs holds a window.
     """
-    ready = ready.with_constants({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
+    ready = ready.with_constants({constant.name: constant.value for constant in (*fit.constants, *fit.nuisance)})
     law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
         found = _undisturbed(fit, ready)

@@ -59,7 +59,7 @@ def sensors(ready: Pool) -> dict[str, float]:
     fit, velocity = ready.sensors, ready.sensors.velocity
     found: dict[str, float] = {}
     if velocity is not None:
-        found = {f"velocity_{one.name}": getattr(velocity, one.name) for one in fields(velocity)[1:]}
+        found = {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
     if fit.lines == 0:
         return found
     deviation = np.sqrt(np.diag(fit.covariance))

@@ -43,7 +43,7 @@ def machine_with(mechanism: Mechanism, fit: MachineFit) -> Mechanism:
         potential_energy=found.kept(mechanism.potential_energy),
         dissipation=found.kept(mechanism.dissipation),
         applied={q: effort + found.kept(mechanism.applied[q] - effort) for q, effort in efforts},
-        contacts=[kept for one in mechanism.frictions if (kept := found.contact(one)) is not None],
+        contacts=[kept for friction in mechanism.frictions if (kept := found.contact(friction)) is not None],
     )
 
 
@@ -57,7 +57,7 @@ class _Found:
 
     def __init__(self, mechanism: Mechanism, fit: MachineFit) -> None:
         self.name = mechanism.name
-        self.values = {one.name: one for one in fit.parameters}
+        self.values = {parameter.name: parameter for parameter in fit.parameters}
         self.unknown = {p for p in mechanism.parameters if p.name not in fit.known}
         self.given: dict[Parameter, sympy.Expr] = {
             p: Parameter(p.name, fit.known[p.name], p.unit, p.description)
@@ -65,9 +65,9 @@ class _Found:
             if p.name in fit.known
         }
         self.known: dict[Parameter, sympy.Expr] = {p: sympy.Float(fit.known[p.name]) for p in self.given}
-        laws = [sympy.sympify(one.law.force(SLIP, SIGN)) for one in mechanism.frictions]
+        laws = [sympy.sympify(friction.law.force(SLIP, SIGN)) for friction in mechanism.frictions]
         energies = (mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation)
-        parts = [linear_parts(one, self.unknown) for one in (*energies, *mechanism.applied.values(), *laws)]
+        parts = [linear_parts(energy, self.unknown) for energy in (*energies, *mechanism.applied.values(), *laws)]
         monomials = {monomial_name(monomial): monomial for part in parts for monomial in part}
         if fit.machine != mechanism.name or not monomials.keys() >= self.values.keys():
             raise StickslipError(f"The fit is of '{fit.machine}', and not of {mechanism.name} as it is declared now.")
@@ -119,6 +119,6 @@ def _at(value: Any, at: Mapping[sympy.Basic, sympy.Basic]) -> Any:
     if isinstance(value, tuple):
         return tuple(_at(one, at) for one in value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = [one.name for one in dataclasses.fields(value) if one.init]
+        fields = [field.name for field in dataclasses.fields(value) if field.init]
         return dataclasses.replace(value, **{name: _at(getattr(value, name), at) for name in fields})
     return value

@@ -259,7 +259,7 @@ def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tupl
 
 def fitted_rig(fit: FrictionFit) -> RigValues:
     """The constants of the rig with which a law was fitted."""
-    return rig_values({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
+    return rig_values({constant.name: constant.value for constant in (*fit.constants, *fit.nuisance)})
 
 
 def rig_constants(fit: FrictionFit) -> dict[str, float]:
@@ -281,7 +281,7 @@ def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
         found |= {f"{name}{number}": fit[f"{name}{suffix}"].value for name in law.names}
         if fit.breakaway and fit.breakaway.growth is not None and law.reference == AGEING:
             found[f"b{number}"] = max(fit.breakaway.growth, 0.0)
-    for one in (*fit.parameters, *fit.constants, *fit.nuisance):
-        if one.name in CHANGEOVER.values():
-            found[one.name] = one.value
+    for parameter in (*fit.parameters, *fit.constants, *fit.nuisance):
+        if parameter.name in CHANGEOVER.values():
+            found[parameter.name] = parameter.value
     return found

@@ -116,7 +116,7 @@ def pull(
 
 
 def _design(names: Sequence[str], readings: Sequence[Reading]) -> np.ndarray:
-    return np.array([[float(one.powers.get(name, 0)) for name in names] for one in readings])
+    return np.array([[float(reading.powers.get(name, 0)) for name in names] for reading in readings])
 
 
 def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull) -> Adjustment:
@@ -125,11 +125,11 @@ def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], 
     One of which nobody says how well it is known stays; the others are adjusted as if it could be anything.
     """
     design = _design(names, readings)
-    weight = np.array([one.deviation**-2 for one in readings])
-    off = np.array([np.log(one.value) for one in readings]) - design @ np.log(at)
+    weight = np.array([reading.deviation**-2 for reading in readings])
+    off = np.array([np.log(reading.value) for reading in readings]) - design @ np.log(at)
     normal = (design.T * weight) @ design
     inverse = np.linalg.inv(normal + said.information)
-    unknown = {one.name for one in readings if not one.stated}
+    unknown = {reading.name for reading in readings if not reading.stated}
     moves = np.array([name not in unknown for name in names], dtype=float)
     step = moves * (inverse @ ((design.T * weight) @ off - said.score))
     return Adjustment(step, np.outer(moves, moves) * (inverse @ (normal + said.spread) @ inverse))
@@ -140,15 +140,15 @@ def contradiction(
 ) -> Contradiction | None:
     """The readings that contradict the others most; None where none does."""
     design = _design(names, readings)
-    variance = np.array([one.deviation**2 for one in readings])
+    variance = np.array([reading.deviation**2 for reading in readings])
     weighted = design.T / variance
     inverse = np.linalg.inv(weighted @ design + said.information)
-    off = np.array([np.log(one.value) for one in readings]) - design @ np.log(at)
+    off = np.array([np.log(reading.value) for reading in readings]) - design @ np.log(at)
     residual = off - design @ (inverse @ (weighted @ off - said.score))
     kept = np.eye(len(readings)) - design @ inverse @ weighted
     of_logs = inverse @ said.spread @ inverse
     spread = (kept * variance) @ kept.T + design @ of_logs @ design.T
-    checked = (np.diag(kept) > CHECKED) & np.array([one.stated for one in readings])
+    checked = (np.diag(kept) > CHECKED) & np.array([reading.stated for reading in readings])
     sd = np.sqrt(np.where(checked, np.diag(spread), np.inf))
     ratio = np.abs(residual) / sd
     worst = int(np.argmax(ratio))
@@ -167,5 +167,6 @@ def contradiction(
 def widened(readings: Sequence[Reading], found: Contradiction) -> tuple[Reading, ...]:
     """The readings, those that contradict the others less sure."""
     return tuple(
-        replace(one, deviation=one.deviation * found.deviations) if one.name in found.names else one for one in readings
+        replace(reading, deviation=reading.deviation * found.deviations) if reading.name in found.names else reading
+        for reading in readings
     )

@@ -141,10 +141,10 @@ class _Work:
         rng = np.random.default_rng([self.seed, number])
         chosen = np.concatenate([rng.choice(labels, len(labels)) for labels in self.strata])
         try:
-            other = solve(_KnownElsewise(self.problem.resampled(chosen), rng), self.start, tolerance=SEARCH)
+            solution = solve(_KnownElsewise(self.problem.resampled(chosen), rng), self.start, tolerance=SEARCH)
         except StickslipError:
             return None
-        return other.values if other.converged and np.all(np.isfinite(other.values)) else None
+        return solution.values if solution.converged and np.all(np.isfinite(solution.values)) else None
 
 
 class _KnownElsewise(Problem):

@@ -119,11 +119,13 @@ def coloured_covariance(problem: Problem, found: Solution, kind: str) -> np.ndar
 
 def _open_ends(intervals: Sequence[Interval]) -> list[str]:
     said = []
-    for one in intervals:
-        if one.sides != "two-sided":
-            ends = {"lower bound only": "from above", "upper bound only": "from below"}.get(one.sides, "on either side")
+    for interval in intervals:
+        if interval.sides != "two-sided":
+            ends = {"lower bound only": "from above", "upper bound only": "from below"}.get(
+                interval.sides, "on either side"
+            )
             said.append(
-                f"The data do not bound {one.name} {ends} (profile likelihood): any value up to the bound of the "
+                f"The data do not bound {interval.name} {ends} (profile likelihood): any value up to the bound of the "
                 "search fits as well. Its standard deviation says nothing about that side; `stickslip design` names "
                 "experiments that would."
             )

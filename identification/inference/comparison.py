@@ -96,8 +96,8 @@ class LawComparison(Pictured):
         import pandas
 
         names = ("bic", "aicc", "aic", "weight", "held_out", "worse")
-        rows = [{name: getattr(one, name) for name in names} for one in self.scores]
-        return pandas.DataFrame(rows, index=pandas.Index([one.law for one in self.scores], name="law"))
+        rows = [{name: getattr(score, name) for name in names} for score in self.scores]
+        return pandas.DataFrame(rows, index=pandas.Index([score.law for score in self.scores], name="law"))
 
     def _heading(self) -> str:
         return f"LawComparison: {self.verdict}"
@@ -105,8 +105,9 @@ class LawComparison(Pictured):
     def _contents(self) -> Mapping[str, Any]:
         least = self.best.bic
         return {
-            one.law: f"BIC {one.bic - least:+.1f}" + ("" if one.held_out is None else f", held out {one.held_out:.3g}")
-            for one in self.scores
+            score.law: f"BIC {score.bic - least:+.1f}"
+            + ("" if score.held_out is None else f", held out {score.held_out:.3g}")
+            for score in self.scores
         }
 
     @property
@@ -195,7 +196,7 @@ def compare_problems(
         warnings = tuple(asked.warnings.get(name, ()))
         candidates.append(_Candidate(name, problem, found, _covariance(problem, found, asked), warnings))
         told(0.5 * (number + 1) / len(problems))
-    sizes = sorted({one.rows for one in candidates})
+    sizes = sorted({candidate.rows for candidate in candidates})
     if sizes[-1] > SAME * sizes[0]:
         raise StickslipError(
             f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sizes))}): compare them with "
@@ -294,7 +295,7 @@ def _scale(candidates: Sequence[_Candidate]) -> _Scale:
         plain = plain_covariance(here.gradient, here.residual, prior=prior_precision(best.problem))
         effective /= inflation(plain, best.covariance)
     variance = None
-    if all(one.problem.noise_known for one in candidates):
+    if all(candidate.problem.noise_known for candidate in candidates):
         variance = max(best.sum / max(best.rows - here.eliminated - best.count, 1), 1.0)
     return _Scale(best.sum, best.rows, effective, variance)
 

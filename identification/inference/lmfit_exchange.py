@@ -79,15 +79,16 @@ class Given:
             StickslipError: there is nothing between them.
         """
         found = []
-        for one in unknowns:
-            low, high = self.bounds.get(identifier(one.name), (-np.inf, np.inf))
-            low, high = max(low, one.minimum), min(high, one.maximum)
+        for unknown in unknowns:
+            low, high = self.bounds.get(identifier(unknown.name), (-np.inf, np.inf))
+            low, high = max(low, unknown.minimum), min(high, unknown.maximum)
             if low >= high:
                 raise StickslipError(
-                    f"The bounds of '{one.name}' leave nothing: it must lie in [{one.minimum:g}, {one.maximum:g}]. "
-                    "Widen them, or hold it (vary=False) at a value."
+                    f"The bounds of '{unknown.name}' leave nothing: it must lie in "
+                    f"[{unknown.minimum:g}, {unknown.maximum:g}]. Widen them, or hold it (vary=False) at a value."
                 )
-            found.append(replace(one, minimum=low, maximum=high) if identifier(one.name) in self.bounds else one)  # type: ignore[type-var]
+            is_bounded = identifier(unknown.name) in self.bounds
+            found.append(replace(unknown, minimum=low, maximum=high) if is_bounded else unknown)  # type: ignore[type-var]
         return tuple(found)
 
 

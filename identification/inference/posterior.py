@@ -76,29 +76,31 @@ class Posterior(Tabular):
 
         rows = [
             {
-                "mean": one.mean,
-                "sd": one.standard_deviation,
-                **{f"{100 * level:g} %": value for level, value in zip(QUANTILES, one.quantiles, strict=True)},
-                "unit": one.unit,
-                "autocorrelation": one.autocorrelation,
-                "open": one.open_side,
+                "mean": marginal.mean,
+                "sd": marginal.standard_deviation,
+                **{f"{100 * level:g} %": value for level, value in zip(QUANTILES, marginal.quantiles, strict=True)},
+                "unit": marginal.unit,
+                "autocorrelation": marginal.autocorrelation,
+                "open": marginal.open_side,
             }
-            for one in self.marginals
+            for marginal in self.marginals
         ]
-        return pandas.DataFrame(rows, index=pandas.Index([one.name for one in self.marginals], name="unknown"))
+        return pandas.DataFrame(
+            rows, index=pandas.Index([marginal.name for marginal in self.marginals], name="unknown")
+        )
 
     @property
     def independent(self) -> float:
         """How many independent samples the chains are worth, of the unknown that mixes worst."""
-        return self.walkers * self.steps / max(one.autocorrelation for one in self.marginals)
+        return self.walkers * self.steps / max(marginal.autocorrelation for marginal in self.marginals)
 
     def _heading(self) -> str:
         return f"Posterior: {self.steps} steps of {self.walkers} walkers, {self.accepted:.0%} of the proposals taken"
 
     def _contents(self) -> Mapping[str, Any]:
         return {
-            one.name: f"{one.quantiles[2]:.6g} ({one.quantiles[0]:.6g} to {one.quantiles[-1]:.6g})"
-            for one in self.marginals
+            marginal.name: f"{marginal.quantiles[2]:.6g} ({marginal.quantiles[0]:.6g} to {marginal.quantiles[-1]:.6g})"
+            for marginal in self.marginals
         }
 
 
@@ -271,10 +273,10 @@ class _Readings:
     """What is known of products of powers of some unknowns."""
 
     def __init__(self, readings: Sequence[Reading], names: Sequence[str]) -> None:
-        used = sorted({names.index(name) for one in readings for name in one.powers})
-        rows = [[one.powers.get(names[place], 0) / one.deviation for place in used] for one in readings]
+        used = sorted({names.index(name) for reading in readings for name in reading.powers})
+        rows = [[reading.powers.get(names[place], 0) / reading.deviation for place in used] for reading in readings]
         self.used, self.rows = used, np.array(rows).reshape(len(readings), len(used))
-        self.values = np.array([np.log(one.value) / one.deviation for one in readings])
+        self.values = np.array([np.log(reading.value) / reading.deviation for reading in readings])
 
     def squares(self, x: np.ndarray) -> float:
         """Sum of squares at x (m,), of logarithms in deviations."""

@@ -93,7 +93,9 @@ class Problem(ABC):
     @property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of the search (m,), below and above."""
-        return np.array([one.minimum for one in self.unknowns]), np.array([one.maximum for one in self.unknowns])
+        return np.array([unknown.minimum for unknown in self.unknowns]), np.array(
+            [unknown.maximum for unknown in self.unknowns]
+        )
 
     @abstractmethod
     def start(self) -> np.ndarray:
@@ -157,8 +159,8 @@ class Held(Problem):
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """As the problem, with the gradient by those left."""
-        found = self.problem.evaluate(self.full(x))
-        return replace(found, gradient=found.gradient[:, self.free])
+        evaluation = self.problem.evaluate(self.full(x))
+        return replace(evaluation, gradient=evaluation.gradient[:, self.free])
 
     def resampled(self, clusters: np.ndarray) -> Held:
         """As in `Problem`."""
@@ -234,8 +236,8 @@ def solve(
     begin = np.array(problem.start() if start is None else start, dtype=float)
     begin[[names.index(name) for name in fixed]] = list(fixed.values())
     if not search.free.any():
-        found = problem.evaluate(begin)
-        return Solution(begin, found, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
+        evaluation = problem.evaluate(begin)
+        return Solution(begin, evaluation, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
     values, converged, message = search.run(begin, tolerance, evaluations)
     low, high = problem.limits
     edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
@@ -276,7 +278,7 @@ class Search:
         # a step to where the model cannot be evaluated gives infinite residuals, which the trust region answers by
         # shrinking
         with np.errstate(invalid="ignore", divide="ignore"):
-            found = least_squares(
+            solution = least_squares(
                 lambda free: self.at(whole(free))[0],
                 begin[self.free],
                 jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
@@ -287,18 +289,18 @@ class Search:
                 gtol=tolerance,
                 max_nfev=evaluations,
             )
-        return whole(found.x), bool(found.success), str(found.message)
+        return whole(solution.x), bool(solution.success), str(solution.message)
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual (n + priors,) and gradient by the free unknowns."""
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
-            found = self.problem.evaluate(x)
+            evaluation = self.problem.evaluate(x)
             unit = np.eye(len(x))
             rows = [(x[i] - p.value) / p.standard_uncertainty for i, p in self.known]
             slopes = [unit[i] / p.standard_uncertainty for i, p in self.known]
-            residual = np.concatenate([found.residual, rows])
-            gradient = np.vstack([found.gradient, *slopes])[:, self.free]
+            residual = np.concatenate([evaluation.residual, rows])
+            gradient = np.vstack([evaluation.gradient, *slopes])[:, self.free]
             self._last = (key, residual, gradient)
             self.count += 1
             if self.progress is not None:

@@ -162,11 +162,11 @@ class _Profile:
         begin = self.near.copy()
         begin[self.place] = x
         try:
-            held = solve(self.problem, begin, fixed={self.name: x}, tolerance=SEARCH)
+            solution = solve(self.problem, begin, fixed={self.name: x}, tolerance=SEARCH)
         except StickslipError:
             return REFUSED
-        total = _sum(self.problem, held)
+        total = _sum(self.problem, solution)
         if not np.isfinite(total):
             return REFUSED
-        self.near, self.lowest = held.values, min(self.lowest, total)
+        self.near, self.lowest = solution.values, min(self.lowest, total)
         return min(float(np.sqrt(max(total - self.least, 0.0) / self.limit)) - 1, REFUSED)

@@ -60,18 +60,18 @@ class Whiteness:
     @property
     def beyond(self) -> tuple[SpeedResidual, ...]:
         """Ranges of slip speed whose residual is no chance."""
-        return tuple(one for one in self.speeds if abs(one.deviations) > BEYOND)
+        return tuple(speed for speed in self.speeds if abs(speed.deviations) > BEYOND)
 
     @property
     def coloured(self) -> tuple[str, ...]:
         """Names of the logs whose residuals are coloured."""
-        return tuple(one.log for one in self.logs if one.colour < COLOURED)
+        return tuple(log.log for log in self.logs if log.colour < COLOURED)
 
     @property
     def repeated(self) -> tuple[str, ...]:
         """Names of the logs whose residuals take the same course in every cluster."""
-        tested = sum(one.course is not None for one in self.logs)
-        return tuple(one.log for one in self.logs if one.course is not None and one.course * tested < REPEATED)
+        tested = sum(log.course is not None for log in self.logs)
+        return tuple(log.log for log in self.logs if log.course is not None and log.course * tested < REPEATED)
 
     @property
     def more_than_noise(self) -> bool:

@@ -48,7 +48,7 @@ class JointLaw(FittableLaw):
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
         """Those of each disc."""
-        return tuple(f"Disc {d}: {said}" for d in DISCS for said in self.single.warnings(q[self.of_disc(d)]))
+        return tuple(f"Disc {d}: {warning}" for d in DISCS for warning in self.single.warnings(q[self.of_disc(d)]))
 
     @property
     def changeover(self) -> str | None:

@@ -52,12 +52,12 @@ class Base:
     @property
     def places(self) -> list[int]:
         """Of their columns in the regressor."""
-        return [one.place for one in self.parameters]
+        return [parameter.place for parameter in self.parameters]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the monomials that they are named after."""
-        return tuple(one.name for one in self.parameters)
+        return tuple(parameter.name for parameter in self.parameters)
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Values (m,) of all monomials: these (b,) of the base parameters, 1 of what is given, 0 of the others."""

@@ -120,7 +120,7 @@ def excite(
         _condition(columns),
         design.cost(first) - design.cost(found),
         dict(zip(base.names, spread.tolist(), strict=True)),
-        {one.name: one.unit for one in base.parameters},
+        {parameter.name: parameter.unit for parameter in base.parameters},
     )
 
 
@@ -147,7 +147,7 @@ class _Room:
         names = [
             [q.name for q in mechanism.coordinates],
             [q.v.name for q in mechanism.coordinates],
-            [one.name for one in effort_inputs(mechanism)],
+            [effort_input.name for effort_input in effort_inputs(mechanism)],
         ]
         known = [name for group in names for name in group]
         for name, (low, high) in limits.items():

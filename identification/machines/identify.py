@@ -147,7 +147,7 @@ def solve_machine(
     if len(slowly) < len(pieces):
         # between gaps there are pieces too short for the low cutoff
         begins = [(one.log, one.time[0]) for one in slowly]
-        pieces = [one for one in pieces if (one.log, one.time[0]) in begins]
+        pieces = [piece for piece in pieces if (piece.log, piece.time[0]) in begins]
         rows = balanced(rows_of(regressor, base, pieces))
         squares = least_squares(rows)
     first = least_squares(balanced(rows_of(regressor, base, slowly))).values
@@ -251,7 +251,7 @@ def _instrumented(
 def _with_slow_friction(asked: _Asked, rows: Rows) -> Rows:
     """With columns of friction of the slow pieces: the mean of sgn(v + noise) is not sgn v, and instruments keep out
     additive noise alone."""
-    frictional = np.array([one.frictional for one in asked.base.parameters])
+    frictional = np.array([parameter.frictional for parameter in asked.base.parameters])
     slowly = {
         id(piece): asked.regressor(one.position, one.velocity, one.acceleration)[:, :, asked.base.places]
         for piece, one in zip(asked.pieces, asked.slow, strict=True)

@@ -64,7 +64,7 @@ def identify_machine(
     joints = joint_scores(
         found,
         _others(regressor, base, held_out, cutoffs),
-        [one.unit for one in _inputs(mechanism, regressor)],
+        [input_.unit for input_ in _inputs(mechanism, regressor)],
     )
     listed = _parameters(mechanism, base, found)
     quality = _quality(found, oversampled=cutoffs is not None)
@@ -137,7 +137,7 @@ def _others(
 
 
 def _inputs(mechanism: Mechanism, regressor: Regressor) -> list[Input]:
-    by_name = {one.name: one for one in mechanism.inputs}
+    by_name = {input_.name: input_ for input_ in mechanism.inputs}
     return [by_name[name] for name in regressor.efforts]
 
 

@@ -88,7 +88,7 @@ def with_laws(
 
 
 def _known_friction(mechanism: Mechanism, fit: MachineFit) -> list[str]:
-    forces = [one.law.force(SLIP, SIGN) for one in mechanism.frictions]
+    forces = [friction.law.force(SLIP, SIGN) for friction in mechanism.frictions]
     held = {symbol for force in (*forces, mechanism.dissipation) for symbol in sympy.sympify(force).free_symbols}
     return [p.name for p in mechanism.parameters if p in held and fit.known.get(p.name, 0.0) != 0]
 

@@ -47,7 +47,7 @@ def _parts(expression: sympy.Expr, unknown: Set[sympy.Basic], shared: Derivative
                 found[monomial] = found.get(monomial, sympy.S.Zero) + motion
         return found
     if isinstance(expression, sympy.Mul):
-        return reduce(_product, (_parts(part, unknown, shared) for part in expression.args))
+        return reduce(_product, (_parts(arg, unknown, shared) for arg in expression.args))
     if isinstance(expression, sympy.Pow) and expression.exp.is_Integer and expression.exp > 0:
         return reduce(_product, [_parts(expression.base, unknown, shared)] * int(expression.exp))
     names = ", ".join(sorted(str(one.name) for one in held))  # type: ignore[attr-defined]

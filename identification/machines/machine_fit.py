@@ -92,7 +92,7 @@ class MachineFit(Pictured):
         """A row for each base parameter."""
         import pandas
 
-        rows = [dataclasses.asdict(one) for one in self.parameters]
+        rows = [dataclasses.asdict(parameter) for parameter in self.parameters]
         return pandas.DataFrame(rows).set_index("name")
 
     def __getitem__(self, name: str) -> MachineParameter:
@@ -104,7 +104,7 @@ class MachineFit(Pictured):
         for one in self.parameters:
             if one.name == name:
                 return one
-        names = [one.name for one in self.parameters]
+        names = [parameter.name for parameter in self.parameters]
         raise StickslipError(f"{self.machine} has no base parameter '{name}'.{nearest(name, names)}")
 
     def _heading(self) -> str:
@@ -113,7 +113,10 @@ class MachineFit(Pictured):
         return f"MachineFit: {self.title}, {len(self.parameters)} base parameters by {self.method}, {error}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {one.name: value_with_sd(one.value, one.standard_deviation, one.unit) for one in self.parameters}
+        return {
+            parameter.name: value_with_sd(parameter.value, parameter.standard_deviation, parameter.unit)
+            for parameter in self.parameters
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values."""

@@ -70,8 +70,8 @@ def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequ
 def friction_curves(mechanism: Mechanism, fit: MachineFit, speeds: np.ndarray) -> np.ndarray:
     """Friction (n, joints) of each joint, moving alone at speeds (n, joints), the others at rest."""
     regressor = regressor_of(mechanism, fit.known)
-    places = [regressor.names.index(one.name) for one in fit.parameters]
-    values = np.array([one.value if one.frictional else 0.0 for one in fit.parameters])
+    places = [regressor.names.index(parameter.name) for parameter in fit.parameters]
+    values = np.array([parameter.value if parameter.frictional else 0.0 for parameter in fit.parameters])
     found = np.empty_like(speeds)
     for joint, column in enumerate(speeds.T):
         v = np.zeros_like(speeds)

@@ -90,7 +90,7 @@ def _corner(residuals: list[np.ndarray], least: float, band: Band) -> float:
         return np.inf
     from scipy.signal import periodogram
 
-    spectra = [periodogram(one, 1 / band.step, window="hann") for one in residuals]
+    spectra = [periodogram(residual, 1 / band.step, window="hann") for residual in residuals]
     frequency, power = (np.concatenate([one[part] for one in spectra]) for part in (0, 1))
     inside = (frequency > 0) & (frequency <= BAND * band.cutoff)
     frequency, power = frequency[inside], power[inside]

@@ -44,7 +44,7 @@ class DeclaredMachine(Machine):
         """As in `Machine`; nothing is repaired."""
         if repair:
             raise StickslipError("--repair is for recipes: mend the logs of a declared machine before.")
-        return [read_machine_log(one, self.mechanism, self.columns, reader=reader) for one in paths]
+        return [read_machine_log(path, self.mechanism, self.columns, reader=reader) for path in paths]
 
 
 def is_recipe(reference: str) -> bool:
@@ -82,12 +82,12 @@ def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism
         raise StickslipError(
             f"'{reference}' declares its potential energy itself: turn gravity there. Of a URDF it can be given."
         )
-    found = load(reference)
-    if not isinstance(found, Mechanism):
+    loaded = load(reference)
+    if not isinstance(loaded, Mechanism):
         raise StickslipError(
-            f"'{reference}' is of class {type(found).__name__}: efforts follow from energies. Declare a Mechanism."
+            f"'{reference}' is of class {type(loaded).__name__}: efforts follow from energies. Declare a Mechanism."
         )
-    return found
+    return loaded
 
 
 def machine_of(fit: MachineFit, declaration: str | None = None, *, trust: bool = False) -> Machine:
@@ -126,14 +126,14 @@ def read_machine_log(
     named = dict(columns or {})
     coordinates, efforts = mechanism.coordinates, effort_inputs(mechanism)
     velocities = [q.v for q in coordinates]
-    known = {TIME, *(one.name for one in (*coordinates, *velocities, *efforts))}
+    known = {TIME, *(coordinate.name for coordinate in (*coordinates, *velocities, *efforts))}
     for name in named:
         if name not in known:
             raise StickslipError(
                 f"{mechanism.name} has no coordinate or effort '{name}'.{nearest(name, known)} Name columns as "
                 f"--column {efforts[0].name}=COLUMN."
             )
-    used = [named.get(name, name) for name in (TIME, *(one.name for one in (*coordinates, *efforts)))]
+    used = [named.get(name, name) for name in (TIME, *(coordinate.name for coordinate in (*coordinates, *efforts)))]
     time = _column(table, used[0], None)
     position = np.stack([_column(table, named.get(q.name, q.name), q) for q in coordinates], axis=1)
     effort = np.stack([_column(table, named.get(one.name, one.name), one) for one in efforts], axis=1)

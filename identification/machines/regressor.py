@@ -185,7 +185,7 @@ class _Terms:
         applied: Sequence[Parts],
     ) -> None:
         place = {monomial: i for i, monomial in enumerate(monomials)}
-        q, v = list(mechanism.coordinates), [one.v for one in mechanism.coordinates]
+        q, v = list(mechanism.coordinates), [coordinate.v for coordinate in mechanism.coordinates]
         self.count = len(q)
         self.inertial = [place[m] for m in lagrangian]
         self.lagrangian = _function([*q, *v], list(lagrangian.values()))

@@ -62,7 +62,7 @@ class Rows:
     @property
     def names(self) -> list[str]:
         """Of the parameters."""
-        return [one.name for one in self.unknowns]
+        return [unknown.name for unknown in self.unknowns]
 
     @property
     def weighted(self) -> tuple[np.ndarray, np.ndarray]:
@@ -71,7 +71,7 @@ class Rows:
 
     def where(self, kept: np.ndarray) -> Rows:
         """Some of the rows, by place or (rows,) of truth."""
-        taken = {one.name: getattr(self, one.name)[kept] for one in fields(self) if one.name not in WHOLE}
+        taken = {field.name: getattr(self, field.name)[kept] for field in fields(self) if field.name not in WHOLE}
         return replace(self, **taken)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
@@ -87,7 +87,9 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
     columns, given = whole[:, : len(base.places)], whole[:, len(base.places) :].sum(axis=1)
     each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
     return Rows(
-        tuple(Unknown(one.name, one.unit, description=one.combination) for one in base.parameters),
+        tuple(
+            Unknown(parameter.name, parameter.unit, description=parameter.combination) for parameter in base.parameters
+        ),
         columns,
         given,
         stacked(pieces, lambda one: one.effort),
@@ -95,7 +97,7 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
         in_rows([number * joints + one for number, one in enumerate(each)]),
         in_rows(each),
         in_rows([np.full_like(one, piece.log) for one, piece in zip(each, pieces, strict=True)]),
-        in_rows([np.broadcast_to(one[:, None], (len(one), joints)) for one in _blocks(pieces)]),
+        in_rows([np.broadcast_to(block[:, None], (len(block), joints)) for block in _blocks(pieces)]),
         in_rows([piece.weight[piece.kept] for piece in pieces]),
         np.ones(joints),
     )

@@ -306,6 +306,6 @@ def _turned(axis: Sequence[float], angle: float) -> np.ndarray:
 
 def _about(axis: np.ndarray, angle: sympy.Expr) -> sympy.Matrix:
     """Rotation about an axis (3,) by an angle."""
-    x, y, z = (sympy.nsimplify(one) if one in (-1.0, 0.0, 1.0) else sympy.Float(float(one)) for one in axis)
+    x, y, z = (sympy.nsimplify(axi) if axi in (-1.0, 0.0, 1.0) else sympy.Float(float(axi)) for axi in axis)
     k = sympy.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return sympy.eye(3) + sympy.sin(angle) * k + (1 - sympy.cos(angle)) * k * k

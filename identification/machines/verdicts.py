@@ -50,10 +50,10 @@ def verdicts(
     """All of them. pulled: by joints at rest, as `standstill.pulled` gives them; late: as `effort_delay` gives it."""
     return [
         *_left_open(quality),
-        *(said for one in joints for said in _on_scores(one)),
+        *(on_score for joint in joints for on_score in _on_scores(joint)),
         *_on_standstill(pulled),
         *([] if late is None else _on_delay(*late)),
-        *_biased(found, [one for one in parameters if one.name not in pulled]),
+        *_biased(found, [parameter for parameter in parameters if parameter.name not in pulled]),
         *_on_values(mechanism, found, parameters),
         *_on_colour(parameters, len(found.rows.effort), quality),
         *_on_runs(found, joints),
@@ -112,14 +112,18 @@ def _on_scores(one: JointScore) -> list[str]:
 
 
 def _biased(found: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
-    biased = [one.name for one in parameters if abs(one.shift) > BIASED]
+    biased = [parameter.name for parameter in parameters if abs(parameter.shift) > BIASED]
     if not biased:
         return []
     said = [
         f"Least squares is biased in {', '.join(biased)} (more than {BIASED:g} deviations from the instruments): "
         "the noise of the positions is in its columns. Take the values by instruments, or lower the cutoff."
     ]
-    rough = [one.name for one in parameters if one.frictional and one.standard_deviation > ROUGH * abs(one.value)]
+    rough = [
+        parameter.name
+        for parameter in parameters
+        if parameter.frictional and parameter.standard_deviation > ROUGH * abs(parameter.value)
+    ]
     if rough:
         said.append(
             f"{', '.join(rough)} rest on the velocity near its turns, where noise of the positions is strongest: they "
@@ -165,7 +169,7 @@ def _on_colour(parameters: Sequence[MachineParameter], samples: int, quality: Qu
     if quality.oversampled:
         return []
     neighbours, effective = quality.neighbour_correlation, quality.effective_samples
-    factors = {one.name: one.factor for one in parameters}
+    factors = {parameter.name: parameter.factor for parameter in parameters}
     # neighbours of white residuals are correlated as much in 1 of 20 logs
     if abs(neighbours) < 1.96 / np.sqrt(samples) or max(factors.values()) < TOO_SMALL:
         return []
@@ -183,14 +187,14 @@ def _on_runs(found: Identified, joints: Sequence[JointScore]) -> list[str]:
     if not heavy or not placed:
         return []  # what has no mass or no measured place is not simulated
     said = []
-    for one in joints:
-        if one.free_run is None or one.usual_run is None:
-            said.append(f"Simulated from the measured state, '{one.joint}' leaves the log within {FREE_RUN:g} s.")
-        elif one.free_run > UNEVEN * one.usual_run:
+    for joint in joints:
+        if joint.free_run is None or joint.usual_run is None:
+            said.append(f"Simulated from the measured state, '{joint.joint}' leaves the log within {FREE_RUN:g} s.")
+        elif joint.free_run > UNEVEN * joint.usual_run:
             said.append(
-                f"The free run of '{one.joint}' hangs on where it begins: {100 * one.free_run:.1f} % over all windows "
-                f"of {FREE_RUN:g} s, {100 * one.usual_run:.1f} % and less in half of them. Small errors grow where a "
-                "pose is unstable (upright), and next to standstill."
+                f"The free run of '{joint.joint}' hangs on where it begins: {100 * joint.free_run:.1f} % over all "
+                f"windows of {FREE_RUN:g} s, {100 * joint.usual_run:.1f} % and less in half of them. Small errors grow "
+                "where a pose is unstable (upright), and next to standstill."
             )
     return said
 

@@ -122,16 +122,16 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
         return basis @ np.linalg.lstsq(basis, angle, rcond=None)[0] - angle
 
     # variable projection: the amplitudes are linear, only rate and frequency are searched
-    found = least_squares(
+    solution = least_squares(
         residual, [rate, frequency], x_scale=[max(abs(rate), 1e-3 * frequency), frequency], xtol=1e-14
     )
-    rate, frequency = (float(value) for value in found.x)
+    rate, frequency = (float(value) for value in solution.x)
     if rate <= 0:
         raise _no_decay(name, rate)
-    basis = _basis(time, found.x)
+    basis = _basis(time, solution.x)
     linear = np.linalg.lstsq(basis, angle, rcond=None)[0]
     error = basis @ linear - angle
-    gradient = _gradient(time, found.x, linear, basis)
+    gradient = _gradient(time, solution.x, linear, basis)
     if shared is None:
         # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a
         # swing

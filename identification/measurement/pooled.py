@@ -91,7 +91,9 @@ class Pool(Shown):
 
     def with_constants(self, values: Mapping[str, float]) -> Pool:
         """The same logs of a rig with other constants, by name; those that are not named stay."""
-        return replace(self, priors=tuple(replace(one, value=values.get(one.name, one.value)) for one in self.priors))
+        return replace(
+            self, priors=tuple(replace(prior, value=values.get(prior.name, prior.value)) for prior in self.priors)
+        )
 
     def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is

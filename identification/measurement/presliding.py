@@ -90,11 +90,11 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
     unseen = any(nominal_drives(motion.log) for motion in ready.motions)
     if ready.drawn or unseen:  # edges of an encoder lie further apart than bristles give way, and drives turn unevenly
         return None
-    rows = [part for motion in ready.motions for part in _sticks(ready, motion, coefficient * ready.values.N)]
+    rows = [stick for motion in ready.motions for stick in _sticks(ready, motion, coefficient * ready.values.N)]
     if len(rows) < FEWEST:
         return None
-    cluster = np.repeat(np.arange(len(rows)), [len(part[0]) for part in rows])
-    load, place, border = (np.concatenate([part[i] for part in rows]) for i in range(3))
+    cluster = np.repeat(np.arange(len(rows)), [len(row[0]) for row in rows])
+    load, place, border = (np.concatenate([row[i] for row in rows]) for i in range(3))
     power = float(load @ load)
     if not power > 0:
         return None

@@ -61,25 +61,27 @@ class FamilyComparison(Pictured):
 
         rows = [
             {
-                **one.drive_speeds,
-                **{verdict.name: verdict.value for verdict in one.verdicts},
-                "passed": one.passed,
+                **member.drive_speeds,
+                **{verdict.name: verdict.value for verdict in member.verdicts},
+                "passed": member.passed,
             }
-            for one in self.members
+            for member in self.members
         ]
-        return pandas.DataFrame(rows, index=pandas.Index([one.log for one in self.members], name="log"))
+        return pandas.DataFrame(rows, index=pandas.Index([member.log for member in self.members], name="log"))
 
     def _heading(self) -> str:
         return f"FamilyComparison: {len(self.members)} logs, {'all judged kept' if self.passed else 'FAIL'}"
 
     def _contents(self) -> Mapping[str, Any]:
-        found = {one.log: f"{one.drives}: {'pass' if one.passed else 'FAIL'}" for one in self.members}
+        found = {member.log: f"{member.drives}: {'pass' if member.passed else 'FAIL'}" for member in self.members}
         return {**found, "hopf": self.hopf, "notes": self.notes or None}
 
     @property
     def passed(self) -> bool:
         """Whether every judged metric of every member and every judged bifurcation is kept."""
-        return all(one.passed for one in self.members) and all(one.passed is not False for one in self.bifurcations)
+        return all(member.passed for member in self.members) and all(
+            bifurcation.passed is not False for bifurcation in self.bifurcations
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON (the curves left out)."""
@@ -87,8 +89,8 @@ class FamilyComparison(Pictured):
             "passed": self.passed,
             "varied": self.varied,
             "hopf_speed": self.hopf,
-            "bifurcations": [one.to_dict() for one in self.bifurcations],
-            "comparisons": [one.to_dict() for one in self.members],
+            "bifurcations": [bifurcation.to_dict() for bifurcation in self.bifurcations],
+            "comparisons": [member.to_dict() for member in self.members],
             "meaning": MEANING,
             "notes": list(self.notes),
         }
@@ -143,12 +145,16 @@ def _family(
         members.append(_member(model, processing, motion))
         progress(0.5 * (number + 1) / len(motions))
     held, notes = _held(motions, varied)
-    notes = (*(f"Log '{one.log}' {one.settling.words}." for one in members if one.settling), *notes)
+    notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
     if held is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
-    predicted, hopf = _predicted(model, varied, held, [one.drive_speeds[varied] for one in members])
+    predicted, hopf = _predicted(model, varied, held, [member.drive_speeds[varied] for member in members])
     # what swings and has not settled yet may still come to stick, or to rest; a swing that dies out has told
-    told = [one for one in members if not one.settling or one.settling.measured or isinstance(one.measured, Rest)]
+    told = [
+        member
+        for member in members
+        if not member.settling or member.settling.measured or isinstance(member.measured, Rest)
+    ]
     found = _measured(told, varied, model)
     progress(0.7)
     if uncertainty:
@@ -212,14 +218,16 @@ def _unsettled(
     settling = Settling(None if settled is None else settled - first, None if runs is None else runs + begin - first)
     verdicts = compare_motions(measured, modelled)
     if settled is None:  # a swing that grows or dies is as large as its begin, which is known but roughly
-        verdicts = tuple(one if one.name in CERTAIN else replace(one, limit=None, passed=None) for one in verdicts)
+        verdicts = tuple(
+            verdict if verdict.name in CERTAIN else replace(verdict, limit=None, passed=None) for verdict in verdicts
+        )
     return PortraitComparison(motion.log.name, speeds, measured, modelled, verdicts, settling)
 
 
 def _varied(motions: Sequence[DiscMotion]) -> str:
     """The disc whose drive speed differs most from log to log."""
     speeds = [drive_speeds(motion) for motion in motions]
-    return max(speeds[0], key=lambda contact: float(np.ptp([one[contact] for one in speeds])))
+    return max(speeds[0], key=lambda contact: float(np.ptp([speed[contact] for speed in speeds])))
 
 
 def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
@@ -256,8 +264,8 @@ def _measured(
 ) -> list[tuple[MeasuredBifurcation, float | None]]:
     """Brackets between neighbours that stick otherwise, each with what the model gives by the same extrapolation."""
     found: list[tuple[MeasuredBifurcation, float | None]] = []
-    sets = [_sticking(one.measured) for one in members]
-    speeds = [one.drive_speeds[varied] for one in members]
+    sets = [_sticking(member.measured) for member in members]
+    speeds = [member.drive_speeds[varied] for member in members]
     for i in range(len(members)):
         last = i + 1 == len(members)
         if (last and not (len(model.contacts) == 1 and sets[i])) or (not last and sets[i] == sets[i + 1]):

@@ -59,7 +59,7 @@ class MachineRun(Shown):
         return {
             "log": self.log,
             "window": self.window,
-            "joints": [dataclasses.asdict(one) for one in self.joints],
+            "joints": [dataclasses.asdict(joint) for joint in self.joints],
             "given_up": list(self.given_up),
         }
 
@@ -89,7 +89,9 @@ def machine_runs(
         raise StickslipError("The logs hold no positions beside which the machine could be run.")
     values = {p.name: p.value for p in machine_with(mechanism, fit).parameters}
     # one FMU for all fits of the machine, which is compiled once
-    plain = dataclasses.replace(fit, parameters=tuple(dataclasses.replace(one, value=1.0) for one in fit.parameters))
+    plain = dataclasses.replace(
+        fit, parameters=tuple(dataclasses.replace(parameter, value=1.0) for parameter in fit.parameters)
+    )
     fmu = Fmu.open(built(machine_with(mechanism, plain)))
     found = []
     with KeptRun(fmu) as kept:
@@ -123,7 +125,7 @@ def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], w
         error = float(np.sqrt(np.nanmean(off**2))) if np.isfinite(off).any() else None
         relative = None if error is None or spread[place] < LEAST_TRAVEL else error / float(spread[place])
         joints.append(JointRun(q.name, q.unit, error, relative))
-    ends = np.cumsum([len(one) for one in times]) - 1
+    ends = np.cumsum([len(time) for time in times]) - 1
     return MachineRun(name, window, np.concatenate(times), there, here, ends, tuple(joints), tuple(said))
 
 

@@ -160,8 +160,8 @@ class PortraitComparison(Pictured):
         """A row for each metric: value, limit, whether it is kept."""
         import pandas
 
-        rows = [{"value": one.value, "limit": one.limit, "passed": one.passed} for one in self.verdicts]
-        return pandas.DataFrame(rows, index=pandas.Index([one.name for one in self.verdicts], name="metric"))
+        rows = [{"value": verdict.value, "limit": verdict.limit, "passed": verdict.passed} for verdict in self.verdicts]
+        return pandas.DataFrame(rows, index=pandas.Index([verdict.name for verdict in self.verdicts], name="metric"))
 
     @property
     def passed(self) -> bool:

@@ -29,7 +29,10 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
     for family in families:
         made = metrics_table(family)
         parts.append(made.turned() if len(family.members) >= TURNED else made)
-        parts += [Text(f"{one.log}: measured {one.measured.words}; model {one.model.words}.") for one in family.members]
+        parts += [
+            Text(f"{member.log}: measured {member.measured.words}; model {member.model.words}.")
+            for member in family.members
+        ]
         parts += [Text(sentence) for sentence in bifurcation_sentences(family)]
         parts += [Text(f"Note: {note}") for note in family.notes]
     return Group(*parts, Text(MEANING))
@@ -37,7 +40,7 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
 
 def metrics_table(family: FamilyComparison) -> Table:
     """A row for each metric, a column for each log, and the acceptance levels."""
-    every = [verdict for one in family.members for verdict in one.verdicts]
+    every = [verdict for member in family.members for verdict in member.verdicts]
     # a member whose motion has not settled judges less than others
     known = {verdict.name: verdict for verdict in sorted(every, key=lambda one: one.limit is not None)}
     known = {verdict.name: known[verdict.name] for verdict in every}
@@ -50,17 +53,17 @@ def metrics_table(family: FamilyComparison) -> Table:
             failed = found is not None and found.passed is False
             cells.append(Cell(f"{words} FAIL", "fail") if failed else Cell(words, "number"))
         rows.append([name, Cell("not judged" if first.limit is None else shown(name, first.limit), "number"), *cells])
-    rows.append(["verdict", "", *(verdict(one.passed) for one in family.members)])
-    columns = ["metric", "accepted up to", *(f"{one.log}, {one.drives}" for one in family.members)]
+    rows.append(["verdict", "", *(verdict(member.passed) for member in family.members)])
+    columns = ["metric", "accepted up to", *(f"{member.log}, {member.drives}" for member in family.members)]
     return table("Model against measurement", columns, rows)
 
 
 def sequence_table(family: FamilyComparison) -> Table:
     """Per log: drive speeds, measured and modelled motion, shares of stick; which disc sticks when."""
     rows = [
-        [one.log, one.drives, one.measured.words, one.model.words]
-        + [Cell(_shares(motion), "number") for motion in (one.measured, one.model)]
-        for one in family.members
+        [member.log, member.drives, member.measured.words, member.model.words]
+        + [Cell(_shares(motion), "number") for motion in (member.measured, member.model)]
+        for member in family.members
     ]
     heads = ("log", "drive speeds", "measured", "model", "stick fraction, measured", "stick fraction, model")
     return table("Stick by disc, in order within a cycle", heads, rows)
@@ -75,7 +78,7 @@ def shown(metric: str, value: float, sign: str = "") -> str:
 
 def bifurcation_sentences(family: FamilyComparison) -> list[str]:
     """What is predicted and measured of each bifurcation, in words."""
-    found = [_sentence(one) for one in family.bifurcations]
+    found = [_sentence(bifurcation) for bifurcation in family.bifurcations]
     if family.hopf is not None:
         found.append(f"Steady sliding is stable above {family.hopf:.4g} rad/s (Hopf bifurcation of the model).")
     return found

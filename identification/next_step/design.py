@@ -81,8 +81,9 @@ class Design(Tabular):
 
         names = ("kind", "drive_speed", "load", "gain", "index", "greatest_slip", "refused")
         return pandas.DataFrame(
-            {name: getattr(one, name) for name in names} | {f"sd {name}": sd for name, sd in one.deviations.items()}
-            for one in self.candidates
+            {name: getattr(candidate, name) for name in names}
+            | {f"sd {name}": sd for name, sd in candidate.deviations.items()}
+            for candidate in self.candidates
         )
 
     def _heading(self) -> str:

@@ -69,7 +69,7 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    models = [one.model for one in members]
+    models = [member.model for member in members]
     sticks = [stick for model in models if isinstance(model, Portrait) for stick in model.sticks.values()]
     shown: list[Any] = [Line2D([], [], label="measured", **MEASURED)]
     if any(isinstance(model, Portrait) for model in models):
@@ -132,9 +132,10 @@ def _bars(strip: np.ndarray) -> list[tuple[float, float]]:
 def draw_diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) -> None:
     """Share of stick over the drive speed, with bracket and prediction of every bifurcation."""
     for contact, mark in zip(contacts, MARKS, strict=False):
-        speeds = [one.drive_speeds[family.varied] for one in family.members]
+        speeds = [member.drive_speeds[family.varied] for member in family.members]
         shares = {
-            kind: [_share(getattr(one, kind), contact) for one in family.members] for kind in ("measured", "model")
+            kind: [_share(getattr(member, kind), contact) for member in family.members]
+            for kind in ("measured", "model")
         }
         name = f" {contact}" if len(contacts) > 1 else ""
         axes.plot(speeds, shares["measured"], color="#999999", marker=mark, markersize=11, linestyle="none",

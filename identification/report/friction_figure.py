@@ -111,7 +111,7 @@ def draw_fit(axes: Axes, fit: FrictionFit) -> None:
     for number, contact in enumerate(fit.contacts):
         colour = COLOURS[number]
         means = [one for one in fit.bins if one.contact == contact]
-        error = [1.96 * (one.standard_error or 0.0) for one in means]
+        error = [1.96 * (mean.standard_error or 0.0) for mean in means]
         style = {"fmt": MARKS[number], "color": colour, "markersize": 4, "markerfacecolor": "white", "capsize": 3}
         axes.plot(speed, fitted_law(fit, contact)(speed), color=colour, label=f"{fit.law} law, {contact}")
         axes.errorbar(

@@ -24,16 +24,16 @@ def law_table(found: LawComparison, of: str = "") -> Table:
     best = found.best
     rows = [
         [
-            one.law,
-            number(one.bic - best.bic, "+.1f"),
-            number(one.aic - best.aic, "+.1f"),
-            number(one.weight, ".2f"),
-            number(one.held_out, ".3g"),
-            Cell("" if one.worse is None else f"{one.worse:.1f} se", "number"),
-            "\n".join(_value(one, name) for name in one.values),
-            "put aside" if one.warnings else "preferred" if one.law == found.preferred else "",
+            score.law,
+            number(score.bic - best.bic, "+.1f"),
+            number(score.aic - best.aic, "+.1f"),
+            number(score.weight, ".2f"),
+            number(score.held_out, ".3g"),
+            Cell("" if score.worse is None else f"{score.worse:.1f} se", "number"),
+            "\n".join(_value(score, name) for name in score.values),
+            "put aside" if score.warnings else "preferred" if score.law == found.preferred else "",
         ]
-        for one in found.scores
+        for score in found.scores
     ]
     columns = (
         "law",

@@ -78,8 +78,8 @@ def live_frame(fit: FrictionFit, families: Sequence[FamilyComparison]) -> LiveFr
     shared = arrangement_of(fit) == "together"
     for family in families:
         discs = tuple(family.members[0].drive_speeds)
-        logs = [one for one in family.members if one.settling is None and one.length > 0.0]
-        left = [one.log for one in family.members if one not in logs]
+        logs = [member for member in family.members if member.settling is None and member.length > 0.0]
+        left = [member.log for member in family.members if member not in logs]
         notes += [f"Not among the live portraits, for it begins before it has settled: {name}." for name in left]
         model = fitted_model(fit, contacts=None if shared else discs)
         if not model.sticks:
@@ -139,16 +139,16 @@ def _family(
         "values": [float(starts.get(name) or 0.0) for name in order],
         "sliders": sliders,
         "levels": _levels(model),
-        "logs": [_log(model, discs[0], one) for one in logs],
+        "logs": [_log(model, discs[0], log) for log in logs],
     }
 
 
 def _ranges(fit: FrictionFit, model: FittedModel, discs: Sequence[str]) -> list[tuple[str, str, float, float, bool]]:
     """Name in the fit and in the FMU, interval, and whether it is known: of the law, the normal forces and k."""
     found = []
-    constants = {one.name: one.standard_uncertainty for one in fit.constants if one.stated}
+    constants = {constant.name: constant.standard_uncertainty for constant in fit.constants if constant.stated}
     constants |= {one.name: one.total_deviation for one in fit.nuisance}
-    values = {one.name: one.value for one in (*fit.constants, *fit.nuisance)}
+    values = {constant.name: constant.value for constant in (*fit.constants, *fit.nuisance)}
 
     def spread(*names: str) -> float:
         """Relative standard deviation of a product of constants; nan where one of them is not known."""

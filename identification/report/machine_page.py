@@ -39,7 +39,7 @@ class MachineFindings(Shown):
 
     def to_dict(self) -> dict[str, Any]:
         """The data of the report, plain values."""
-        runs = [one.to_dict() for one in self.runs]
+        runs = [run.to_dict() for run in self.runs]
         return {"fit": self.fit.to_dict(), "runs": runs, "notes": list(self.notes)}
 
 

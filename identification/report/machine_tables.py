@@ -46,7 +46,9 @@ def parameters_table(fit: MachineFit) -> Table:
     columns += ["unit"]
     if not squares:
         columns += [*(Column(x, spare=2) for x in ("least squares", "its sd")), Column("shift, sd", spare=1)]
-    return table(f"Values by {fit.method}, {_filters(fit)}", columns, [_row(one, squares) for one in fit.parameters])
+    return table(
+        f"Values by {fit.method}, {_filters(fit)}", columns, [_row(parameter, squares) for parameter in fit.parameters]
+    )
 
 
 def _row(one: MachineParameter, squares: bool) -> list[str | Cell]:
@@ -69,15 +71,21 @@ def scores_table(fit: MachineFit) -> Table:
     """How well efforts are predicted, joint by joint, in all that was asked."""
     first = fit.joints[0]
     parts = "logs" if len(fit.logs) > 1 else "parts"
-    asked = {"fitted": [one.seen for one in fit.joints]}
-    asked[f"its {parts}, left out in turn"] = [one.left_out for one in fit.joints]
-    asked |= {log: [one.held_out[log] for one in fit.joints] for log in first.held_out}
+    asked = {"fitted": [joint.seen for joint in fit.joints]}
+    asked[f"its {parts}, left out in turn"] = [joint.left_out for joint in fit.joints]
+    asked |= {log: [joint.held_out[log] for joint in fit.joints] for log in first.held_out}
     rows = [
-        [name, *(_per_cent(one.relative_error) for one in scores), _per_cent(min(one.explained for one in scores))]
+        [
+            name,
+            *(_per_cent(score.relative_error) for score in scores),
+            _per_cent(min(score.explained for score in scores)),
+        ]
         for name, scores in asked.items()
     ]
-    rows.append([f"free run of {FREE_RUN:g} s", *(_per_cent(one.free_run) for one in fit.joints), number(None, ".1f")])
-    errors = [Column(f"error of {one.joint}", "%") for one in fit.joints]
+    rows.append(
+        [f"free run of {FREE_RUN:g} s", *(_per_cent(joint.free_run) for joint in fit.joints), number(None, ".1f")]
+    )
+    errors = [Column(f"error of {joint.joint}", "%") for joint in fit.joints]
     explained = Column("explained" if len(fit.joints) == 1 else "least explained", "%")
     return table(
         "Relative errors of efforts, of a free run that of the motion; variance explained",
@@ -102,12 +110,14 @@ def runs_table(runs: Sequence[MachineRun]) -> Table:
     rows = [
         [
             run.log,
-            *(cell for one in run.joints for cell in (number(one.error, ".3g"), _per_cent(one.relative))),
+            *(cell for joint in run.joints for cell in (number(joint.error, ".3g"), _per_cent(joint.relative))),
             number(len(run.given_up), "d"),
         ]
         for run in runs
     ]
-    joints = (Column(*head) for one in runs[0].joints for head in ((f"{one.joint} error", one.unit), ("share", "%")))
+    joints = (
+        Column(*head) for joint in runs[0].joints for head in ((f"{joint.joint} error", joint.unit), ("share", "%"))
+    )
     return table(f"{RUNS}; windows of {runs[0].window:g} s", ["log", *joints, Column("given up", spare=1)], rows)
 
 

@@ -160,7 +160,7 @@ def summary(findings: Findings) -> list[str]:
     said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
     said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
     for family in findings.families:
-        passed = sum(one.passed for one in family.members)
+        passed = sum(member.passed for member in family.members)
         discs = " and ".join(family.members[0].drive_speeds)
         said.append(
             f"With {discs} in contact the model agrees with the measured motion at {passed} of {len(family.members)} "

@@ -39,12 +39,12 @@ def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
     found = fit.posterior
     if found is None or found.samples is None:
         raise StickslipError("The fit holds no samples of a posterior. Fit the logs again with --posterior.")
-    known = [one.name for one in found.marginals]
-    wanted = list(names) or [one.name for one in fit.parameters]
+    known = [marginal.name for marginal in found.marginals]
+    wanted = list(names) or [parameter.name for parameter in fit.parameters]
     if missing := [name for name in wanted if name not in known]:
         raise StickslipError(f"The posterior has no unknown '{missing[0]}'; it has {', '.join(known)}.")
     places = [known.index(name) for name in wanted]
-    fitted = {one.name: one.value for one in (*fit.parameters, *fit.nuisance, *fit.constants)}
+    fitted = {parameter.name: parameter.value for parameter in (*fit.parameters, *fit.nuisance, *fit.constants)}
     units = [found.marginals[place].unit for place in places]
     size = 2.4 * len(wanted) + 0.6
     figure = Figure(figsize=(size, size))

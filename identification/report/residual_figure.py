@@ -37,9 +37,9 @@ def residual_figure(fit: FrictionFit, evaluation: Evaluation | None) -> Figure:
 
 def _by_speed(axes: Axes, fit: FrictionFit) -> None:
     speeds = fit.whiteness.speeds if fit.whiteness is not None else ()
-    slip = np.array([one.slip for one in speeds])
-    mean = np.array([one.mean for one in speeds])
-    error = np.array([abs(one.mean / one.deviations) if one.deviations else 0.0 for one in speeds])
+    slip = np.array([speed.slip for speed in speeds])
+    mean = np.array([speed.mean for speed in speeds])
+    error = np.array([abs(speed.mean / speed.deviations) if speed.deviations else 0.0 for speed in speeds])
     axes.errorbar(slip, mean, yerr=BEYOND * error, fmt="o", color="black", markersize=4, capsize=3,
                   label=f"mean ± {BEYOND:g} standard errors")  # fmt: skip
     axes.axhline(0.0, color="black", linewidth=1.0)

@@ -31,18 +31,20 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in known)
     options = Options(nuisance=nuisance, disturbances=terms, given=fit.given)
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
-    made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
-    problem, found = made.problem, made.solution
+    estimate = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
+    problem, solution = estimate.problem, estimate.solution
     held = tuple(_adjusted(prior, fit) for prior in problem.held)
     if held != problem.held:
         problem = problem.with_held(held)
-        found = solve(problem, found.values, fixed=options.given.fixed(problem))
-    return found.evaluation, (_reproduced(fit, found.values),)
+        solution = solve(problem, solution.values, fixed=options.given.fixed(problem))
+    return solution.evaluation, (_reproduced(fit, solution.values),)
 
 
 def _adjusted(prior: Prior, fit: FrictionFit) -> Prior:
     """A constant as the fit has adjusted it, if these logs state it as those of the fit did."""
-    stated = next((one for one in fit.constants if one.name == prior.name and one.before == prior.value), None)
+    stated = next(
+        (constant for constant in fit.constants if constant.name == prior.name and constant.before == prior.value), None
+    )
     return prior if stated is None else replace(prior, value=stated.value)
 
 

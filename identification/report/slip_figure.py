@@ -41,7 +41,7 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
     figure.legend(
         *part.get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small", frameon=False
     )
-    lines = {one.name: one.modelled for one in model.predictions} if model else {}
+    lines = {prediction.name: prediction.modelled for prediction in model.predictions} if model else {}
     histograms = (
         ("peak friction", events.peak, statistics.peak.value, "1"),
         ("friction after slip", events.after, statistics.after.value, "1"),

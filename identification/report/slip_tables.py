@@ -26,14 +26,20 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: st
         "unit",
         title=f"{statistics.events} slip events ({statistics.definition}) of {statistics.log}",
     )
-    for name, one, unit in (
+    for name, prediction, unit in (
         ("peak friction, median", statistics.peak, "1"),
         ("after slip, median", statistics.after, "1"),
         ("drop, median", statistics.drop, "1"),
         ("period, mean", statistics.period, "s"),
         ("slip time, median", statistics.slip_time, "s"),
     ):
-        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{deviation(one.spread)}", unit)
+        shown.add_row(
+            name,
+            f"{prediction.value:.4g}",
+            f"{prediction.low:.4g} .. {prediction.high:.4g}",
+            f"{deviation(prediction.spread)}",
+            unit,
+        )
     parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
     parts.append(
         plain(
@@ -43,10 +49,10 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: st
     )
     if model:
         compared = table("", ">measured", ">model", ">ratio", "", title="Block on a belt with the slider's constants")
-        for one in model.predictions:
-            mark = "fitted" if one.fitted else "in the 95 % interval" if one.inside else "outside"
-            row = (f"{one.measured:.4g}", f"{one.modelled:.4g}", f"{one.ratio:.3f}", mark)
-            compared.add_row(f"{one.name}{'' if one.unit == '1' else f', {one.unit}'}", *row)
+        for prediction in model.predictions:
+            mark = "fitted" if prediction.fitted else "in the 95 % interval" if prediction.inside else "outside"
+            row = (f"{prediction.measured:.4g}", f"{prediction.modelled:.4g}", f"{prediction.ratio:.3f}", mark)
+            compared.add_row(f"{prediction.name}{'' if prediction.unit == '1' else f', {prediction.unit}'}", *row)
         values = f"mu_s = {model.mu_s:.4g}, mu_k = {model.mu_k:.4g}, p = {model.p:.3g} s/m assumed"
         parts += [compared, plain(f"{values}. {model.verdict}")]
     parts += [plain(f"No model beside it. {missing}")] if missing else []

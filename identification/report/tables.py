@@ -101,7 +101,7 @@ def posterior_table(fit: FrictionFit) -> Table:
     """Medians and intervals of the posterior, beside the widths of the intervals of the fit."""
     found = fit.posterior
     assert found is not None
-    own = {one.name: fit.interval(one.name) for one in fit.parameters}
+    own = {parameter.name: fit.interval(parameter.name) for parameter in fit.parameters}
     rows = []
     for one in found.marginals:
         low, high = own.get(one.name, (np.nan, np.nan))
@@ -131,14 +131,16 @@ def constants_table(fit: FrictionFit) -> Table:
     names = [q.name for q in fit.parameters]
     rows = [
         [
-            one.name,
-            measured(one.value, one.standard_uncertainty) if one.stated else Cell(f"{one.value:g} ± ?", "number"),
-            _before(one),
-            one.unit,
-            *(number(one.sensitivity.get(name), "+.2f") for name in names),
-            one.source,
+            constant.name,
+            measured(constant.value, constant.standard_uncertainty)
+            if constant.stated
+            else Cell(f"{constant.value:g} ± ?", "number"),
+            _before(constant),
+            constant.unit,
+            *(number(constant.sensitivity.get(name), "+.2f") for name in names),
+            constant.source,
         ]
-        for one in fit.constants
+        for constant in fit.constants
     ]
     effects = (Column(name, "%") for name in names)
     return table(
@@ -210,13 +212,13 @@ def whiteness_table(fit: FrictionFit) -> Table | None:
         return None
     rows = [
         [
-            one.log,
-            Cell(str(one.values), "number"),
-            number(one.autocorrelation, "+.3f"),
-            number(one.colour, ".2g"),
-            number(one.course, ".2g"),
+            log.log,
+            Cell(str(log.values), "number"),
+            number(log.autocorrelation, "+.3f"),
+            number(log.colour, ".2g"),
+            number(log.course, ".2g"),
         ]
-        for one in fit.whiteness.logs
+        for log in fit.whiteness.logs
     ]
     heads = ("log", "values", "correlation of neighbours", "white by chance (Ljung-Box)", "no common course by chance")
     return table("Tests of the residuals (probabilities)", heads, rows)
@@ -227,7 +229,7 @@ def design_table(design: Design) -> Table:
     names = list(design.deviations)
     known = (sd(design.deviations[name]) for name in names)
     rows: list[list[str | Cell]] = [["as it is", "", "", *known, "", number(design.index, ".3g"), ""]]
-    for one in [one for one in design.candidates if one.refused is None][:SHOWN]:
+    for one in [candidate for candidate in design.candidates if candidate.refused is None][:SHOWN]:
         deviations = (sd(one.deviations[name]) for name in names)
         settings = (number(one.drive_speed, ".3g"), number(one.load, ".3g"))
         judged = (number(one.gain, ".0%"), number(one.index, ".3g"), number(one.greatest_slip, ".2g"))

@@ -57,8 +57,8 @@ def _(portrait: PortraitComparison, axes: Axes) -> None:
 @draw.register(LawComparison)
 def _(laws: LawComparison, axes: Axes) -> None:
     """By how much each law is behind the first."""
-    names = [one.law for one in laws.scores]
-    axes.barh(names, [one.bic - laws.best.bic for one in laws.scores], color="0.6", edgecolor="black")
+    names = [score.law for score in laws.scores]
+    axes.barh(names, [score.bic - laws.best.bic for score in laws.scores], color="0.6", edgecolor="black")
     axes.invert_yaxis()
     axes.set_xlabel("BIC behind that of the first law (above 10: very strong)")
 

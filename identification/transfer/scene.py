@@ -38,23 +38,23 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
     for table, key, reference in [(document, "model", scene.model), *laws]:
         if (there := moved(reference, scene.folder, target.parent)) != reference:
             table[key] = there
-    for one in values:
-        if one.target not in scene.parameters:
+    for value in values:
+        if value.target not in scene.parameters:
             raise StickslipError(
-                f"Scene '{source}' has no parameter '{one.target}'.{nearest(one.target, scene.parameters)} Name it "
-                f"with --name {one.name}=ITS_NAME, or choose what to hand on with --only."
+                f"Scene '{source}' has no parameter '{value.target}'.{nearest(value.target, scene.parameters)} Name it "
+                f"with --name {value.name}=ITS_NAME, or choose what to hand on with --only."
             )
-        unit = _unit(scene, one, source)
-        if one.in_unit(unit, f"'{source}'") != scene.parameters[one.target]:
-            _put(document, one, unit, source)
+        unit = _unit(scene, value, source)
+        if value.in_unit(unit, f"'{source}'") != scene.parameters[value.target]:
+            _put(document, value, unit, source)
     with write_whole(target, overwrite=overwrite) as temporary:
         temporary.write_text(tomlkit.dumps(document), "utf-8")
         # what it names relative to itself lies beside the target
         written = checked_scene(Document(target, temporary.read_text("utf-8")))
-        for one in values:
-            expected = one.in_unit(_unit(scene, one, source), f"'{source}'")
-            if abs(written.parameters[one.target] - expected) > 1e-12 * abs(expected):
-                raise StickslipError(f"'{source}': '{one.target}' could not be changed. Change it by hand.")
+        for value in values:
+            expected = value.in_unit(_unit(scene, value, source), f"'{source}'")
+            if abs(written.parameters[value.target] - expected) > 1e-12 * abs(expected):
+                raise StickslipError(f"'{source}': '{value.target}' could not be changed. Change it by hand.")
     return target
 
 

@@ -45,15 +45,15 @@ def write_ssp(
 def _entries(values: Sequence[HandedValue]) -> list[Entry]:
     return [
         Entry(
-            one.target,
-            one.value,
-            one.unit,
-            one.description
+            value.target,
+            value.value,
+            value.unit,
+            value.description
             + (
                 ""
-                if one.deviation is None
-                else f"; fitted, standard deviation {one.words}{deviation(one.deviation)} {one.unit}"
+                if value.deviation is None
+                else f"; fitted, standard deviation {value.words}{deviation(value.deviation)} {value.unit}"
             ),
         )
-        for one in values
+        for value in values
     ]

@@ -85,7 +85,7 @@ def machine_values(
     Raises:
         StickslipError: as for `handed_values`.
     """
-    deviations = {identifier(one.name): one.standard_deviation for one in fit.parameters}
+    deviations = {identifier(parameter.name): parameter.standard_deviation for parameter in fit.parameters}
     found = {
         p.name: HandedValue(p.name, p.name, p.value, p.unit, deviations.get(p.name), p.description)
         for p in machine.parameters

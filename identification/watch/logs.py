@@ -50,7 +50,7 @@ def seen_logs(folder: Path) -> list[Seen]:
     if not folder.is_dir():
         raise StickslipError(f"The folder '{folder}' is not there.")
     resources = load_json(folder / SIDECAR)["resources"] if (folder / SIDECAR).exists() else []
-    known = [files_of(one) for one in resources]
+    known = [files_of(resource) for resource in resources]
     described = {name for files in known for name in files}
     others = [(path.name,) for path in log_files(folder) if path.name not in described]
     found = []
@@ -82,7 +82,7 @@ def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
             ready = pool([log, *_decays(folder, seen.name)])
             # what is charted is to be the same from log to log, whatever a log shows beside it
             fit = fit_friction(ready, estimator=state.estimator, law=state.law, disturbances=NONE, law_spread=NONE)
-        values = {one.name: (one.value, one.standard_deviation) for one in fit.parameters}
+        values = {parameter.name: (parameter.value, parameter.standard_deviation) for parameter in fit.parameters}
         entry = Entry(seen.name, seen.files, checksum, recorded, FITTED, "", values | _ratio(ready, fit), silent)
     except StickslipError as error:
         return Entry(seen.name, seen.files, checksum, recorded, REFUSED, str(error), silent=_silent(folder, seen))
@@ -96,7 +96,7 @@ def _checksum(folder: Path, seen: Seen) -> str:
 def _describe(folder: Path, seen: Seen) -> None:
     """Write a log into the sidecar, as the first one is described; not if it stands there already."""
     resources = load_json(folder / SIDECAR)["resources"] if (folder / SIDECAR).exists() else []
-    if any(seen.name in files_of(one) for one in resources):
+    if any(seen.name in files_of(resource) for resource in resources):
         return
     if not resources:
         raise StickslipError(f"No log in '{folder}' is described. Describe the first: stickslip describe {folder}.")

@@ -62,8 +62,8 @@ def watch_figure(state: State) -> Figure:
 
 
 def _draw(place, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[no-untyped-def]
-    at = [datetime.datetime.fromtimestamp(one.recorded, datetime.UTC) for one in entries]
-    value, sd = (np.array([one.values[name][i] for one in entries]) for i in (0, 1))
+    at = [datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC) for entry in entries]
+    value, sd = (np.array([entry.values[name][i] for entry in entries]) for i in (0, 1))
     chart = control_chart(value, sd)
     place.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
     place.plot(at, chart.level, color="#d55e00", label="EWMA")
@@ -82,12 +82,12 @@ def write_page(path: Path, state: State, folder: Path, refresh: float) -> None:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("identification.watch"), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    fitted = [one for one in state.entries if one.status == FITTED]
+    fitted = [entry for entry in state.entries if entry.status == FITTED]
     text = environment.get_template(TEMPLATE).render(
         folder=str(folder),
         law=state.law,
         fitted=len(fitted),
-        calls=[(one.name, call) for one in state.entries for call in one.calls],
+        calls=[(entry.name, call) for entry in state.entries for call in entry.calls],
         svg=inline_svg(watch_figure(state), "watch", "Parameters against time") if fitted else "",
         table=watch_table(state).html(),
         refresh=max(round(refresh), 1),

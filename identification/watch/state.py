@@ -47,7 +47,7 @@ class State:
 
     def twin(self, checksum: str) -> Entry | None:
         """The entry of a log of the same content, under whatever name."""
-        return next((one for one in self.entries if one.checksum == checksum and one.status != REFUSED), None)
+        return next((entry for entry in self.entries if entry.checksum == checksum and entry.status != REFUSED), None)
 
     def with_entry(self, entry: Entry) -> State:
         """With one more; it takes the place of an older one of the same name."""
@@ -55,7 +55,7 @@ class State:
 
     def fitted(self) -> list[Entry]:
         """The entries that hold values, by time."""
-        return sorted((one for one in self.entries if one.status == FITTED), key=lambda one: one.recorded)
+        return sorted((entry for entry in self.entries if entry.status == FITTED), key=lambda one: one.recorded)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""

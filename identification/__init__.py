@@ -18,6 +18,9 @@ from fmu_models.base.exports import exports
 if TYPE_CHECKING:
     __version__: str
 
+    from identification.disturbances.disturbance import Disturbance as Disturbance
+    from identification.disturbances.term import DisturbanceTerm as DisturbanceTerm
+    from identification.disturbances.term import Effect as Effect
     from identification.estimators.base import Options as Options
     from identification.fit.fit import fit_friction as fit_friction
     from identification.fit.posterior import posterior as posterior

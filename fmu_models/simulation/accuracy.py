@@ -43,7 +43,8 @@ from fmu_models.simulation.trajectory import Trajectory
 _ROUNDING = 2.0**-52
 APART = 1e-3  # of the size of a state: two runs that differ by more are different motions
 COMPANIONS = ("other steps", "tolerance/10", "data up", "data down")
-_WRONG = 1e-9  # of the size of a state: a larger defect is no rounding
+_WRONG = 1e-9  # of the size of a state: a larger defect is no rounding, nor
+_REST = 1e-6  # of its nominal value: a state that stays below this part of it is at rest
 _ROUNDS = 4  # in which steps are added to a run until its defect is rounding
 
 
@@ -58,7 +59,8 @@ class ErrorEstimate(Shown):
         defect: per state, the largest sum of its defects from the start on.
         wrong: s, from where on the run does not follow its model; None if it does.
         contradiction: the deciding function that is negative there, in a word; empty if none is.
-        relative: the largest of ``states`` in fractions of the largest magnitude of each.
+        relative: the largest of ``states`` in fractions of the largest magnitude of each, of one at rest in fractions
+            of a millionth of its nominal value.
         event_time: s, by which an event before ``apart`` moved.
         apart: s, from where on a companion is another motion: its states differ by more than a thousandth of their
             size, or its events are others; None if there is no such time.
@@ -152,7 +154,7 @@ def _checked(
     repeated: Repeated, run: Trajectory, output_times: ArrayLike | None, progress: Callable[[float], None]
 ) -> _Check:
     states = repeated.fmu.states
-    sizes = np.array([np.abs(run[state]).max() for state in states])
+    sizes = np.array([max(np.abs(run[state]).max(), _resting(repeated.fmu, state)) for state in states])
 
     def defect(trajectory: Trajectory, ends: NDArray[np.float64] | None) -> Defect:
         breaks = np.concatenate([repeated.kinks, [event.time for event in trajectory.events]])
@@ -174,6 +176,12 @@ def _checked(
     except StickslipError as error:
         return _Check(own, name, sizes, None, ends, False, {COMPANIONS[0]: str(error)})
     return _Check(own, name, sizes, other, ends, _wrong_from(latest, sizes) is None and latest.resolved)
+
+
+def _resting(fmu: Fmu, state: str) -> float:
+    """A magnitude of a state that is none: of what is held, rounding of all that acts on it is left."""
+    nominal = fmu.variables[state].nominal
+    return _REST * (1.0 if nominal is None else abs(float(nominal)))
 
 
 def _moved(fmu: Fmu, given: Mapping[str, dict[str, Any]], side: int) -> dict[str, Any]:

@@ -214,6 +214,30 @@ def test_narrow_friction_curves(v_s):
     )
 
 
+def test_rounding_of_what_is_held_is_no_error():
+    """A block at rest beside a spring: its speed is rounding of the forces that hold one another."""
+    m, length = Parameter("m", 0.515625, "kg", "mass", positive=True), Parameter("l", 2.0, "m", "length", positive=True)
+    k, N = Parameter("k", 1.765625, "N/m", "stiffness"), Parameter("N", 0.5, "N", "normal force", minimum=0.0)
+    mu = Parameter("mu", 0.484375, "1", "friction coefficient", minimum=0.0)
+    x = Coordinate("x", "m", "position", velocity="v")
+    held = Mechanism(
+        name="held",
+        title="Block at rest",
+        source="closed form",
+        coordinates=[x],
+        kinetic_energy=m * (1 + (x / length) ** 2) * x.v**2 / 2,
+        potential_energy=k * x**2 / 2,
+        contacts=[Friction(name="floor", slip=x.v, law=Coulomb(N, mu))],
+    )
+    fmu = load(held)
+    speeds = []
+    for start in (0.015625, 0.1):
+        run, estimate = simulate_with_error(fmu, 3.0, start={"x": start})
+        speeds.append(np.abs(run["v"]).max())
+        assert estimate.wrong is None and estimate.relative < 1e-9
+    assert 0.0 < max(speeds) < 1e-15
+
+
 def test_a_plate_that_shakes():
     """A slip that depends on time decides, though the motion is a parabola: v(20 s) by bisection of closed forms."""
     m, N = Parameter("m", 1.0, "kg", "mass", positive=True), Parameter("N", 1.0, "N", "normal force", minimum=0.0)

@@ -91,17 +91,21 @@ def test_an_input_jump_is_the_same_in_both_interfaces(fmu: Fmu, input_name: str)
             one.step(time, 0.5)
             assert one.get(fmu.states) == pytest.approx([native[s][i] for s in fmu.states], abs=1e-10)
             assert one.contact_states() == [native[f"{c}_state"][i] for c in fmu.contacts]
-        # Model Exchange: the contact states right after the jump
-        exchange.set({state: native[state][0] for state in fmu.states})
+        # Model Exchange: the contact states right before and after the jump, chosen by states alone: what has stuck may
+        # keep a slip of rounding, which a new start takes for slip
+        start = {state: native[state][0] for state in fmu.states}
+        chosen = [
+            simulate(fmu, 1.0, start_time=0.5, start=start, inputs={name: value}, output_times=[0.5])
+            for value in (before, -before)
+        ]
+        exchange.set(start)
         exchange.initialize(start_time=0.5)
         exchange.api.enterContinuousTimeMode()
-        assert exchange.contact_states() == [native[f"{c}_state"][0] for c in fmu.contacts]
+        assert exchange.contact_states() == [chosen[0][f"{c}_state"][0] for c in fmu.contacts]
         exchange.api.enterEventMode()
         exchange.set({name: -before})
         exchange.update()
-        start = {state: native[state][0] for state in fmu.states}
-        chosen = simulate(fmu, 1.0, start_time=0.5, start=start, inputs={name: -before}, output_times=[0.5])
-        assert exchange.contact_states() == [chosen[f"{c}_state"][0] for c in fmu.contacts]
+        assert exchange.contact_states() == [chosen[1][f"{c}_state"][0] for c in fmu.contacts]
 
 
 def test_a_parameter_tuned_between_steps_counts_from_there(fmu: Fmu) -> None:

@@ -15,7 +15,8 @@ from fmu_models.lowering.hybrid_system import acting
 if TYPE_CHECKING:
     import sympy
 
-    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+    from fmu_models.language.contact_dynamics import ContactDynamics
+    from fmu_models.lowering.hybrid_system import HybridSystem
 
 # operations up to which it is asked how an expression depends on what is in it
 _LARGEST_EXPRESSION = 100

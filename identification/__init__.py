@@ -18,6 +18,12 @@ from fmu_models.base.exports import exports
 if TYPE_CHECKING:
     __version__: str
 
+    from identification.calibration.calibrate import Settings as Settings
+    from identification.calibration.calibrate import calibrate as calibrate
+    from identification.calibration.log import measured_log as measured_log
+    from identification.calibration.problem import Sensor as Sensor
+    from identification.calibration.result import Calibration as Calibration
+    from identification.calibration.result import read_calibration as read_calibration
     from identification.disturbances.disturbance import Disturbance as Disturbance
     from identification.disturbances.term import DisturbanceTerm as DisturbanceTerm
     from identification.disturbances.term import Effect as Effect

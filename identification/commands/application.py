@@ -31,6 +31,7 @@ from fmu_models.commands.show import show
 from fmu_models.commands.simulate import simulate
 from fmu_models.commands.stress import stress
 from identification.commands.apply import apply
+from identification.commands.calibrate import calibrate
 from identification.commands.compare import compare
 from identification.commands.demo import demo
 from identification.commands.design import design
@@ -47,7 +48,22 @@ from rig_io.commands.emulate import emulate
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench, stress, maps)
-FRICTION = (describe, emulate, fit, demo, laws, design, excite, compare, report, apply, inverse, slips, watch)
+FRICTION = (
+    describe,
+    emulate,
+    calibrate,
+    fit,
+    demo,
+    laws,
+    design,
+    excite,
+    compare,
+    report,
+    apply,
+    inverse,
+    slips,
+    watch,
+)
 for command in MODELS:
     app.command(help=console.flowing(command))(command)
 app.command("map", help=console.flowing(show_map))(show_map)

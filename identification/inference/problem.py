@@ -29,6 +29,7 @@ EVALUATIONS = 500
 # condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed,
 # and rounding hides all beyond 1e15
 SINGULAR = 1e7
+SOFT = 3.0  # deviations of a residual from which on a loss that is not the square is soft
 INSIDE = 1e-6  # of the range between two bounds: a start on a bound has no room to leave it
 
 
@@ -218,11 +219,12 @@ def solve(
     progress: Progress | None = None,
     tolerance: float = TOLERANCE,
     evaluations: int = EVALUATIONS,
+    loss: str = "linear",
 ) -> Solution:
     """Least squares by SciPy (trust region, bounds, exact gradient).
 
     start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
-    of squares, step and gradient; evaluations: the most that are made.
+    of squares, step and gradient; evaluations: the most that are made; loss: of SciPy's, soft beyond `SOFT` deviations.
 
     Raises:
         StickslipError: an unknown that is fixed is not there, or there are no more equations than unknowns.
@@ -238,7 +240,7 @@ def solve(
     if not search.free.any():
         evaluation = problem.evaluate(begin)
         return Solution(begin, evaluation, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
-    values, converged, message = search.run(begin, tolerance, evaluations)
+    values, converged, message = search.run(begin, tolerance, evaluations, loss)
     low, high = problem.limits
     edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
     at_bound = search.free & ((values - low < edge) | (high - values < edge))
@@ -256,7 +258,9 @@ class Search:
         self.count = 0
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
-    def run(self, begin: np.ndarray, tolerance: float, evaluations: int) -> tuple[np.ndarray, bool, str]:
+    def run(
+        self, begin: np.ndarray, tolerance: float, evaluations: int, loss: str = "linear"
+    ) -> tuple[np.ndarray, bool, str]:
         from scipy.optimize import least_squares
 
         low, high = self.problem.limits
@@ -284,6 +288,8 @@ class Search:
                 jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
                 bounds=(low[self.free], high[self.free]),
                 x_scale="jac",
+                loss=loss,
+                f_scale=SOFT,
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=tolerance,

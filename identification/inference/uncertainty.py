@@ -25,11 +25,34 @@ QUANTILE = (1.96, 2.9694, 0.4160, -0.5324)
 def plain_covariance(gradient: np.ndarray, residual: np.ndarray, *, prior: np.ndarray | None = None) -> np.ndarray:
     """Covariance (m, m) for white residuals. gradient: (n, m); residual: (n,); prior: (m, m) precisions."""
     variance = float(residual @ residual) / (len(residual) - gradient.shape[1])
-    fisher = gradient.T @ gradient
+    inverse = inverse_information(gradient, prior)
     if prior is None or not prior.any():
-        return np.linalg.inv(fisher) * variance
-    inverse = np.linalg.inv(fisher + prior)
-    return inverse @ (variance * fisher + prior) @ inverse
+        return inverse * variance
+    return inverse @ (variance * gradient.T @ gradient + prior) @ inverse
+
+
+def inverse_information(gradient: np.ndarray, prior: np.ndarray | None = None) -> np.ndarray:
+    """(A'A + P)^-1 (m, m) by QR of the rows, their columns scaled: A'A would square the condition, and a pseudoinverse
+    drop the very directions that are least known. Rows of a direction without effect give infinities.
+
+    gradient: (n, m); prior: (m, m) precisions, positive semidefinite.
+    """
+    rows = gradient if prior is None else np.vstack([gradient, _root(prior)])
+    norms = np.linalg.norm(rows, axis=0)
+    norms = np.where(norms > 0, norms, np.finfo(float).tiny)
+    triangle = np.linalg.qr(rows / norms, mode="r")
+    inverse = np.linalg.solve(
+        triangle + np.diag(np.where(np.diag(triangle) == 0, np.finfo(float).tiny, 0)), np.eye(len(norms))
+    )
+    return inverse @ inverse.T / np.outer(norms, norms)
+
+
+def _root(matrix: np.ndarray) -> np.ndarray:
+    """R with R'R = matrix (m, m), positive semidefinite."""
+    units = np.sqrt(np.diag(matrix))
+    units = np.where(units > 0, units, 1.0)
+    values, vectors = np.linalg.eigh(matrix / np.outer(units, units))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * units
 
 
 def newey_west(
@@ -60,7 +83,7 @@ def newey_west(
     """
     log = np.zeros(len(residual)) if log is None else log
     known = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
-    inverse = np.linalg.inv(gradient.T @ gradient + known)
+    inverse = inverse_information(gradient, known)
     count, lags = len(residual), lag_count(len(residual)) if reach is None else reach
     share = (lags + 1) / count if reach is None else 0.0
     widened = np.polynomial.polynomial.polyval(share, QUANTILE) / QUANTILE[0]

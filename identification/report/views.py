@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import draw, move, tell
+from identification.calibration.result import Calibration
 from identification.fit.result import FrictionFit
 from identification.inference.comparison import LawComparison
 from identification.machines.machine_fit import MachineFit
 from identification.model_check.families import FamilyComparison, compare_families
 from identification.model_check.portraits import PortraitComparison
 from identification.model_check.table import comparison_report
+from identification.report.calibration_summary import calibration_report, draw_calibration
 from identification.report.family_figure import draw_diagram, draw_portrait
 from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import draw_fit
@@ -66,6 +68,16 @@ def _(laws: LawComparison, axes: Axes) -> None:
 @draw.register(MachineFit)
 def _(fit: MachineFit, axes: Axes) -> None:
     draw_effort(axes, fit)
+
+
+@draw.register(Calibration)
+def _(found: Calibration, axes: Axes) -> None:
+    draw_calibration(axes, found)
+
+
+@tell.register(Calibration)
+def _(found: Calibration) -> str:
+    return _text(calibration_report(found))
 
 
 @tell.register(MachineFit)

@@ -41,7 +41,7 @@ FLOORS = (
     ("identification.inference",),
     ("identification.laws", "identification.measurement"),
     ("identification.disturbances",),
-    ("identification.estimators", "identification.machines", "identification.slips"),
+    ("identification.calibration", "identification.estimators", "identification.machines", "identification.slips"),
     ("identification.fit",),
     ("identification.fitted_model",),
     ("identification.model_check", "identification.next_step", "identification.transfer"),

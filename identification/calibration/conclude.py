@@ -1,0 +1,109 @@
+"""How well a minimum is known: noise from the residuals, their colour taken off, a covariance, what is not told.
+
+    segments that meet:  C_p dp + C_s ds = 0,    ds = -C_s^+ C_p dp + N w,    N the null space of C_s
+
+so that the joints hold exactly and the weight of the search is in none of the numbers. Residuals are whitened by an
+autoregression for each series and the solution is found again; the sandwich (Newey-West) of the same rows is the check.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.search import Minimum
+from identification.calibration.untold import untold_directions
+from identification.inference.colour import Whitened, whitened
+from identification.inference.identifiability import Collinearity, of_gradient
+from identification.inference.problem import Evaluation, Solution, prior_precision, solve
+from identification.inference.uncertainty import newey_west, plain_covariance
+
+REFIT = 1e-8  # relative, of the solution by whitened rows
+ROUNDS = 3  # of the noise of several series
+MISTRUSTED = 1.5  # times the deviation: a sandwich so much wider is taken instead
+
+
+@dataclass(frozen=True, eq=False)
+class Concluded:
+    """problem, whitened: with the noise that the residuals show; solution: by whitened rows; covariance: (m, m) of all
+    unknowns; untold: names that move together unseen; collinearity: of the parameters and sensors; inflation: largest
+    ratio of the sandwich's deviations to those of whitened rows, which it replaces from `MISTRUSTED` on."""
+
+    problem: SegmentProblem
+    whitened: Whitened
+    solution: Solution
+    covariance: np.ndarray
+    untold: tuple[tuple[str, ...], ...]
+    collinearity: Collinearity
+    inflation: float
+
+
+def conclude(minimum: Minimum) -> Concluded:
+    """What is known at a minimum."""
+    problem, solution = _weighed(minimum)
+    series, shared = len(problem.series), problem.shared
+    filtered = whitened(problem, solution.evaluation, series)
+    if any(one.order for one in filtered.filters.values()):
+        solution = solve(filtered, solution.values, tolerance=REFIT, evaluations=10)
+    values = solution.values
+    white, rows = filtered.evaluate(values), problem.evaluate(values)
+    basis = _basis(white, problem)
+    prior = basis.T @ prior_precision(problem) @ basis
+    data = white.log < series
+    slopes = white.gradient[data] @ basis
+    told, untold = untold_directions(slopes, prior, [unknown.name for unknown in problem.unknowns[:shared]])
+    known = told.T @ prior @ told
+    inner = plain_covariance(slopes @ told, white.residual[data], prior=known)
+    check = newey_west(slopes @ told, white.residual[data], log=white.log[data], prior=known)
+    ratio = np.sqrt(np.diag(told @ check @ told.T) / np.maximum(np.diag(told @ inner @ told.T), 1e-300))
+    inflation = float(np.max(ratio[:shared], initial=0.0))
+    if inflation > MISTRUSTED:
+        inner = check
+    covariance = basis @ told @ inner @ told.T @ basis.T
+    projected = _projected(slopes[:, :shared], slopes[:, shared:])
+    names = [unknown.name for unknown in problem.unknowns[:shared]]
+    collinear = of_gradient(projected, names, values[:shared], covariance[:shared, :shared])
+    return Concluded(problem, filtered, replace(solution, evaluation=rows), covariance, untold, collinear, inflation)
+
+
+def _weighed(minimum: Minimum) -> tuple[SegmentProblem, Solution]:
+    """The minimum with the noise that its residuals show, where nobody stated it."""
+    problem, solution = minimum.problem, minimum.solution
+    series = problem.series
+    if problem.noise_known:
+        return problem, solution
+    for _ in range(ROUNDS if len(series) > 1 else 1):
+        here = solution.evaluation
+        sizes = [float(np.sqrt(np.mean(here.residual[here.log == n] ** 2))) for n in range(len(series))]
+        noise = {key: problem.noise[key] * max(size, 1e-12) for key, size in zip(series, sizes, strict=True)}
+        problem = replace(problem, noise=noise)
+        if len(series) > 1:
+            solution = solve(problem, solution.values, tolerance=REFIT, evaluations=20)
+        else:
+            solution = replace(solution, evaluation=problem.evaluate(solution.values))
+    return problem, solution
+
+
+def _basis(here: Evaluation, problem: SegmentProblem) -> np.ndarray:
+    """(m, k) directions in which segments still meet: the shared unknowns, then those of start states."""
+    joints = here.gradient[here.log >= len(problem.series)]
+    count, shared = here.gradient.shape[1], problem.shared
+    if not len(joints):
+        return np.eye(count)
+    sizes = np.ones(count)
+    for places in problem.starts:
+        sizes[places[places >= 0]] = problem.scale[places >= 0]
+    scaled = joints[:, shared:] * sizes[shared:] / problem.weight
+    follows = -np.linalg.lstsq(scaled, joints[:, :shared] / problem.weight, rcond=None)[0]
+    null = np.linalg.qr(scaled.T, mode="complete")[0][:, len(joints) :]
+    whole = np.block([[np.eye(shared), np.zeros((shared, null.shape[1]))], [follows, null]])
+    return sizes[:, None] * whole
+
+
+def _projected(columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Columns (n, m), as far as start states (n, k) cannot do the same."""
+    norms = np.linalg.norm(starts, axis=0)
+    scaled = starts / np.where(norms > 0, norms, 1.0)
+    return columns - scaled @ np.linalg.lstsq(scaled, columns, rcond=None)[0]

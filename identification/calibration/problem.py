@@ -1,0 +1,255 @@
+"""Logs over segments: each begins at a start state of its own, which the one before has to reach.
+
+    r = (clip(gain x(t - delay; s_i, theta) + offset) - y)/noise        samples t of segment i
+    c = weight (x(t_i+1; s_i, theta) - s_i+1)/scale                     between neighbours
+
+One segment for each log is the free run. A delay shifts the times at which the run is read, which is exact across
+events; where sensor and model are both at a limit, the sample says nothing. A segment that cannot be run counts as
+constant residuals without slope: a bad guess, of which the search steps back, and no end of it.
+
+Source of multiple shooting: Bock (1981), in Modelling of Chemical Reaction Systems, Springer Ser. Chem. Phys. 18, 102.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.calibration.log import MeasuredLog
+from identification.calibration.subject import Response, Stretch, Subject
+from identification.inference.problem import Evaluation, Problem, Unknown
+
+NEAR = 1e-7  # of a log's usual step: between two readings of a run, for its rate
+FAILED = 3.0  # standard deviations of a series: residuals of a segment that cannot be run
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """How a variable is measured: y = clip(gain x(t - delay) + offset); delay in s, clip in the unit of y; longest: s,
+    delay that is tried where it is sought."""
+
+    gain: float = 1.0
+    offset: float = 0.0
+    delay: float = 0.0
+    clip: tuple[float, float] = (-np.inf, np.inf)
+    longest: float | None = None
+
+
+IDEAL = Sensor()
+SENSED = ("gain", "offset", "delay")
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Of log number ``log``, from ``begin`` to ``end`` in s; last: the samples at its end are its own."""
+
+    log: int
+    begin: float
+    end: float
+    last: bool
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentProblem(Problem):
+    """subject: what is run; unknowns, first: (m,); fixed: parameters and start states that are not sought; places: of
+    the subject's parameters among the unknowns, by log; sensed: of sensors' constants, by variable and constant;
+    starts: (segments, states) places of the start states, -1 for one that is held; noise: by log and variable;
+    scale: (states,) of their differences; reach: s, least and greatest delay that is tried, by variable."""
+
+    subject: Subject
+    logs: tuple[MeasuredLog, ...]
+    segments: tuple[Segment, ...]
+    unknowns: tuple[Unknown, ...]
+    first: np.ndarray
+    fixed: Mapping[str, float]
+    places: tuple[Mapping[str, int], ...]
+    starts: np.ndarray
+    noise: Mapping[tuple[int, str], float]
+    scale: np.ndarray
+    noise_known: bool
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    sensed: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    weight: float = 1.0
+
+    def start(self) -> np.ndarray:
+        """As given."""
+        return self.first
+
+    @property
+    def shared(self) -> int:
+        """How many unknowns, the first, are no start states."""
+        return len(self.unknowns) - int(np.count_nonzero(self.starts >= 0))
+
+    @property
+    def series(self) -> list[tuple[int, str]]:
+        """Log and variable of what is compared, in order of the residuals."""
+        return [(number, name) for number, log in enumerate(self.logs) for name in log.measured]
+
+    def kept(self, number: int, name: str) -> np.ndarray:
+        """(n,) which samples of a log can be seen with every delay that is tried."""
+        time, delay = self.logs[number].time, self.sensors.get(name, IDEAL).delay
+        least, most = delay, delay
+        if (name, "delay") in self.sensed:
+            unknown = self.unknowns[self.sensed[name, "delay"]]
+            least, most = unknown.minimum, unknown.maximum
+        return (time - most >= time[0]) & (time - least <= time[-1])
+
+    def sensor(self, name: str, x: np.ndarray) -> Sensor:
+        """The sensor of a variable at x."""
+        constants = {key: float(x[place]) for (variable, key), place in self.sensed.items() if variable == name}
+        return replace(self.sensors.get(name, IDEAL), **constants)
+
+    def stretch(self, number: int, x: np.ndarray, times: np.ndarray) -> Stretch:
+        """The run of segment ``number`` at x, read at ``times``."""
+        segment, states = self.segments[number], self.subject.states
+        log = self.logs[segment.log]
+        values = {name: float(x[place]) for name, place in self.places[segment.log].items()}
+        values |= {name: value for name, value in self.fixed.items() if name not in states}
+        places = zip(states, self.starts[number], strict=True)
+        start = {name: float(x[place]) if place >= 0 else self.fixed[name] for name, place in places}
+        return Stretch(segment.begin, times, values, start, log.inputs)
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Residuals and slopes; those of continuity come last, of a log of their own."""
+        series, states = self.series, len(self.subject.states)
+        kept = {key: self.kept(*key) for key in series}
+        ends = np.cumsum([0, *(int(kept[key].sum()) for key in series)])
+        joints = np.flatnonzero([not segment.last for segment in self.segments])
+        count = int(ends[-1]) + states * len(joints)
+        residual, gradient = np.zeros(count), np.zeros((count, len(x)))
+        row = dict(zip(joints.tolist(), ends[-1] + states * np.arange(len(joints)), strict=True))
+        for number, segment in enumerate(self.segments):
+            names = list(self.logs[segment.log].measured)
+            sensors = {name: self.sensor(name, x) for name in names}
+            readings = self._readings(segment, sensors, kept)
+            times = np.unique(np.concatenate([*(time for _, time in readings.values()), [segment.end]]))
+            run = self._response(number, x, times)
+            for name, (rows, time) in readings.items():
+                place = int(ends[series.index((segment.log, name))])
+                at = np.searchsorted(times, time)
+                seen = rows - int(np.argmax(kept[segment.log, name])) + place
+                self._compare(number, x, name, sensors[name], rows, seen, run, at, residual, gradient)
+            if number in row:
+                where = slice(row[number], row[number] + states)
+                self._join(number, x, run, where, residual, gradient)
+        log = np.concatenate([np.repeat(np.arange(len(series)), np.diff(ends)), np.full(count - ends[-1], len(series))])
+        return Evaluation(residual, gradient, log, log, np.full(count, np.nan))
+
+    def _readings(
+        self, segment: Segment, sensors: Mapping[str, Sensor], kept: Mapping[tuple[int, str], np.ndarray]
+    ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Numbers of the samples of a segment, and the times s at which its run is read, by variable; of one whose
+        delay is sought twice, for the rate."""
+        found = {}
+        for name, sensor in sensors.items():
+            time = self.logs[segment.log].time - sensor.delay
+            inside = (time >= segment.begin) & ((time <= segment.end) if segment.last else (time < segment.end))
+            rows = np.flatnonzero(inside & kept[segment.log, name])
+            read = time[rows]
+            if (name, "delay") in self.sensed:
+                read = np.concatenate([read, read + NEAR * float(np.median(np.diff(time)))])
+            found[name] = rows, np.minimum(read, segment.end)
+        return found
+
+    def _response(self, number: int, x: np.ndarray, times: np.ndarray) -> Response | None:
+        try:
+            run = self.subject.respond(self.stretch(number, x, times))
+        except StickslipError:
+            return None
+        return run if np.isfinite(run.values).all() and np.isfinite(run.slopes).all() else None
+
+    def _compare(
+        self,
+        number: int,
+        x: np.ndarray,
+        name: str,
+        sensor: Sensor,
+        rows: np.ndarray,
+        seen: np.ndarray,
+        run: Response | None,
+        at: np.ndarray,
+        residual: np.ndarray,
+        gradient: np.ndarray,
+    ) -> None:
+        """Write the residuals of one variable over one segment, in rows ``seen``."""
+        log = self.segments[number].log
+        noise, measured = self.noise[log, name], self.logs[log].measured[name]
+        if run is None:
+            residual[seen] = FAILED * float(np.std(measured)) / noise
+            return
+        column, at, later = self.subject.recorded.index(name), at[: len(rows)], at[len(rows) :]
+        value = run.values[at, column]
+        modelled = sensor.gain * value + sensor.offset
+        low, high = sensor.clip
+        inside = (modelled > low) & (modelled < high)
+        residual[seen] = (np.clip(modelled, low, high) - measured[rows]) / noise
+        weight = np.where(inside, 1 / noise, 0.0)[:, None]
+        places, used = self._columns(number)
+        gradient[np.ix_(seen, places)] = weight * sensor.gain * run.slopes[at, column][:, used]
+        step = NEAR * float(np.median(np.diff(self.logs[log].time)))
+        by = {"gain": value, "offset": np.ones(len(rows))}
+        if len(later):
+            by["delay"] = -sensor.gain * (run.values[later, column] - value) / step
+        for key, slope in by.items():
+            if (name, key) in self.sensed:
+                gradient[seen, self.sensed[name, key]] = weight[:, 0] * slope
+
+    def _columns(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Places of the unknowns that a segment is differentiated by, and which columns of its slopes these are."""
+        log = self.segments[number].log
+        parameters = [self.places[log][name] for name in self.subject.parameters]
+        places = np.array([*parameters, *self.starts[number].tolist()], dtype=int)
+        used = np.flatnonzero(places >= 0)
+        return places[used], used
+
+    def _join(
+        self,
+        number: int,
+        x: np.ndarray,
+        run: Response | None,
+        where: slice,
+        residual: np.ndarray,
+        gradient: np.ndarray,
+    ) -> None:
+        """Write how far a segment ends from where the next begins."""
+        following, states = self.starts[number + 1], len(self.subject.states)
+        weight = self.weight / self.scale
+        if run is None:
+            residual[where] = self.weight
+            return
+        residual[where] = weight * (run.values[-1, :states] - x[following])
+        places, used = self._columns(number)
+        rows = np.arange(where.start, where.stop)
+        gradient[np.ix_(rows, places)] = weight[:, None] * run.slopes[-1, :states][:, used]
+        gradient[rows, following] = -weight
+
+    def tangents(self, x: np.ndarray) -> list[np.ndarray]:
+        """(states, states) derivative of each segment's end by its start, in units of ``scale``.
+
+        Raises:
+            StickslipError: a segment cannot be run.
+        """
+        found, first = [], len(self.subject.parameters)
+        for number, segment in enumerate(self.segments):
+            run = self.subject.respond(self.stretch(number, x, np.array([segment.end])))
+            slopes = run.slopes[-1, : len(self.scale), first:]
+            found.append(slopes * self.scale[None, :] / self.scale[:, None])
+        return found
+
+    def resampled(self, clusters: np.ndarray) -> Problem:
+        """Of whole logs only, which a bootstrap of neighbours cannot cut."""
+        raise StickslipError("Segments that have to meet cannot be drawn anew: take the sandwich or a profile.")
+
+
+def logs_of(problem: SegmentProblem) -> list[str]:
+    """Names of the series, by the numbers in `Evaluation.log`."""
+    names = [f"{problem.logs[number].name}: {variable}" for number, variable in problem.series]
+    return [*names, "continuity"]
+
+
+def whole(logs: Sequence[MeasuredLog]) -> tuple[Segment, ...]:
+    """One segment for each log: the free run."""
+    return tuple(Segment(n, float(log.time[0]), float(log.time[-1]), True) for n, log in enumerate(logs))

@@ -1,0 +1,223 @@
+"""What a calibration returns: values with intervals that allow for colour, and what the logs leave open."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.base.digits import value_with_sd
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import existing
+from fmu_models.base.plain_values import from_plain
+from fmu_models.base.shown import Pictured
+from fmu_models.simulation.trajectory import Trajectory
+from identification.calibration.log import MeasuredLog
+from identification.calibration.problem import SegmentProblem
+from identification.inference.defaults import SEED
+from identification.inference.identifiability import Collinearity
+from identification.inference.lmfit_exchange import Solved
+from identification.inference.posterior import STEPS, Posterior, Target, sample
+from identification.inference.profile import Interval, profile
+from identification.inference.uncertainty import student
+
+if TYPE_CHECKING:
+    import pandas
+    from lmfit import Minimizer
+
+KIND = "stickslip calibration"
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class CalibratedValue:
+    """A parameter, a constant of a sensor or a start state. standard_deviation: None where the logs do not tell it;
+    first: where the search began; at_bound: whether it ended on a bound of the search."""
+
+    name: str
+    unit: str
+    value: float
+    standard_deviation: float | None
+    first: float
+    minimum: float | None = None
+    maximum: float | None = None
+    at_bound: bool = False
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class SeriesResidual:
+    """What is left of one variable of a log: root mean square in ``unit``, correlation of neighbours, order of the
+    autoregression that whitens it. held_out: the log took no part, only its start states were found."""
+
+    log: str
+    variable: str
+    unit: str
+    samples: int
+    rms: float
+    autocorrelation: float
+    order: int
+    held_out: bool = False
+
+
+@dataclass(frozen=True)
+class LocalMinimum:
+    """Where a start of the search led: misfit relative to the least, and the parameters there."""
+
+    misfit: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Calibration(Pictured):
+    """Parameters of a model from logs.
+
+    parameters: sought, constants of sensors included; starts: states at the begin of each log; covariance: of the
+    parameters, in their order; directions: which of them the logs do not tell, in words; residuals: by series; minima:
+    within a tenth of the least misfit; inflation: of deviations by the sandwich; horizon: s over which a free run of a
+    chaotic motion means something, None where it always does; interrupted: by the user; declaration: what names the
+    model. problem: the free run behind it, solved: with what was found, neither in a calibration that was read back.
+    """
+
+    model: str
+    title: str
+    method: str
+    logs: tuple[str, ...]
+    parameters: tuple[CalibratedValue, ...]
+    starts: tuple[CalibratedValue, ...]
+    covariance: tuple[tuple[float, ...], ...]
+    directions: tuple[str, ...]
+    collinearity: Collinearity
+    residuals: tuple[SeriesResidual, ...]
+    minima: tuple[LocalMinimum, ...]
+    freedom: int
+    inflation: float
+    horizon: float | None = None
+    interrupted: bool = False
+    warnings: tuple[str, ...] = ()
+    declaration: str = ""
+    solved: Solved | None = field(default=None, repr=False, compare=False)
+
+    def __getitem__(self, name: str) -> CalibratedValue:
+        """A parameter or start state by name.
+
+        Raises:
+            StickslipError: there is none.
+        """
+        values = {one.name: one for one in (*self.parameters, *self.starts)}
+        if name not in values:
+            raise StickslipError(f"{self.model} was calibrated without '{name}'.{nearest(name, values)}")
+        return values[name]
+
+    def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
+        """Confidence interval, infinite where the logs do not tell the value."""
+        one = self[name]
+        reach = np.inf if one.standard_deviation is None else one.standard_deviation * student(self.freedom, level)
+        return one.value - float(reach), one.value + float(reach)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by name."""
+        return {one.name: one.value for one in self.parameters}
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each parameter and start state."""
+        import pandas
+
+        rows = [dataclasses.asdict(one) for one in (*self.parameters, *self.starts)]
+        return pandas.DataFrame(rows).set_index("name")
+
+    def _heading(self) -> str:
+        return f"Calibration: {self.title}, {len(self.parameters)} values from {', '.join(self.logs)} ({self.method})"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {one.name: value_with_sd(one.value, one.standard_deviation, one.unit) for one in self.parameters}
+
+    def _problem(self) -> tuple[SegmentProblem, Solved]:
+        if self.solved is None or not isinstance(self.solved.problem, SegmentProblem):
+            raise StickslipError("This calibration was read from a file, which holds no logs. Calibrate again.")
+        return self.solved.problem, self.solved
+
+    def log(self, number: int = 0) -> MeasuredLog:
+        """A log as it was compared.
+
+        Raises:
+            StickslipError: the calibration was read from a file.
+        """
+        return self._problem()[0].logs[number]
+
+    def free_run(self, log: int = 0) -> Trajectory:
+        """The model from its start states along a log, with its inputs, at its times.
+
+        Raises:
+            StickslipError: the calibration was read from a file, or there is no such run.
+        """
+        problem, solved = self._problem()
+        number = next(n for n, segment in enumerate(problem.segments) if segment.log == log)
+        return problem.subject.trajectory(problem.stretch(number, solved.solution.values, problem.logs[log].time))
+
+    def profiles(self, *names: str, level: float = LEVEL) -> tuple[Interval, ...]:
+        """Intervals by profile likelihood, of all parameters where none are named; an open end is None.
+
+        Raises:
+            StickslipError: unknown name, or the calibration was read from a file.
+        """
+        problem, solved = self._problem()
+        chosen = names or tuple(one.name for one in self.parameters)
+        quantile = student(self.freedom, level)
+        return profile(problem, solved.solution, solved.covariance, chosen, quantile=quantile, level=level).intervals
+
+    def posterior(self, *, seed: int = SEED, steps: int = STEPS) -> Posterior:
+        """Parameters and start states by Markov chains; errors as in `inference.posterior.sample`."""
+        problem, solved = self._problem()
+        loose = [place for place, one in enumerate(problem.unknowns) if one.prior is None]
+        target = Target(problem, solved.solution, solved.covariance[np.ix_(loose, loose)], [])
+        return sample(target, seed=seed, steps=steps)
+
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
+        """As lmfit has it, to go on with: see `inference.lmfit_exchange`.
+
+        Raises:
+            StickslipError: the calibration was read from a file.
+        """
+        return self._problem()[1].to_lmfit()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only; the inverse of `read_calibration`."""
+        plain = dataclasses.asdict(dataclasses.replace(self, solved=None))
+        del plain["solved"]
+        return {"type": KIND, **plain}
+
+
+def is_calibration(path: str | os.PathLike[str]) -> bool:
+    """Whether a file holds a calibration; a file that cannot be read is left to those who read other results."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and content.get("type") == KIND
+
+
+def read_calibration(path: str | os.PathLike[str]) -> Calibration:
+    """A result of 'stickslip calibrate MODEL LOGS -o FILE.json'.
+
+    Raises:
+        StickslipError: there is none, or it is something else.
+    """
+    file = existing(path, "calibration", " Make one: stickslip calibrate MODEL LOGS --free k,c -o FILE.json")
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        if not isinstance(content, dict) or content.pop("type", None) != KIND:
+            raise StickslipError(f'it lacks "type": "{KIND}"')
+        return from_plain(Calibration, content, "it")
+    except (OSError, ValueError, StickslipError) as error:
+        raise StickslipError(
+            f"'{path}' is no calibration ({error}). Give a result of 'stickslip calibrate MODEL LOGS -o FILE'."
+        ) from error

@@ -1,0 +1,303 @@
+"""The search: guesses that are only scored, then the best of them robustly, with a continuity that rises, then a free
+run.
+
+A free run from a guess falls into the nearest of many minima, and a robust loss with continuity in weights does so far
+less often; what decides is the scan: guesses in a box about the first values are scored by the segments' own
+predictions from nodes of the data, without any optimization (Bock's multiple shooting begins at the best of these).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.calibration.log import MeasuredLog
+from identification.calibration.nodes import Nodes, local_motion, nodes_of, rolled
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.unknowns import Free, Scaled
+from identification.calibration.untold import telling
+from identification.inference.problem import Solution, Unknown, solve
+
+GUESSES = 24
+DENSITY = 4.0  # points of a line for each change of the prediction by as much as the measured motion
+POINTS = (6, 200)  # of a line, at least and at most
+CANDIDATES = 8  # for each start, of which those are taken at which every parameter has an effect
+STARTS = 3  # of the guesses, from which a search is made
+WHITE = 1.2  # mean square of the residuals, in units of the noise, at which a search has arrived
+STAGES = (("cauchy", 3.0, 25), ("cauchy", 30.0, 25), ("linear", 1e2, 25), ("linear", 1e3, 25), ("linear", 1e5, 40))
+ROUGH = 1e-4  # relative, of a stage
+FINE = 1e-9  # of the last one
+SEARCHED = 2000  # samples of a log in the search; the last step takes all
+SCAN = 0.3  # of the work
+POLISH = 60  # evaluations of the free run
+FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
+SAME = 0.05  # relative: guesses whose parameters differ less are one
+ALIKE, FAR = 1e-3, 0.25  # relative: misfits and parameters of minima that are one
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """Where one start led to. problem: the free run, or segments of a chaotic motion, with its solution; horizon: s
+    over which a free run says something, None for ever; interrupted: by the user, on the way."""
+
+    problem: SegmentProblem
+    solution: Solution
+    horizon: float | None
+    interrupted: bool = False
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square of the residuals in units of the noise, those of continuity left out."""
+        here = self.solution.evaluation
+        return float(np.sqrt(np.mean(here.residual[here.log < len(self.problem.series)] ** 2)))
+
+    def near(self, other: Minimum) -> bool:
+        """Whether it is the same as another one: as good, and not far off along what the logs tell least."""
+        shared = self.problem.shared
+        mine, others = self.solution.values[:shared], other.solution.values[:shared]
+        alike = abs(self.misfit - other.misfit) <= ALIKE * min(self.misfit, other.misfit)
+        apart = np.abs(mine - others) / np.maximum(np.maximum(np.abs(mine), np.abs(others)), 1e-300)
+        return bool(alike and np.all(apart <= FAR))
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """How it is searched. count: segments of a log; seed: of the guesses."""
+
+    guesses: int = GUESSES
+    starts: int = STARTS
+    segments: int | None = None
+    seed: int = 0
+    progress: Progress = field(default=lambda _: None)
+
+
+def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[Minimum, ...]:
+    """Minima of a free run, the best first.
+
+    Raises:
+        StickslipError: no guess could be run at all.
+    """
+    light = _thinned(free_run)
+    generator = np.random.default_rng(plan.seed)
+    draws = [light.first]
+    for _ in range(plan.guesses - 1 if plan.guesses > 1 else 0):
+        guess = light.first.copy()
+        guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
+        draws.append(guess)
+    if not light.subject.states:
+        return _descended(telling([(light, draw) for draw in draws], plan.starts), free_run, plan)
+    nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], _rates(light), plan.segments)
+    scan = _Scan(light, nodes, free, generator)
+    for number, draw in enumerate(draws):
+        scan.score(draw)
+        plan.progress(SCAN * (number + 1) / len(draws) / 2)
+    scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
+    candidates = [_segmented(light, nodes, x, starts) for x, starts in scan.best(CANDIDATES * plan.starts)]
+    trials = telling(candidates, plan.starts)
+    return _descended(trials, free_run, plan)
+
+
+class _Scan:
+    """Guesses that were scored: (score, unknowns of the free run, start states of the segments)."""
+
+    def __init__(
+        self, problem: SegmentProblem, nodes: Nodes, free: Sequence[Free], generator: np.random.Generator
+    ) -> None:
+        self.problem, self.nodes, self.free, self.generator = problem, nodes, free, generator
+        self.scored: list[tuple[float, np.ndarray, np.ndarray]] = []
+
+    def score(self, x: np.ndarray) -> float:
+        starts, score = rolled(self.problem, x, self.nodes)
+        self.scored.append((score, x, starts))
+        return score
+
+    def along_lines(self, progress: Progress) -> None:
+        """From the best guess along each parameter in turn, in points as dense as its effect asks: a frequency that is
+        off by one part in a hundred has lost its phase at the end of a log."""
+        least, x, starts = min(self.scored, key=lambda one: one[0])
+        segmented, z = _segmented(self.problem, self.nodes, x, starts)
+        here = segmented.evaluate(z)
+        data = here.log < len(segmented.series)
+        spread = np.concatenate(
+            [
+                np.full(
+                    int(np.sum(here.log == n)),
+                    np.std(self.problem.logs[log].measured[name]) / self.problem.noise[log, name],
+                )
+                for n, (log, name) in enumerate(segmented.series)
+            ]
+        )
+        effects = np.sqrt(np.mean((here.gradient[data, : len(self.free)] / spread[:, None]) ** 2, axis=0))
+        sizes = [one.span(value) for one, value in zip(self.free, x, strict=False)]
+        counts = np.clip(DENSITY * effects * sizes, *POINTS).astype(int)
+        done, total = 0, int(counts.sum())
+        for place in np.argsort(-counts):
+            for value in self.free[place].spread(int(counts[place]), self.generator):
+                guess = x.copy()
+                guess[place] = value
+                score = self.score(guess)
+                if score < least:
+                    least, x = score, guess
+                done += 1
+                progress(done / total)
+
+    def best(self, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Guesses and start states of the best that differ."""
+        chosen: list[tuple[np.ndarray, np.ndarray]] = []
+        shared = len(self.free)
+        for _, x, starts in sorted(self.scored, key=lambda one: one[0]):
+            if all(np.any(np.abs(x - y)[:shared] > SAME * np.abs(x)[:shared]) for y, _ in chosen):
+                chosen.append((x, starts))
+        return chosen[:count]
+
+
+def _thinned(problem: SegmentProblem) -> SegmentProblem:
+    """With at most `SEARCHED` samples of each log."""
+    return _with_logs(problem, tuple(log.every(max(-(-log.time.size // SEARCHED), 1)) for log in problem.logs))
+
+
+def _with_logs(problem: SegmentProblem, logs: tuple[MeasuredLog, ...]) -> SegmentProblem:
+    """The problem with other samples of the same logs, whose ends may move."""
+    segments = [replace(one, end=float(logs[one.log].time[-1])) if one.last else one for one in problem.segments]
+    return replace(problem, logs=logs, segments=tuple(segments))
+
+
+def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
+    """By log and variable, what local parabolas leave."""
+    found = {}
+    for number, log in enumerate(problem.logs):
+        rows = np.unique(np.linspace(0, log.time.size - 1, 200).astype(int))
+        noise = local_motion(log, rows)[1]
+        found |= {(number, name): sd for name, sd in noise.items()}
+    return found
+
+
+def _rates(problem: SegmentProblem) -> dict[str, str]:
+    log = problem.logs[0]
+    times = np.linspace(log.time[0], min(log.time[-1], log.time[0] + 50 * float(np.median(np.diff(log.time)))), 20)[1:]
+    stretch = problem.stretch(0, problem.first, times)
+    try:
+        return problem.subject.rates(stretch)
+    except StickslipError:
+        return {}
+
+
+def _segmented(
+    light: SegmentProblem, nodes: Nodes, x: np.ndarray, starts: np.ndarray
+) -> tuple[SegmentProblem, np.ndarray]:
+    """The problem over segments; its unknowns from a guess x of the free run and start states (segments, states)."""
+    states = light.subject.states
+    shared = light.shared
+    scale = np.std(starts, axis=0)
+    scale = np.where(scale > 0, scale, np.maximum(np.abs(starts).max(axis=0), 1e-9))
+    unknowns, first, places = list(light.unknowns[:shared]), list(x[:shared]), np.full(starts.shape, -1)
+    for number, segment in enumerate(nodes.segments):
+        begins = number == 0 or nodes.segments[number - 1].log != segment.log
+        for place, name in enumerate(states):
+            if begins and light.starts[segment.log, place] < 0:
+                continue
+            places[number, place] = len(first)
+            unknowns.append(Unknown(f"{name}({segment.begin:g})", ""))
+            first.append(starts[number, place])
+    return replace(
+        light, segments=nodes.segments, unknowns=tuple(unknowns), first=np.array(first), starts=places, scale=scale
+    ), np.array(first)
+
+
+def _descended(
+    trials: Sequence[tuple[SegmentProblem, np.ndarray]], free_run: SegmentProblem, plan: Plan
+) -> tuple[Minimum, ...]:
+    minima: list[Minimum] = []
+    for number, (problem, x) in enumerate(trials):
+        share = SCAN + (1 - SCAN) * number / len(trials)
+        here = descend(problem, x, free_run, lambda done, s=share: plan.progress(s + (1 - SCAN) * done / len(trials)))
+        again = any(here.near(one) for one in minima)
+        minima.append(here)
+        if here.interrupted or again or here.misfit**2 < WHITE:
+            break
+    return tuple(sorted(minima, key=lambda one: one.misfit))
+
+
+def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, progress: Progress) -> Minimum:
+    """From one guess to a minimum: segments that come together, then the free run, unless the motion is so chaotic that
+    the free run ends elsewhere. An interrupt ends it where it is."""
+    interrupted = False
+    try:
+        for place, (loss, weight, evaluations) in enumerate(_stages(problem)):
+            scaled = Scaled(replace(problem, weight=weight), _signs(problem))
+            x = scaled.natural(
+                solve(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
+            )
+            progress((place + 1) / (len(STAGES) + 1))
+    except KeyboardInterrupt:
+        interrupted = True
+    joined = replace(problem, weight=STAGES[-1][1])
+    horizon = _horizon(joined, x)
+    segments = Minimum(joined, _at(joined, x), horizon, interrupted)
+    if interrupted:
+        return segments
+    begin = np.concatenate([x[: problem.shared], _first_starts(problem, x)])
+    scaled = Scaled(free_run, _signs(free_run))
+    try:
+        polished = solve(scaled, scaled.scaled(begin), tolerance=FINE, evaluations=POLISH)
+    except KeyboardInterrupt:
+        return replace(segments, interrupted=True)
+    values = scaled.natural(polished.values)
+    solution = replace(polished, values=values, evaluation=free_run.evaluate(values))
+    free = Minimum(free_run, solution, horizon)
+    if horizon is None or free.misfit < FOLLOWS * segments.misfit:
+        return free
+    whole_logs = _with_logs(joined, free_run.logs)
+    solution = solve(whole_logs, x, tolerance=ROUGH, evaluations=POLISH)
+    return Minimum(whole_logs, solution, horizon)
+
+
+def _stages(problem: SegmentProblem) -> Sequence[tuple[str, float, int]]:
+    return STAGES if len(problem.segments) > len(problem.logs) else STAGES[:1]
+
+
+def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:
+    return Solution(x, problem.evaluate(x), True, "segments joined", (False,) * len(x))
+
+
+def _signs(problem: SegmentProblem) -> np.ndarray:
+    """(m,) sign of the unknowns that are sought by their logarithms: those whose bounds lie on one side of zero."""
+    low, high = problem.limits
+    one_sided = np.isfinite(low) & np.isfinite(high) & (np.sign(low) * np.sign(high) > 0)
+    return np.where(one_sided, np.sign(low), 0.0)
+
+
+def _first_starts(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
+    """Start states of the logs, as far as they are unknown."""
+    begins = [n for n, one in enumerate(problem.segments) if n == 0 or problem.segments[n - 1].log != one.log]
+    places = problem.starts[begins]
+    return x[places[places >= 0]]
+
+
+def _horizon(problem: SegmentProblem, x: np.ndarray) -> float | None:
+    """s after which noise has grown as large as the motion, where it is so at the end of a log; else None."""
+    if len(problem.segments) <= len(problem.logs):
+        return None
+    least = min(
+        sd / max(float(np.std(problem.logs[n].measured[name])), 1e-300) for (n, name), sd in problem.noise.items()
+    )
+    try:
+        tangents = problem.tangents(x)
+    except StickslipError:
+        return None
+    growth, beyond = np.eye(len(problem.scale)), None
+    for number, (segment, tangent) in enumerate(zip(problem.segments, tangents, strict=True)):
+        if number and problem.segments[number - 1].log != segment.log:
+            growth, beyond = np.eye(len(problem.scale)), None
+        growth = tangent @ growth
+        large = float(np.linalg.norm(growth, 2)) * least > 1
+        if large and beyond is None:
+            beyond = segment.end - float(problem.logs[segment.log].time[0])
+        if segment.last and large:
+            return beyond
+    return None

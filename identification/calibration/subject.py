@@ -1,0 +1,198 @@
+"""What is calibrated: an FMU that is run over stretches of logs, with the derivatives of what it shows.
+
+An FMU of this suite carries exact tangents through its events (fmu_models.simulation.sensitivity). Of any other one
+whole runs are differenced,
+
+    dy/dp = (y(p + h) - y(p - h))/(2 h),    h = `STEP` max(|p|, size of p),
+
+at a tolerance tight enough that the steps' own errors cancel: at 1e-8 the same step loses five digits.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.driver import Driver
+from fmu_models.language.contact_kinds import TOUCHING
+from fmu_models.simulation.field import Field
+from fmu_models.simulation.run import KeptRun
+from fmu_models.simulation.sensitivity import SensitiveRun
+from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.trajectory import Trajectory
+
+Vector = NDArray[np.float64]
+Inputs = Mapping[str, float | Signal]
+
+TOLERANCE = 1e-10  # of runs that are differenced
+STEP = {"dopri5": 1e-4, "co-simulation": 1e-2}  # relative, of a difference
+KINEMATIC = 1e-9  # relative: so near to the rate of a state another one is that rate
+SOLVER = "The FMU is co-simulated: model and solver are identified together."
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A run to be made. times: (n,) s of output; values: parameters; start: states; inputs: constant or Signal."""
+
+    start_time: float
+    times: Vector
+    values: Mapping[str, float]
+    start: Mapping[str, float]
+    inputs: Inputs
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """A run with its derivatives. values: (n, k) of what is recorded; slopes: (n, k, m) by the unknowns; events: name
+    of the contact and time s of each; event_slopes: (events, m)."""
+
+    values: Vector
+    slopes: Vector
+    events: tuple[tuple[str, float], ...] = ()
+    event_slopes: Vector | None = None
+
+
+class Subject(ABC):
+    """An FMU whose runs are compared with logs.
+
+    fmu: it; by: parameters, then start states, by which is differentiated; recorded: states, then measured variables.
+    """
+
+    note = ""
+
+    def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
+        self.fmu, self.states, self.contacts = fmu, tuple(fmu.states), ()
+        self.parameters = tuple(parameters)
+        self.by = (*self.parameters, *self.states)
+        self.recorded = tuple(dict.fromkeys((*self.states, *measured)))
+
+    @abstractmethod
+    def trajectory(self, stretch: Stretch) -> Trajectory:
+        """The run alone.
+
+        Raises:
+            StickslipError: it cannot be made.
+        """
+
+    @abstractmethod
+    def respond(self, stretch: Stretch) -> Response:
+        """The run with its derivatives by ``by``; errors as in `trajectory`."""
+
+    def closed(self, stretch: Stretch) -> bool:
+        """Whether the motion cannot begin here without a memory: in a stop, or behind a wall."""
+        return False
+
+    def values(self, stretch: Stretch) -> Vector:
+        """(n, k) of what is recorded."""
+        run = self.trajectory(stretch)
+        values = np.column_stack([run[name] for name in self.recorded])
+        if len(values) < len(stretch.times) or not np.isfinite(values).all():
+            raise StickslipError(f"The run of '{self.fmu.description.modelName}' ended early.")
+        return values
+
+    def rates(self, stretch: Stretch) -> dict[str, str]:
+        """Which states are rates of others, seen in a run: the position's name -> the speed's."""
+        run = self.trajectory(stretch)
+        found = {}
+        for name in self.states:
+            rate = run.values.get(f"der({name})")
+            size = 0.0 if rate is None else float(np.max(np.abs(rate), initial=0.0))
+            for other in self.states:
+                if rate is not None and size > 0 and np.max(np.abs(run[other] - rate)) <= KINEMATIC * size:
+                    found[name] = other
+        return found
+
+
+class OwnSubject(Subject):
+    """An FMU of this suite, by its own engine."""
+
+    def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
+        super().__init__(fmu, parameters, measured)
+        self.contacts = tuple(fmu.contacts)
+        self._kept, self._field = KeptRun(fmu), Field(fmu, {})
+        self._sensitive = SensitiveRun(fmu, by=self.by, recorded=self.recorded)
+        compliant = set(fmu.contacts) - set(fmu.impacts)
+        self._stops = [place for place, name in enumerate(fmu.contacts) if name in compliant]
+
+    def trajectory(self, stretch: Stretch) -> Trajectory:
+        return self._kept(
+            float(stretch.times[-1]),
+            start_time=stretch.start_time,
+            parameters=stretch.values,
+            start=stretch.start,
+            inputs=stretch.inputs,
+            output_times=stretch.times,
+        )
+
+    def respond(self, stretch: Stretch) -> Response:
+        run = self._sensitive.run(
+            stretch.times,
+            start_time=stretch.start_time,
+            parameters=stretch.values,
+            start=stretch.start,
+            inputs=stretch.inputs,
+        )
+        events = tuple((event.contact, event.time) for event in run.events)
+        return Response(run.values, run.derivative, events, run.event_derivative)
+
+    def closed(self, stretch: Stretch) -> bool:
+        values = dict(stretch.values)
+        for name, value in stretch.inputs.items():
+            at = np.array([stretch.start_time])
+            values[name] = float(value.piece(at)[0][0]) if isinstance(value, Signal) else value
+        try:
+            there = self._field.at([stretch.start[name] for name in self.states], values, stretch.start_time)
+        except StickslipError:
+            return True
+        return any(there.contacts[place] == TOUCHING for place in self._stops)
+
+
+class ForeignSubject(Subject):
+    """Any other FMU, by the master; whole runs are differenced."""
+
+    def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
+        super().__init__(fmu, parameters, measured)
+        rates = [f"der({name})" for name in self.states if f"der({name})" in fmu.variables]
+        method = "auto" if fmu.description.modelExchange is not None else "co-simulation"
+        record = [name for name in dict.fromkeys((*measured, *rates)) if name not in self.states]
+        self._driver = Driver(fmu, method=method, tolerance=TOLERANCE, record=record)
+        self._step = STEP.get(self._driver.method, STEP["dopri5"])
+        self.note = SOLVER if self._driver.method == "co-simulation" else ""
+        if self.note:
+            self.states = ()
+            self.by, self.recorded = self.parameters, tuple(measured)
+
+    def trajectory(self, stretch: Stretch) -> Trajectory:
+        return self._driver.run(
+            float(stretch.times[-1]),
+            start_time=stretch.start_time,
+            parameters=stretch.values,
+            start=stretch.start,
+            inputs=stretch.inputs,
+            output_times=stretch.times,
+        )
+
+    def respond(self, stretch: Stretch) -> Response:
+        values = self.values(stretch)
+        slopes = np.empty((*values.shape, len(self.by)))
+        for place, name in enumerate(self.by):
+            kind = "values" if place < len(self.parameters) else "start"
+            given = getattr(stretch, kind)
+            size = float(self.fmu.variables[name].nominal or 1.0) if given[name] == 0 else abs(given[name])
+            ends = []
+            for sign in (-1.0, 1.0):
+                moved = {**given, name: given[name] + sign * self._step * size}
+                ends.append(self.values(replace(stretch, **{kind: moved})))
+            slopes[:, :, place] = (ends[1] - ends[0]) / (2 * self._step * size)
+        return Response(values, slopes)
+
+
+def subject_of(fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> Subject:
+    """The FMU with what is asked of it."""
+    return (OwnSubject if fmu.ours else ForeignSubject)(fmu, parameters, measured)

@@ -1,0 +1,90 @@
+"""What logs do not tell, by the slopes of their residuals: before a search from a guess, after it from the solution."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.calibration.problem import SegmentProblem
+from identification.inference.problem import prior_precision
+
+UNTOLD = 1e-4  # of the largest singular value of the scaled slopes: a direction that the logs do not tell
+CERTAIN = 1e-6  # likewise, of a guess, whose slopes are not those of the solution
+TAKES_PART = 0.01  # of the largest effect of a direction: who has less has no part in it
+SILENT = 1e-9  # deviations of the noise by which a parameter moves the residuals if it is doubled: none
+
+Names = tuple[str, ...]
+Trial = tuple[SegmentProblem, np.ndarray]
+
+
+def untold_directions(
+    slopes: np.ndarray, prior: np.ndarray, names: Sequence[str], least: float = UNTOLD
+) -> tuple[np.ndarray, tuple[Names, ...]]:
+    """Directions (k, j) that rows (n, k) and priors tell, and the names that take part in each of the others; the last
+    columns are those of start states."""
+    rows = np.vstack([slopes, np.sqrt(np.maximum(np.diag(np.diag(prior)), 0.0))])
+    norms = np.linalg.norm(rows, axis=0)
+    norms = np.where(norms > 0, norms, np.finfo(float).tiny)
+    _, singular, right = np.linalg.svd(rows / norms, full_matrices=False)
+    told = singular > least * singular[0]
+    untold = []
+    for vector in np.abs(right[~told]):
+        part = vector > TAKES_PART * np.max(vector)
+        together = [name for name, takes in zip(names, part, strict=False) if takes]
+        untold.append((*together, *(("the start",) if part[len(names) :].any() else ())))
+    return (right[told] / norms).T, tuple(untold)
+
+
+def words(names: Names) -> str:
+    """An untold direction."""
+    if len(names) == 1:
+        return f"{names[0]} is not told: nothing measured moves with it"
+    return f"{', '.join(names[:-1])} and {names[-1]} move together unseen"
+
+
+def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
+    """The first ``count`` of guesses at which every parameter has an effect, and if these are too few, those at which
+    most have; with a warning of what the first of them does not tell, before any search.
+
+    Raises:
+        StickslipError: no guess can be run, or a parameter has no effect at any of them.
+    """
+    judged: list[tuple[int, Trial]] = []
+    heard = np.zeros(candidates[0][0].shared, dtype=bool)
+    for problem, x in candidates:
+        here = problem.evaluate(x)
+        slopes = here.gradient[here.log < len(problem.series)]
+        sizes = np.maximum(np.abs(x[: problem.shared]), SILENT)
+        effects = np.max(np.abs(slopes[:, : problem.shared]), axis=0) * sizes > SILENT
+        if not judged and effects.all():
+            _warn_of_untold(problem, slopes)
+        heard |= effects
+        judged.append((int(np.count_nonzero(~effects)), (problem, x)))
+        if sum(silent == 0 for silent, _ in judged) == count:
+            break
+    _check_heard(candidates[0][0], heard, len(judged))
+    judged.sort(key=lambda one: one[0])
+    return [trial for _, trial in judged[:count]]
+
+
+def _warn_of_untold(problem: SegmentProblem, slopes: np.ndarray) -> None:
+    names = [unknown.name for unknown in problem.unknowns[: problem.shared]]
+    for direction in untold_directions(slopes, prior_precision(problem), names, CERTAIN)[1]:
+        if any(name in names for name in direction):
+            warnings.warn(f"At the guess {words(direction)}.", stacklevel=2)
+
+
+def _check_heard(problem: SegmentProblem, heard: np.ndarray, count: int) -> None:
+    if not heard.any():
+        raise StickslipError(
+            f"'{problem.subject.fmu.description.modelName}' could not be run over any part of the logs with any of "
+            f"{count} guesses. Give first values nearer to the truth (--set)."
+        )
+    for place in np.flatnonzero(~heard):
+        raise StickslipError(
+            f"'{problem.unknowns[place].name}' has no effect on what is measured, at any of {count} guesses: nothing "
+            "depends on it, or a contact that it belongs to is never met. Hold it, or begin with other values (--set)."
+        )

@@ -1,0 +1,70 @@
+"""`stickslip calibrate` as a user meets it: a table, JSON, a result, and what bad input answers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu_models.fmu.load import load
+from fmu_models.simulation.run import simulate
+from identification.calibration.result import read_calibration
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory) -> Path:
+    """40 s of a block on a belt, 5 mm of noise."""
+    time = np.linspace(0, 40, 401)
+    run = simulate(load("forced_stick_slip"), 40.0, output_times=time)
+    place = run["x"] + 5e-3 * np.random.default_rng(0).normal(size=401)
+    file = tmp_path_factory.mktemp("log") / "run.csv"
+    np.savetxt(file, np.column_stack([time, 1e3 * place]), delimiter=",", header="time [s],x [mm]", comments="")
+    return file
+
+
+def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tmp_path):
+    result, figure = tmp_path / "r.json", tmp_path / "r.svg"
+    answer = stickslip(
+        *("calibrate", "forced_stick_slip", log, "--free", "a0,k", "--set", "a0=1.1", "--set", "k=1.3"),
+        *(
+            "--bound",
+            "k=0.5:2",
+            "--prior",
+            "a0=1.5+-0.5",
+            "--held-out",
+            log,
+            "-o",
+            result,
+            "--figure",
+            figure,
+            "--json",
+        ),
+    )
+    assert answer.code == 0, answer.err
+    values = {one["name"]: one for one in answer.json["parameters"]}
+    for name, truth in (("a0", 1.5), ("k", 1.0)):
+        assert abs(values[name]["value"] - truth) < 4 * values[name]["standard_deviation"]
+    assert answer.json["files"] == [str(result), str(figure)]
+    found = read_calibration(result)
+    assert found["k"].value == values["k"]["value"] and found["k"].maximum == 2.0
+    assert json.loads(result.read_text())["type"] == "stickslip calibration"
+    assert "Residuals" in found.summary()
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--free", "a0,kk"], "has no parameter 'kk'"),
+        (["--free", "k", "--bound", "k=2"], "--bound takes NAME=LOW:HIGH"),
+        (["--free", "k", "--prior", "k=1"], "--prior takes a value and its standard deviation"),
+        (["--free", "k", "--column", "y=x"], "no state, output or input"),
+        (["--free", "k", "--sensor", "x"], "--sensor takes NAME:gain,offset,delay"),
+        (["--free", "k", "--clip", "x=1:0"], "--clip takes NAME=LOW:HIGH with two ascending numbers"),
+    ],
+)
+def test_bad_input_is_a_sentence(stickslip, log, more, words):
+    answer = stickslip("calibrate", "forced_stick_slip", log, *more)
+    assert answer.code == 2
+    assert words in answer.err.replace("\n", " ")

@@ -1,0 +1,171 @@
+"""Calibration of models with known truth: values, intervals, what is not told, and what bad input answers."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.load import load
+from fmu_models.simulation.run import simulate
+from fmu_models.simulation.signal import Signal
+from identification.calibration.calibrate import calibrate
+from identification.calibration.problem import Sensor
+from identification.calibration.result import read_calibration
+
+FREE = ["a0", "a1", "a3", "k", "f0"]
+TRUE = {"a0": 1.5, "a1": 1.5, "a3": 0.45, "k": 1.0, "f0": 0.1}
+OFF = {"a0": 2.4, "a1": 0.95, "a3": 0.7, "k": 0.65, "f0": 0.16}  # by half, each
+NOISE = 0.005
+
+
+@pytest.fixture(scope="module")
+def belt():
+    return load("forced_stick_slip")
+
+
+def noisy(fmu, seed, until=60.0, samples=601, parameters=None, name="x", noise=NOISE, **more):
+    time = np.linspace(0, until, samples)
+    run = simulate(fmu, until, output_times=time, parameters=parameters or {}, **more)
+    return {"time": time, name: run[name] + noise * np.random.default_rng(seed).normal(size=samples)}
+
+
+@pytest.fixture(scope="module")
+def found(belt):
+    return calibrate(belt, noisy(belt, 3), free=FREE, parameters=OFF, held_out=[noisy(belt, 4, 40.0, 401)])
+
+
+def test_stick_slip_is_found_from_half_off_within_its_deviations(found):
+    """Residuals are the noise, and every value within four deviations, which are a few per cent at most."""
+    assert found.residuals[0].rms == pytest.approx(NOISE, rel=0.1)
+    for name, value in TRUE.items():
+        sd = found[name].standard_deviation
+        assert abs(found[name].value - value) < 4 * sd
+        assert sd < 0.03 * value
+    assert found["x(0)"].value == pytest.approx(1.040922, abs=0.015)
+    assert found.residuals[0].order == 0 and found.directions == () and found.horizon is None
+
+
+def test_held_out_log_is_followed_to_its_noise(found):
+    held_out = found.residuals[-1]
+    assert held_out.held_out and held_out.samples == 401
+    assert held_out.rms == pytest.approx(NOISE, rel=0.15)
+
+
+def test_free_run_profile_and_lmfit_agree_with_the_result(found):
+    log = found.log()
+    assert np.sqrt(np.mean((found.free_run()["x"] - log.measured["x"]) ** 2)) == pytest.approx(found.residuals[0].rms)
+    low, high = found.interval("k")
+    (interval,) = found.profiles("k")
+    # the profile of a nearly linear parameter is its interval to a tenth of its width
+    assert (interval.low, interval.high) == pytest.approx((low, high), abs=0.1 * (high - low))
+    assert found.to_lmfit()[1].params["a0"].value == pytest.approx(found["a0"].value)
+
+
+def test_result_is_read_back_and_shows_itself(found, tmp_path):
+    path = tmp_path / "r.json"
+    path.write_text(json.dumps(found.to_dict(), allow_nan=False), encoding="utf-8")
+    again = read_calibration(path)
+    assert again == dataclasses.replace(found, solved=None)
+    assert "a3" in again.summary() and "held out" in again.summary()
+    assert found.figure(tmp_path / "r.svg").stat().st_size > 1000
+    with pytest.raises(StickslipError, match="read from a file"):
+        again.free_run()
+
+
+def test_two_logs_share_parameters_or_keep_their_own(belt):
+    logs = [noisy(belt, 1), noisy(belt, 2, parameters={"f0": 0.15})]
+    first = {"f0": 0.12, "k": 0.9}
+    both = calibrate(belt, logs, free=["k", "f0"], parameters=first, each=["f0"])
+    assert [one.name for one in both.parameters] == ["k", "f0 [log 1]", "f0 [log 2]"]
+    for name, value in (("k", 1.0), ("f0 [log 1]", 0.1), ("f0 [log 2]", 0.15)):
+        assert abs(both[name].value - value) < 4 * both[name].standard_deviation
+    shared = calibrate(belt, logs, free=["k", "f0"], parameters=first, attempts=1)
+    assert shared.residuals[0].rms > 1.5 * both.residuals[0].rms
+
+
+def test_input_is_a_column_of_the_log(belt):
+    time = np.linspace(0, 30, 301)
+    speed = 1 + 0.3 * np.sin(0.7 * time)
+    log = noisy(belt, 5, 30.0, 301, inputs={"v_dr": Signal(time, speed)})
+    right = calibrate(belt, {**log, "v_dr": speed}, free=["k", "a0"], parameters={"k": 1.3}, hold={"v_dr": "linear"})
+    assert right.residuals[0].rms == pytest.approx(NOISE, rel=0.12)
+    assert abs(right["k"].value - 1) < 4 * right["k"].standard_deviation
+    held = calibrate(belt, {**log, "v_dr": speed}, free=["k", "a0"], parameters={"k": 1.3})
+    assert held.residuals[0].rms > right.residuals[0].rms
+
+
+def test_sensor_with_delay_offset_and_clip(belt):
+    """30 ms of delay at 100 ms between samples, read at shifted times of the run."""
+    log = noisy(belt, 6)
+    late = simulate(belt, 60.0, output_times=np.maximum(log["time"] - 0.03, 0.0)[1:])
+    noise = NOISE * np.random.default_rng(8).normal(size=600)
+    seen = {"time": log["time"][1:], "x": np.clip(late["x"] + 0.2 + noise, -10.0, 1.3)}
+    found = calibrate(
+        belt,
+        seen,
+        free=["k", "f0"],
+        parameters={"k": 0.8, "f0": 0.13},
+        sensors={"x": Sensor(clip=(-10.0, 1.3), longest=0.2)},
+        sensed=[("x", "offset"), ("x", "delay")],
+    )
+    for name, value in (("x delay", 0.03), ("x offset", 0.2), ("k", 1.0)):
+        assert abs(found[name].value - value) < 4 * found[name].standard_deviation
+    assert found["x delay"].standard_deviation < 0.02
+
+
+def test_collinear_parameters_are_named(belt):
+    """Mass, spring and all forces only set the scale of the forces."""
+    with pytest.warns(UserWarning, match="At the guess m, .* move together unseen"):
+        found = calibrate(belt, noisy(belt, 3), free=["m", *FREE], parameters={"k": 0.9}, attempts=1)
+    assert len(found.directions) == 1
+    assert all(name in found.directions[0] for name in ("m", "k", "a0", "a1", "a3", "f0"))
+    assert found["m"].standard_deviation is None and found.interval("m") == (-np.inf, np.inf)
+
+
+def test_prior_closes_a_direction(belt):
+    found = calibrate(
+        belt, noisy(belt, 3), free=["m", *FREE], parameters={"k": 0.9}, priors={"m": (1.0, 0.02)}, attempts=1
+    )
+    assert found.directions == ()
+    assert found["m"].standard_deviation == pytest.approx(0.02, rel=0.1)
+    assert abs(found["k"].value - 1.0) < 4 * found["k"].standard_deviation
+
+
+@pytest.mark.parametrize(
+    ("change", "more", "words"),
+    [
+        (lambda log: {**log, "z": log["x"]}, {}, "Column 'z' of .* is no state, output or input"),
+        (lambda log: {"time": log["time"]}, {}, "measures nothing"),
+        (lambda log: {"x": log["x"]}, {}, "no column 'time'"),
+        (lambda log: {**log, "time": log["time"][::-1]}, {}, "run back"),
+        (lambda log: {**log, "x": np.where(log["time"] == 3.0, np.nan, log["x"])}, {}, "1 cells without a number.* 31"),
+        (lambda log: log, {"inputs": {"v_dr": Signal([0, 10], [1, 1])}}, "'v_dr' covers 0 s to 10 s.*60 s"),
+        (lambda log: log, {"free": ["kk"]}, "no parameter 'kk'"),
+        (lambda log: log, {"free": ["k", "k"]}, "free twice"),
+        (lambda log: log, {"free": []}, "at least one parameter"),
+        (lambda log: log, {"bounds": {"k": (2.0, 3.0)}}, "'k' begins at 1 N/m, outside of its bounds 2 to 3"),
+        (lambda log: log, {"priors": {"m": (1.0, 0.1)}}, "'m' has a bound or a prior and is not free"),
+        (lambda log: log, {"each": ["m"]}, "'m' is to have a value for each log"),
+        (lambda log: log, {"starts": ["w"]}, "no start state 'w'"),
+        (
+            lambda log: {name: values[:3] for name, values in log.items()},
+            {},
+            "3 samples cannot determine the 3 unknowns",
+        ),
+        (lambda log: log, {"sensed": [("x", "colour")]}, "A sensor is VARIABLE"),
+    ],
+)
+def test_bad_input_is_a_sentence_before_any_search(belt, change, more, words):
+    log = change(noisy(belt, 3))
+    with pytest.raises(StickslipError, match=words):
+        calibrate(belt, log, **{"free": ["k"], **more})
+
+
+def test_parameter_without_effect_is_refused():
+    ball = load("bouncing_ball")
+    with pytest.raises(StickslipError, match="'m' has no effect"):
+        calibrate(ball, noisy(ball, 1, 0.3, 101, noise=5e-5), free=["m", "e"], guesses=4)

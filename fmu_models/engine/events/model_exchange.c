@@ -286,9 +286,9 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
 }
 
 /*
- * Friction whose bound the force is seen beyond, and that nothing makes slip: the importer has not told the rate of an
- * input, so that force and rate both tie. It lets go, to the side that its force has kept it from: held it would never
- * be asked again, for its indicator is below zero already.
+ * Friction whose bound the force is seen beyond, and that nothing makes slip: force and rate both tie, as where the
+ * importer has not told the rate of an input. It lets go, to the side that its force has kept it from: held it would
+ * never be asked again, for its indicator is below zero already.
  */
 static void let_go(Run *r)
 {
@@ -324,9 +324,7 @@ RunStatus exchange_event(Run *r, int *changed)
     if (status == RUN_ERROR) {
         return blame_location(r, latest, times);
     }
-    if (MODEL_NU > 0) {
-        let_go(r);
-    }
+    let_go(r);
     if (MODEL_IMPACTS > 0) {
         *changed = 1;
         give_leeway(r, leaves);

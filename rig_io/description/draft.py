@@ -240,7 +240,7 @@ def is_length(unit: str | None) -> bool:
 
 
 def _field(file: File, column: Proposal, several: bool) -> dict[str, Any]:
-    entry: dict[str, Any] = {"name": column.name, "role": column.role}
+    entry: dict[str, Any] = {"name": column.name, "role": column.role, **column.kept}
     if several:
         entry["file"] = file.path.name
     if column.unit is not None:

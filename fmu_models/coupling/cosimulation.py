@@ -29,6 +29,8 @@ from fmu_models.coupling.stepper import Stepper
 from fmu_models.importer import instance, request
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.simulation.inputs import signals_of
+from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -120,6 +122,14 @@ class _Run:
         self.nominal = np.array([self._nominal(name) for name in states])
         self.largest = np.zeros(len(states) + self.y.size)
         self.steps = self.rejected = self.forced = 0
+        given = {f"{name}.{k}": v for name, unit in system.units.items() for k, v in unit.inputs.items()}
+        span = system.start_time, system.stop_time
+        self.inputs = signals_of(fmu, given, *span)
+        moving = {name: signal for name, signal in self.inputs.items() if isinstance(signal, Signal)}
+        self.driven = request.table(fmu, moving, *span)
+        # an input whose rate is given too: the unit itself follows it
+        names = self.driven.inputs.names
+        self.follows = np.array([f"{name}_rate" in names for name in names], dtype=bool)
 
     def _fed(self, sources: list[str]) -> list[NDArray[np.int_]]:
         """The inputs that each unit feeds and that are expected ahead, by their places."""
@@ -144,9 +154,10 @@ class _Run:
         given = {
             f"{name}.{k}": v
             for name, unit in system.units.items()
-            for part in (unit.parameters, unit.start, unit.inputs)
+            for part in (unit.parameters, unit.start)
             for k, v in part.items()
         }
+        given |= self.inputs | dict(zip(self.driven.inputs.names, self.driven.values[0].tolist(), strict=True))
         chosen, values = (
             request.Selection.of(self.composite.fmu, list(given)),
             np.array(list(given.values()), dtype=float),
@@ -196,11 +207,27 @@ class _Run:
             self.passed[kind, first] = byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data
         return call(*self.passed[kind, first])
 
+    def _drive(self, ahead: float = 0.0) -> None:
+        """Inputs from outside as they are ``ahead`` s from here, without a jump between."""
+        table = self.driven
+        if table.inputs.names:
+            row = int(np.searchsorted(table.times, self.time, side="right")) - 1
+            passed = self.time - table.times[row] + np.where(self.follows, 0.0, ahead)
+            values = np.ascontiguousarray(table.values[row] + table.slopes[row] * passed)
+            calls, chosen = byref(self.composite.calls), table.inputs.c
+            self._checked(library().coupling_write(calls, byref(chosen), values.ctypes.data), "setting its inputs")
+
+    def _jump(self, latest: float) -> float:
+        """The next time at which an input from outside jumps, or ``latest``."""
+        jumps = self.driven.times[self.driven.jumps == request.JUMP]
+        return float(min(jumps[jumps > self.time].min(initial=latest), latest))
+
     def _step(self, end: float) -> None:
         """All units from here to ``end``, with the exchange there."""
         h, start, noted = end - self.time, self.u.copy(), len(self.events)
         slope = (start - self.before) * (0.5 * h / self.last) if self.last > 0.0 else np.zeros_like(start)
         self.u[:] = start + np.where(self.expected, slope, 0.0)
+        self._drive(0.5 * h)
         for unit, one in enumerate(self.steppers):
             for begin, n in self.own_groups[unit]:
                 self._checked(self._write(unit, begin, n), f"setting the inputs of unit '{one.name}'")
@@ -213,6 +240,7 @@ class _Run:
                 self.u[fed] = 0.5 * (start[fed] + reached)
         self.time, self.last = end, h
         self.u[:] = start
+        self._drive()
         self._exchange()
         self.before = start
         self.steps += 1
@@ -291,6 +319,7 @@ class _Run:
             if self.time >= system.stop_time or any(one.ended for one in self.steppers):
                 break
             latest = system.stop_time if times is None or wanted >= times.size else min(times[wanted], system.stop_time)
+            latest = self._jump(latest)
             if self.adaptive:
                 cut = latest - self.time < h
                 proposed = self._control(h, latest, SHORTEST * span)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -107,7 +108,7 @@ def recorded(
         text = system.units[unit].fmu.variables[name[len(unit) + 1 :]].description
         descriptions |= {name: str(text)} if text else {}
     fmus = list(system.fmus.values())
-    given = {
+    given: dict[str, dict[str, Any]] = {
         part: {f"{u}.{k}": v for u, unit in system.units.items() for k, v in getattr(unit, part).items()}
         for part in ("parameters", "start", "inputs")
     }
@@ -125,6 +126,6 @@ def recorded(
         step=system.step or float("nan"),
         parameters=given["parameters"],
         start=given["start"],
-        inputs=given["inputs"],
+        inputs={name: value for name, value in given["inputs"].items() if isinstance(value, (float, int))},
     )
     return Recording(trajectory, descriptions, provenance)

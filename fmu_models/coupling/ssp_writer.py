@@ -39,6 +39,9 @@ def defaults(unit: Unit, without: Iterable[str] = ()) -> list[Entry]:
     """The parameters of a unit with the values it runs with, and the start values and inputs that it is given."""
     values = {name: float(str(unit.fmu.variables[name].start)) for name in unit.fmu.parameters}
     values |= {**unit.parameters, **unit.start, **unit.inputs}
+    for name, value in unit.inputs.items():
+        if not isinstance(value, (float, int)):
+            raise StickslipError(f"The input '{name}' changes with time, and a parameter set holds constants only.")
     left_out = set(without)
     return [
         Entry(name, value, _unit(unit.fmu, name), unit.fmu.variables[name].description or name)

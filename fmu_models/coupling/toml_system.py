@@ -7,6 +7,7 @@ stop_time = 10.0
 fmu = "rig.fmu"                 # beside this file or below, or: model = "disc_rig", contacts = ["disc0"]
 parameters = { N0 = 3.0 }
 start = { theta = 0.1 }
+inputs = { w1 = "speed.csv:w" } # a number, or a column of a log beside this file
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from fmu_models.coupling import ssp
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection, Misfit
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.measured import column_of_log
 
 NUMBERS = {"step": "s", "tolerance": "1", "start_time": "s", "stop_time": "s"}
 VALUES = ("parameters", "start", "inputs")
@@ -81,7 +83,14 @@ def _unit(document: Document, name: str, fmi_version: str) -> Unit:
         fmu = Fmu.open(folder / source if kind == "fmu" else built(source, **options))
     except StickslipError as error:
         raise document.fault(f"unit '{name}': {error}", *place, kind) from error
-    return Unit(fmu, **{key: document.numbers(*place, key) for key in VALUES})
+    values = {key: document.numbers(*place, key, texts=key == "inputs") for key in VALUES}
+    for variable, text in values["inputs"].items():
+        if isinstance(text, str):
+            try:
+                values["inputs"][variable] = ":".join(map(str, column_of_log(text, folder)))
+            except StickslipError as error:
+                raise document.fault(str(error), *place, "inputs", variable) from error
+    return Unit(fmu, **values)
 
 
 def _connections(document: Document) -> list[Connection]:

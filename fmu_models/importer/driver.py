@@ -23,7 +23,7 @@ from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.importer.sweep import Sweep, columns_of
 from fmu_models.importer.words import note, nothing_to_record
-from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 _C = declarations("importer/c/master.h")
@@ -181,7 +181,7 @@ class Driver(Shown):
         start_time: float = 0.0,
         parameters: Mapping[str, float | str | bytes] | None = None,
         start: Mapping[str, float | str | bytes] | None = None,
-        inputs: Mapping[str, float | str | bytes | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
         communication_step: float | None = None,
         first_step: float | None = None,
@@ -192,7 +192,7 @@ class Driver(Shown):
         Args:
             parameters, start: values of parameters, and of other variables that have a start value, in the FMU's units.
                 A String takes text, a Binary bytes, hex text ``0x00ff`` or a file ``@path``.
-            inputs: constant or Signal per input; its jumps are events, its bends end steps. Texts are constant.
+            inputs: as for ``simulate``; jumps are events, bends end steps. Texts are constant.
             output_times: (n,) s, ascending, within the run; default 1001 equally spaced, or the communication points.
             communication_step: s, of a co-simulation; default: what the FMU recommends, or a thousandth of the run.
             first_step: s, of a method of integration; chosen by error control where not given.
@@ -208,7 +208,7 @@ class Driver(Shown):
         times = request.output_times(output_times, start_time, stop_time)
         words, (parameters, start, inputs) = texts.settings(self.fmu, parameters or {}, start or {}, inputs or {})
         initial = request.start_values(self.fmu, parameters, start)
-        ticking, others = self.clocks.split(inputs, start_time)
+        ticking, others = self.clocks.split(signals_of(self.fmu, inputs, start_time, stop_time), start_time)
         table = request.table(self.fmu, others, start_time, stop_time)
         between = table
         if self.method == CO_SIMULATION:
@@ -247,7 +247,7 @@ class Driver(Shown):
         values: Mapping[str, ArrayLike],
         *,
         start_time: float = 0.0,
-        inputs: Mapping[str, float | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Sweep:
@@ -267,7 +267,9 @@ class Driver(Shown):
             )
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
         columns = columns_of(self.fmu, values)
-        table = request.table(self.fmu, inputs or {}, start_time, stop_time)
+        table = request.table(
+            self.fmu, signals_of(self.fmu, inputs or {}, start_time, stop_time), start_time, stop_time
+        )
         rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
         prepared = self._prepare(times, dict.fromkeys(columns, 0.0), table, start_time, stop_time)
         prepared.c.event_capacity = 0

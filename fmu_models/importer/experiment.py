@@ -17,6 +17,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import isolated
 from fmu_models.fmu import library
 from fmu_models.importer import texts
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.results import SETTINGS, Provenance, Recording
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
@@ -38,8 +39,8 @@ class Experiment:
 
     Attributes:
         stop_time, start_time: s.
-        parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals, a String or Binary is
-            set as ``Driver.run`` takes it.
+        parameters, start, inputs: values by name, in the units of the FMU; inputs as for ``simulate``, a String or
+            Binary as ``Driver.run`` takes it.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
             communication points.
         tolerance: relative; None takes the default of the method.
@@ -53,7 +54,7 @@ class Experiment:
     start_time: float = 0.0
     parameters: Mapping[str, float | str | bytes] = field(default_factory=dict)
     start: Mapping[str, float | str | bytes] = field(default_factory=dict)
-    inputs: Mapping[str, float | str | bytes | Signal] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
     output_times: ArrayLike | None = None
     tolerance: float | None = None
     method: str | None = None
@@ -118,6 +119,9 @@ def perform(
     words, _ = texts.settings(fmu, experiment.parameters, experiment.start, experiment.inputs)
     # the bytes that were set, rather than the name of their file
     given = {n: {k: words.get(k, v) for k, v in getattr(experiment, n).items()} for n in SETTINGS} if words else {}
+    given["inputs"] = {**experiment.inputs, **given.get("inputs", {})}
+    others = {name: value for name, value in given["inputs"].items() if name not in words}
+    given["inputs"] |= signals_of(fmu, others, experiment.start_time, experiment.stop_time)
     experiment = replace(experiment, **given)
     function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))

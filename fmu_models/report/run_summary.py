@@ -15,6 +15,7 @@ from fmu_models.base.table import Cell, number, table
 from fmu_models.fmu.elements import owner
 from fmu_models.importer.texts import shown
 from fmu_models.language.contact_kinds import CONTACT_STATES, RIGID_STATES
+from fmu_models.report import beside_summary
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 
@@ -162,6 +163,8 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(plain(f"{sum(content['events'].values())} events{f' ({listed})' if listed else ''}"))
     if "second_run" in content:
         _print_second(content["second_run"], out)
+    if "beside" in content:
+        beside_summary.print_summary(content["beside"], out)
     for path in content["files"]:
         out.print(plain(f"written: {path}"))
 

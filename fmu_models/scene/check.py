@@ -28,6 +28,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.check_compute import Names, checked_compute
 from fmu_models.scene.scene import Drive, Reference, Scene
+from fmu_models.simulation.inputs import signal_of
+from fmu_models.simulation.signal import Signal, knots
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -47,7 +49,7 @@ KEYS = {
     "and a constant too",
     "free": "parameters that stay parameters of the FMU, with their start values",
     "drives": 'inputs: a constant, `{ from = 0, to = "1 rad/s", begin = 0, end = "5 s" }` or '
-    "`{ times = [0, 5], values = [0, 1] }`",
+    '`{ times = [0, 5], values = [0, 1] }`, or a column of a log beside the scene, `"log.csv:speed"`',
     "start": "states at 0 s, and `<stop>_memory` for a start inside a stop that remembers its speed of entry",
     "compute": "`kind` and its keys, below",
     "reference": "known results by name, `[[reference]]` for each; `tolerance` (relative, 1e-9 if left out), `at` "
@@ -206,6 +208,11 @@ class _Check:
 
     def _drive(self, raw: Any, unit: str, name: str) -> Drive:
         doc, place = self.doc, ("drives", name)
+        if isinstance(raw, str) and ":" in raw:
+            try:
+                return self._from_log(raw, unit, name)
+            except StickslipError as error:
+                raise doc.fault(str(error), *place) from error
         if not isinstance(raw, dict):
             return Drive(times=(0.0,), values=(doc.value(raw, unit, *place),))
         keys = ("times", "values") if "times" in raw or "values" in raw else ("from", "to", "begin", "end")
@@ -226,6 +233,12 @@ class _Check:
                 *place,
             )
         return Drive(times=tuple(times), values=tuple(values))
+
+    def _from_log(self, raw: str, unit: str, name: str) -> Drive:
+        signal = signal_of(raw, 0.0, 0.0, what=f"drive '{name}'", unit=unit, folder=self.doc.path.parent)
+        assert isinstance(signal, Signal)
+        knots({name: signal}, 0.0, self._stop_time())
+        return Drive(times=tuple(signal.time.tolist()), values=tuple(signal.value.tolist()), column=raw)
 
     def _start(self) -> dict[str, float]:
         from fmu_models.lowering.lower import lower

@@ -38,7 +38,8 @@ def read_scene(path: str | os.PathLike[str], *, trust: bool = False) -> Scene:
     from fmu_models.scene.check import checked_scene
 
     scene = checked_scene(read_document(path, trust=trust))
-    if not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
+    from_logs = any(drive.column for drive in scene.drives.values())  # which may change while the text stays
+    if from_logs or not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
         return scene
     with write_whole(kept, overwrite=True) as temporary:
         temporary.write_text(scene.to_json(), "utf-8")

@@ -36,6 +36,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.defect import Defect, defect_of
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.run import Repeated, simulate
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
@@ -89,7 +90,7 @@ def simulate_with_error(
     start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
@@ -107,7 +108,7 @@ def simulate_with_error(
     given: dict[str, Any] = {
         "parameters": dict(parameters or {}),
         "start": dict(start or {}),
-        "inputs": dict(inputs or {}),
+        "inputs": signals_of(fmu, inputs or {}, start_time, stop_time),
     }
     span: dict[str, Any] = {"start_time": start_time, "output_times": output_times}
     trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **span)

@@ -61,7 +61,7 @@ class Engine:
             unload(dll)
             raise StickslipError(
                 f"'{fmu.path.name}' was not exported by stickslip and has no engine of its own. Name a method of "
-                "integration: --method auto, or master.simulate_any."
+                "integration: --method auto, or fmu_models.simulate."
             ) from None
         if version() != RUN.VERSION:
             unload(dll)

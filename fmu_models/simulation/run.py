@@ -7,7 +7,7 @@ import sys
 import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Columns, Events, Trajectory
 
@@ -32,7 +33,7 @@ def simulate(
     start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
@@ -43,7 +44,8 @@ def simulate(
         parameters: values that replace the defaults, in the units of the FMU.
         start: values of states at ``start_time``; for a start inside a stop that remembers its speed of entry also
             ``<stop>_memory``, m/s.
-        inputs: constant or Signal per input; the rate of an input is the slope of its Signal.
+        inputs: per input a constant, or what changes with time in one of the forms of ``inputs.signal_of`` (a Signal, a
+            column of a log, times and values, a pandas Series, a function); its rate is the slope of its Signal.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
         tolerance: relative local error of a step. Values above 1e-14 have no effect: the engine's default costs little.
         progress: called with the fraction of output times done, several times a second.
@@ -146,7 +148,7 @@ class KeptRun(Shown):
         start_time: float = 0.0,
         parameters: Mapping[str, float] | None = None,
         start: Mapping[str, float] | None = None,
-        inputs: Mapping[str, float | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Trajectory:
@@ -168,7 +170,7 @@ def _run(
     span: tuple[float, float],
     parameters: Mapping[str, float] | None,
     start: Mapping[str, float] | None,
-    inputs: Mapping[str, float | Signal] | None,
+    inputs: Mapping[str, Any] | None,
     output_times: ArrayLike | None,
     progress: Callable[[float], None] | None,
 ) -> Trajectory:
@@ -187,7 +189,7 @@ def _rows(
     span: tuple[float, float],
     parameters: Mapping[str, float] | None,
     start: Mapping[str, float] | None,
-    inputs: Mapping[str, float | Signal] | None,
+    inputs: Mapping[str, Any] | None,
     times: NDArray[np.float64],
     progress: Callable[[float], None] | None,
     ends: NDArray[np.float64] | None,
@@ -202,7 +204,8 @@ def _rows(
     if start:
         _set(fmu, "state", start, known.states, initial)
     if inputs:
-        signals = _set(fmu, "input", inputs, known.inputs, initial)
+        check_names(fmu, "input", inputs, known.inputs)
+        signals = _set(fmu, "input", signals_of(fmu, inputs, *span), known.inputs, initial)
     stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
     driven = None
     if signals or ends is not None:
@@ -292,6 +295,8 @@ _all_known: weakref.WeakKeyDictionary[Fmu, _Known] = weakref.WeakKeyDictionary()
 
 
 def _known_of(fmu: Fmu) -> _Known:
+    if not isinstance(fmu, Fmu):
+        raise StickslipError(f"An opened FMU is run here, found {fmu!r}. Load it first: fmu_models.load({fmu!r}).")
     found = _all_known.get(fmu)
     if found is None:
         found = _all_known[fmu] = _Known(fmu)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import Instance, engine_of
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.run import check_names, check_tolerance, check_value, checked_times
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Events
@@ -143,7 +144,7 @@ class SensitiveRun(Shown):
         start_time: float = 0.0,
         parameters: Mapping[str, float] | None = None,
         start: Mapping[str, float] | None = None,
-        inputs: Mapping[str, float | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
     ) -> Sensitivity:
         """A run from ``start_time`` (s) to the last of ``output_times`` (n,) s, whatever the run before it was.
 
@@ -164,6 +165,7 @@ class SensitiveRun(Shown):
         check_names(self.fmu, "parameter", parameters, self._parameters)
         check_names(self.fmu, "state", start, self._states)
         check_names(self.fmu, "input", inputs, self._inputs)
+        inputs = signals_of(self.fmu, inputs, start_time, float(times[-1]))
         initial = {**parameters, **start}
         for name, value in inputs.items():
             if not isinstance(value, Signal):

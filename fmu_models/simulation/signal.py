@@ -50,6 +50,11 @@ class Signal(Shown):
         """The same value throughout [start, stop]."""
         return cls([start, stop], [value, value])
 
+    @classmethod
+    def held(cls, time: ArrayLike, value: ArrayLike) -> Signal:
+        """Values that hold until the time of the next one: a jump there."""
+        return cls(np.repeat(np.asarray(time), 2)[1:], np.repeat(np.asarray(value), 2)[:-1])
+
     def piece(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Value and slope just after each of ``times`` (m,), both (m,)."""
         last = np.searchsorted(self.time, times, side="right") - 1
@@ -77,8 +82,8 @@ def knots(signals: Mapping[str, Signal], start: float, stop: float, more: NDArra
     for name, signal in signals.items():
         if signal.time[0] > start or signal.time[-1] < stop:
             raise StickslipError(
-                f"The signal for input '{name}' covers {signal.time[0]:g} s to {signal.time[-1]:g} s, "
-                f"the run {start:g} s to {stop:g} s. Extend the signal or shorten the run."
+                f"The signal for input '{name}' covers {signal.time[0]:.9g} s to {signal.time[-1]:.9g} s, "
+                f"the run {start:.9g} s to {stop:.9g} s. Extend the signal or shorten the run."
             )
     # a run may need a small part of a long signal
     ends = [(np.searchsorted(s.time, start, side="right"), np.searchsorted(s.time, stop)) for s in signals.values()]

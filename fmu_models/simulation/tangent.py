@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,6 @@ from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import check_names, check_span
 from fmu_models.simulation.sensitivity import SensitiveRun
-from fmu_models.simulation.signal import Signal
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ def flow_derivative(
     start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     by: Sequence[str] = (),
     tolerance: float = 1e-14,
 ) -> FlowDerivative:

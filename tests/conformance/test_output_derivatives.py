@@ -37,25 +37,53 @@ def pause(fmu: Fmu) -> tuple[float, float]:
     return (begin + end) / 2, (end - begin) / 2
 
 
+def orders_of(one: Face, names: list[str]) -> list[np.ndarray]:
+    """Values and all their derivatives, (n_outputs,) each."""
+    return [one.get(names), *(derivatives(one, names, k) for k in range(1, HIGHEST + 1))]
+
+
+def shrink(orders: list[np.ndarray], h: float) -> bool:
+    """Whether the terms of a series over h shrink at least fourfold each."""
+    terms = [np.abs(value).max() * h**k / factorial(k) for k, value in enumerate(orders)]
+    return all(term <= 4.0**-k * scale_of(orders) for k, term in enumerate(terms) if k > 1)
+
+
+def scale_of(orders: list[np.ndarray]) -> float:
+    return max(np.abs(value / factorial(k)).max() for k, value in enumerate(orders[:3])) + 1e-3
+
+
+def converging(fmu: Fmu, time: float, longest: float) -> float:
+    """A step over which series converge: seen along all of it, for terms at its beginning know nothing of a pulse."""
+    places = 8
+    h = longest
+    while True:
+        with face(fmu) as one:
+            one.initialize()
+            one.step(0.0, time)
+            for k in range(places + 1):
+                if not shrink(orders_of(one, fmu.outputs), h):
+                    break
+                one.step(time + k * h / places, h / places)
+            else:
+                return h
+        h /= 2
+
+
 def test_they_extrapolate_outputs(fmu: Fmu, pause: tuple[float, float]) -> None:
     """Far by all orders together; near, each order by those above it, so that none may be wrong."""
     time, quiet = pause
+    h = converging(fmu, time, 0.8 * quiet)  # it looks an eighth further
+    near = h / 64
     with face(fmu) as one:
         one.initialize()
         one.step(0.0, time)
-        before = [one.get(fmu.outputs), *(derivatives(one, fmu.outputs, k) for k in range(1, HIGHEST + 1))]
-        # a step over which the series converges: terms shrink at least fourfold
-        h = 0.9 * quiet
-        terms = [value / factorial(k) for k, value in enumerate(before)]
-        scale = np.abs(terms[:3]).max() + 1e-3
-        while any(np.abs(term).max() * h**k > 4.0**-k * scale for k, term in enumerate(terms) if k > 1):
-            h /= 2
-        near = h / 64
+        before = orders_of(one, fmu.outputs)
         one.step(time, near)
-        after = [one.get(fmu.outputs), *(derivatives(one, fmu.outputs, k) for k in range(1, HIGHEST))]
+        after = orders_of(one, fmu.outputs)
         one.step(time + near, h - near)
         far = one.get(fmu.outputs)
-    assert np.abs(far - sum(term * h**k for k, term in enumerate(terms))).max() <= 4.0**-HIGHEST * scale
+    scale = scale_of(before)
+    assert np.abs(far - sum(x * h**k / factorial(k) for k, x in enumerate(before))).max() <= 4.0**-HIGHEST * scale
     for order in range(HIGHEST):
         series = [value * near**k / factorial(k) for k, value in enumerate(before[order:])]
         # four times the first term left out, if terms go on to shrink so, and rounding

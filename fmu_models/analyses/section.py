@@ -92,12 +92,12 @@ def poincare_section(
     )
 
 
-def _numbers(found: PoincareSection) -> dict[str, float]:
+def _numbers(result: PoincareSection) -> dict[str, float]:
     values: dict[str, float] = {}
-    for name, column in zip(found.states, found.points.T, strict=True):
+    for name, column in zip(result.states, result.points.T, strict=True):
         extremes = {"min": column.min(), "max": column.max(), "mean": column.mean()}
-        values |= {f"{name}_{what}": float(extreme) for what, extreme in extremes.items()}
-    return {**values, "time_mean": float(found.times.mean())}
+        values |= {f"{name}_{extreme_name}": float(extreme) for extreme_name, extreme in extremes.items()}
+    return {**values, "time_mean": float(result.times.mean())}
 
 
 ANALYSIS = Analysis(

@@ -79,16 +79,16 @@ class FmuSection(SectionQuestions):
 
     def at(self, **values: float) -> Self:
         """With other values of parameters or inputs."""
-        other = super().at(**values)
-        other.backend = self.backend.fresh()
-        return other
+        section = super().at(**values)
+        section.backend = self.backend.fresh()
+        return section
 
     def stepped_by(self, stepper: str) -> Self:
         """The same made by another stepper."""
-        other = copy.copy(self)
-        other.stepper = _checked(stepper)
-        other._connect()
-        return other
+        section = copy.copy(self)
+        section.stepper = _checked(stepper)
+        section._connect()
+        return section
 
     def identity(self) -> dict[str, Any]:
         """With the FMU's token and hash, and the stepper where it is chosen."""

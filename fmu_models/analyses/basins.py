@@ -114,6 +114,7 @@ class Basins(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
+    COLUMNS: ClassVar = ("{axes}=axes", "attractor=labels", "steps")
     RECORD: ClassVar = (
         *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy"),
         *("failures=refused", "how"),
@@ -170,15 +171,6 @@ class Basins(Pictured):
     def refused(self) -> list[str]:
         """``failures`` in words."""
         return [f"{index}: {why}" for index, why in self.failures.items()]
-
-    @property
-    def frame(self) -> Any:
-        """One row per start."""
-        import pandas
-
-        grid = np.meshgrid(*self.axes.values(), indexing="ij")
-        columns = {name: coordinates.ravel() for name, coordinates in zip(self.axes, grid, strict=True)}
-        return pandas.DataFrame({**columns, "attractor": self.labels.ravel(), "steps": self.steps.ravel()})
 
     def to_xarray(self) -> Any:
         """The grid with its axes."""

@@ -58,6 +58,7 @@ class Chart(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
+    COLUMNS: ClassVar = ("{axes}=axes", "{what}=names", "value=values")
     RECORD: ClassVar = ("model", "what", "axes", "classes", "labels", "runs", "failures=refused", "how")
 
     model: str
@@ -82,14 +83,9 @@ class Chart(Pictured):
         return [f"{index}: {why}" for index, why in self.failures.items()]
 
     @property
-    def frame(self) -> Any:
-        """One row per cell."""
-        import pandas
-
-        grid = np.meshgrid(*self.axes.values(), indexing="ij")
-        columns = {name: coordinates.ravel() for name, coordinates in zip(self.axes, grid, strict=True)}
-        names = np.array([*self.classes, ""], dtype=object)
-        return pandas.DataFrame({**columns, self.what: names[self.labels.ravel()], "value": self.values.ravel()})
+    def names(self) -> NDArray[Any]:
+        """The class of each cell; "" where it has none."""
+        return np.array([*self.classes, ""], dtype=object)[self.labels]
 
     def to_xarray(self) -> Any:
         """The grid with its axes."""

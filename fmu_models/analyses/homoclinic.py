@@ -57,6 +57,7 @@ class Homoclinic(Pictured):
         times, points: (m,) s, (m, n) of the motion, from beside the saddle to where it has come back.
     """
 
+    COLUMNS: ClassVar = ("[time]=times", "{states}=points")
     RECORD: ClassVar = ("model", "parameter", "value", "width", "states", "saddle", "eigenvalues", "saddle_quantity")
 
     model: str
@@ -74,14 +75,6 @@ class Homoclinic(Pictured):
         """Sum of the eigenvalues next to the imaginary axis: negative where a stable cycle is born, 1/s."""
         real = self.eigenvalues.real
         return float(real[real > 0.0].min() + real[real < 0.0].max())
-
-    @property
-    def frame(self) -> Any:
-        """One row per point of the motion."""
-        import pandas
-
-        columns = dict(zip(self.states, self.points.T, strict=True))
-        return pandas.DataFrame(columns, index=pandas.Index(self.times, name="time"))
 
     def _heading(self) -> str:
         return f"Homoclinic point of {self.model} at {self.parameter} = {self.value:.15g}"

@@ -83,6 +83,13 @@ class Exponents(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
+    COLUMNS: ClassVar = (
+        "[exponent]=numbers",
+        "per_step=values",
+        "error=errors",
+        "per_time",
+        "per_time_error=per_time_errors",
+    )
     RECORD: ClassVar = (
         *("model", "exponents=values", "errors", "per_time", "per_time_errors", "unit", "steps", "zero", "identity"),
         *("lost", "shares", "transient", "how"),
@@ -121,13 +128,9 @@ class Exponents(Pictured):
         return k + (total / abs(float(values[k])) if np.isfinite(values[k]) else 0.0)
 
     @property
-    def frame(self) -> Any:
-        """One row per exponent."""
-        import pandas
-
-        columns = {"per_step": self.values, "error": self.errors}
-        columns |= {"per_time": self.per_time, "per_time_error": self.per_time_errors}
-        return pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(self.values) + 1, name="exponent"))
+    def numbers(self) -> range:
+        """Those of the exponents, from 1."""
+        return range(1, len(self.values) + 1)
 
     def to_xarray(self) -> Any:
         """The table, with its unit and where it comes from."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,8 @@ class ReducedMap(Pictured):
         units: of the states.
     """
 
+    COLUMNS: ClassVar = ("{states}=points", "{of}_after=images", "slope=slopes")
+
     model: str
     of: str
     states: tuple[str, ...]
@@ -54,14 +56,6 @@ class ReducedMap(Pictured):
     fixed: Vector
     fixed_slopes: Vector
     units: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def frame(self) -> Any:
-        """One row per place."""
-        import pandas
-
-        columns = {name: self.points[:, i] for i, name in enumerate(self.states)}
-        return pandas.DataFrame({**columns, f"{self.of}_after": self.images, "slope": self.slopes})
 
     def _heading(self) -> str:
         return f"Reduced map of {self.model} over {self.of}: {len(self.values)} places, {len(self.fixed)} fixed points"

@@ -58,6 +58,7 @@ class Spectrum(Pictured):
         model: its name.
     """
 
+    COLUMNS: ClassVar = ("[frequency]=frequency", "{measure}=amplitude", "low", "high", "phase")
     RECORD: ClassVar = (
         *("model", "of", "lines", "period", "mean_square", "frequency", "amplitude", "low", "high", "how"),
     )
@@ -76,13 +77,9 @@ class Spectrum(Pictured):
     model: str = ""
 
     @property
-    def frame(self) -> Any:
-        """One row per frequency."""
-        import pandas
-
-        name = "amplitude" if self.lines else "density"
-        columns = {name: self.amplitude, "low": self.low, "high": self.high, "phase": self.phase}
-        return pandas.DataFrame(columns, index=pandas.Index(self.frequency, name="frequency"))
+    def measure(self) -> str:
+        """What the amplitudes are: of lines, or a density."""
+        return "amplitude" if self.lines else "density"
 
     def _heading(self) -> str:
         return f"Spectrum of {self.of}: {'lines' if self.lines else 'density'}"

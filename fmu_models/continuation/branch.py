@@ -21,7 +21,7 @@ Semantics.
                  "unresolved"  says why
 
     begin   correct the start by Newton's method; move the strobe into a free arc
-    follow  forward and, unless that closed, backward (follow.py)
+    follow  forward and, unless that closed, backward (step/follow.py)
     switch  at a flip: twice the period, along the eigenvector of -1; at a branch point: along the other null vector;
             where the word changes: the motion of twice the period that has the event in one of its halves alone
 
@@ -78,6 +78,14 @@ class Branch(Pictured):
         units: of states and of the parameter.
     """
 
+    COLUMNS: ClassVar = (
+        "{over}=values",
+        "{states}=points",
+        "period=periods",
+        "stable",
+        "multiplier{}=multipliers",
+        "word=texts",
+    )
     RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
 
     model: str
@@ -110,18 +118,9 @@ class Branch(Pictured):
         return len(self.values)
 
     @property
-    def frame(self) -> Any:
-        """One row per point."""
-        import pandas
-
-        columns: dict[str, Any] = {self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        columns |= {"period": self.periods, "stable": self.stable}
-        for i in range(self.multipliers.shape[1]):
-            columns[f"multiplier{i + 1}_real"] = self.multipliers[:, i].real
-            columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
-        columns["word"] = [word_text(word) for word in self.words]
-        return pandas.DataFrame(columns)
+    def texts(self) -> list[str]:
+        """The word of each point, in a line."""
+        return [word_text(word) for word in self.words]
 
     @property
     def of(self) -> str:

@@ -1,8 +1,8 @@
 """Branches of equilibria: followed over a parameter, stable or not, with the paths of their eigenvalues.
 
-    smooth  folds, branch points, Hopf points (with the first Lyapunov coefficient), as for motions (smooth.py)
-    where the branch meets a switching surface (boundary.py) the eigenvalues are a set, (1 - q) J- + q J+, and what
-    crosses the imaginary axis names the point:
+    smooth  folds, branch points, Hopf points (with the first Lyapunov coefficient), as for motions (special/smooth.py)
+    where the branch meets a switching surface (special/boundary.py) the eigenvalues are a set, (1 - q) J- + q J+, and
+    what crosses the imaginary axis names the point:
 
         "discontinuous Hopf"    a pair
         "discontinuous fold"    one through zero
@@ -10,7 +10,7 @@
         "boundary equilibrium"  none: the equilibrium changes sides
         "end at a surface"      the rates jump there, and no equilibrium goes on
 
-    where a contact sticks the equilibria beside one are as good: the branch is one of sets (sticking_set.py)
+    where a contact sticks the equilibria beside one are as good: the branch is one of sets (special/sticking_set.py)
 
 Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2; Kuznetsov, Elements of
 Applied Bifurcation Theory (2004), chapters 5 and 10.

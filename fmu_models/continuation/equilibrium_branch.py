@@ -186,6 +186,14 @@ class EquilibriumBranch(Pictured):
         how: where rates come from and how near derivatives are, where that is not a matter of course.
     """
 
+    COLUMNS: ClassVar = (
+        "{over}=values",
+        "{states}=points",
+        "{states}_from=intervals.0",
+        "{states}_to=intervals.1",
+        "stable",
+        "eigenvalue{}=eigenvalues",
+    )
     RECORD: ClassVar = (
         "model",
         "over",
@@ -262,22 +270,6 @@ class EquilibriumBranch(Pictured):
         if not curves:
             raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
         return curves
-
-    @property
-    def frame(self) -> Any:
-        """One row per equilibrium."""
-        import pandas
-
-        columns: dict[str, Any] = {self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        if self.intervals is not None:
-            for end, name in enumerate(("from", "to")):
-                columns |= {f"{state}_{name}": self.intervals[:, end, i] for i, state in enumerate(self.states)}
-        columns["stable"] = self.stable
-        for i in range(self.eigenvalues.shape[1]):
-            columns[f"eigenvalue{i + 1}_real"] = self.eigenvalues[:, i].real
-            columns[f"eigenvalue{i + 1}_imag"] = self.eigenvalues[:, i].imag
-        return pandas.DataFrame(columns)
 
     def _heading(self) -> str:
         if self.intervals is not None:

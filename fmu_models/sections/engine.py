@@ -52,9 +52,6 @@ class EngineBackend:
         """What makes the steps of so many motions at once, if not the engine."""
         return None
 
-    def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
-        raise NotImplementedError("the engine follows the motion's direction by itself")
-
     def step(
         self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
     ) -> Step:

@@ -1,4 +1,4 @@
-"""A special point as a curve in two parameters, as it was found; how, says trace.py."""
+"""A special point as a curve in two parameters, as it was found; ``curves/trace.py`` says how."""
 
 from __future__ import annotations
 
@@ -59,6 +59,7 @@ class Curve(Pictured):
         called: what the multipliers are: of equilibria they are eigenvalues, 1/s.
     """
 
+    COLUMNS: ClassVar = ("{second}=seconds", "{over}=values", "{states}=points", "period=periods")
     RECORD: ClassVar = (
         *("kind", "over", "second", "points=pairs", "states=columns", "periods", "multipliers", "meetings"),
         "ends=named_ends",
@@ -95,15 +96,6 @@ class Curve(Pictured):
     def columns(self) -> dict[str, Vector]:
         """(m,) of every state."""
         return {name: self.points[:, i] for i, name in enumerate(self.states)}
-
-    @property
-    def frame(self) -> Any:
-        """One row per point."""
-        import pandas
-
-        columns: dict[str, Any] = {self.second: self.seconds, self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        return pandas.DataFrame(columns | {"period": self.periods})
 
     def at(self, second: float) -> tuple[CurvePoint, ...]:
         """The points of the curve at a value of the second parameter."""

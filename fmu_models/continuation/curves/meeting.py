@@ -1,7 +1,7 @@
 """Where a curve comes to a change of the word: a point of codimension 2, at which it ends.
 
 from the side without the event   the condition of the curve and h = target, the target shrinking, as in
-                                  discontinuous.py, until the rest is linear
+                                  special/discontinuous.py, until the rest is linear
 from the side with it             the condition and v = target, the target shrinking until what is left is its
                                   square, far below the errors
 """

@@ -1,11 +1,11 @@
 """A branch followed in one direction, from a motion to its end.
 
 repeat  step    predict along the tangent, correct at right angles to it; longer or shorter next time
-        smooth  what lies between the last two motions (smooth.py)
+        smooth  what lies between the last two motions (special/smooth.py)
         word    where the step leads into another word, or to no motion at all: which event is lost or comes first, by
                 the speeds of events and the least values of misses along the tangent; locate that point
-                (discontinuous.py, lost_event.py, detachment.py), scan the way back to it once more, since folds and
-                flips hide beside it, and go on in the other word, with steps that grow from nothing
+                (discontinuous.py, lost_event.py and detachment.py of special), scan the way back to it once more,
+                since folds and flips hide beside it, and go on in the other word, with steps that grow from nothing
 until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
 """
 

@@ -1,8 +1,9 @@
 """A branch of somebody else's FMU followed in one direction: over events that come and go.
 
-Such a point is located from the side without the event, by the least value of its indicator (discontinuous.py). The
-branch goes on in the other word from beside it, with steps that grow, and is scanned from there back to where it was;
-where no such point is found, or nothing near it, it goes on from where the step has led.
+Such a point is located from the side without the event, by the least value of its indicator
+(special/discontinuous.py). The branch goes on in the other word from beside it, with steps that grow, and is scanned
+from there back to where it was; where no such point is found, or
+nothing near it, it goes on from where the step has led.
 """
 
 from __future__ import annotations

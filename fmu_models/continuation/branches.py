@@ -31,35 +31,20 @@ def branch(
     system: SectionSystem,
     over: str,
     between: tuple[float, float],
-    *,
-    start: Mapping[str, float] | Sequence[float] | None = None,
-    settle: bool = False,
-    points: int = 2000,
-    execution: Execution = IN_MEMORY,
-    progress: Callable[[float], Any] = lambda fraction: None,
+    **options: Any,
 ) -> Branch:
-    """Follow the periodic motion near a start over a parameter, both ways.
+    """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it.
 
     Args:
-        system: a strobe, whose parameters are those of the start, or a map. ``every`` of the strobe is the number of
-            periods of the forcing in one of the motion; where nothing forces the motion, ``period`` is about its own.
-        over: name of a parameter or input.
-        between: its least and largest value.
-        start: states at phase 0 near the motion; as the declaration says what is left out.
-        settle: run for a while from the start first.
-        points: motions in each direction, at most.
-        execution: Where they are kept as they are found.
-        progress: called with the share of the range that is behind, or less.
+        system, over, between, options: As for ``branches``.
 
     Raises:
-        StickslipError: no such parameter, a range that is none or does not hold its value at the start, a section that
-            is no strobe, or no motion near the start; as ``Runner``.
+        StickslipError: As ``branches``.
     """
-    options: dict[str, Any] = {"start": start, "settle": settle, "points": points, "progress": progress}
-    return all_branches(system, over, between, switch=False, execution=execution, **options).branches[0]
+    return branches(system, over, between, **{**options, "switch": False}).branches[0]
 
 
-def all_branches(
+def branches(
     system: SectionSystem,
     over: str,
     between: tuple[float, float],
@@ -73,13 +58,26 @@ def all_branches(
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Branches:
-    """The branch of the motion near a start, and all that leave it and one another.
+    """Follow the periodic motion near a start over a parameter, both ways, and all that leave it and one another.
 
     Args:
-        others: of ``branch`` and ``branches``.
+        system: A strobe, whose parameters are those of the start, or a map. ``every`` of the strobe is the number of
+            periods of the forcing in one of the motion; where nothing forces the motion, ``period`` is about its own.
+        over: Name of a parameter or input.
+        between: Its least and largest value.
+        start: States at phase 0 near the motion. Defaults to those of the declaration.
+        settle: Run for a while from the start first.
+        points: Motions of a branch in each direction, at most.
+        switch: Whether branches that leave one another are followed. Without, there is the first alone.
+        longest: Period of a motion that is still followed, in periods of the forcing.
+        of: The state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
+            Defaults to that of the first branch.
+        execution: Where they are kept as they are found.
+        progress: Called with the share of the range that is behind, or less.
 
     Raises:
-        StickslipError: as these.
+        StickslipError: no such parameter or state, a range that is none or does not hold its value at the start, a
+            section that is no strobe, or no motion near the start; as ``Runner``.
     """
     low, high = sorted(float(bound) for bound in between)
     if not low < high or not np.isfinite([low, high]).all():
@@ -216,25 +214,6 @@ class Branches(Pictured):
         return {f"branch {i}": f"{len(member.values)} motions" for i, member in enumerate(self.branches)}
 
 
-def branches(
-    first: Branch, *, longest: int = 8, points: int = 2000, of: str | None = None, switch: bool = True
-) -> Branches:
-    """A branch and all that leave it and one another, up to a period of so many of the forcing.
-
-    Args:
-        longest: period of a motion, in periods of the forcing.
-        points: of each, at most.
-        of: the state that a picture shows; that of the first branch if left out. "multiplier": the real part of the
-            largest one that may change; "period".
-        switch: without, the branch alone.
-
-    Raises:
-        StickslipError: no such state.
-    """
-    _check_shown(of, first.states, first.model)
-    return _with_others(first, longest, points, of, switch)
-
-
 def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
     if of not in (None, MULTIPLIER, PERIOD, *states):
         raise StickslipError(
@@ -242,9 +221,7 @@ def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
         )
 
 
-def _with_others(
-    first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper | None = None
-) -> Branches:
+def _with_others(first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper) -> Branches:
     followed = [first]
     interrupted = spread(followed, longest, points, keeper) if switch else _interrupted(first)
     return Branches(of or first.of, tuple(followed), interrupted)

@@ -9,7 +9,7 @@ from typing import Any
 
 from fmu_models.analyses.declaration import PARAMETERS
 from fmu_models.base.formula import Formula
-from fmu_models.continuation.branches import branch, branches
+from fmu_models.continuation.branches import branches
 from fmu_models.continuation.curves.curve import closed_form_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, section_of
@@ -21,8 +21,9 @@ def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     (second, seconds), (over, values) = computation.axes.items()
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
     settled = "settle" not in computation.settings or bool(computation.settings["settle"])
-    first = branch(system, over, (min(values), max(values)), start=run["start"], settle=settled)
-    specials = branches(first, switch=bool(computation.settings.get("switch", 0)))
+    switch = bool(computation.settings.get("switch", 0))
+    between = (min(values), max(values))
+    specials = branches(system, over, between, start=run["start"], settle=settled, switch=switch)
     only = computation.settings.get("special")
     followed = specials.curves(second, (min(seconds), max(seconds)), only=only)
     curves = followed.curves

@@ -235,7 +235,7 @@ class _Check:
         return Drive(times=tuple(times), values=tuple(values))
 
     def _from_log(self, raw: str, unit: str, name: str) -> Drive:
-        signal = signal_of(raw, 0.0, 0.0, what=f"drive '{name}'", unit=unit, folder=self.doc.path.parent)
+        signal = signal_of(raw, 0.0, 0.0, label=f"drive '{name}'", unit=unit, folder=self.doc.path.parent)
         assert isinstance(signal, Signal)
         knots({name: signal}, 0.0, self._stop_time())
         return Drive(times=tuple(signal.time.tolist()), values=tuple(signal.value.tolist()), column=raw)

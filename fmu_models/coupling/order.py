@@ -77,12 +77,12 @@ def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[Stage]:
     def place(fmu: str, name: str) -> tuple[int, bool]:
         return rank[fmu], discrete(fmus[fmu], name)
 
-    made = []
+    order = []
     for loop, ports in groups:
         ordered = sorted(ports, key=lambda port: place(*port))
         begun = [wire for port in ordered for wire in from_output[port]]
-        made.append(Stage(loop, tuple(ordered), tuple(sorted(begun, key=lambda wire: place(*wire.target)))))
-    return made
+        order.append(Stage(loop, tuple(ordered), tuple(sorted(begun, key=lambda wire: place(*wire.target)))))
+    return order
 
 
 def _components(before: Mapping[Port, set[Port]]) -> Iterator[list[Port]]:
@@ -98,8 +98,8 @@ def _components(before: Mapping[Port, set[Port]]) -> Iterator[list[Port]]:
         number[root] = low[root] = len(number)
         stack.append(root)
         while work:
-            port, rest = work[-1]
-            following = next(rest, None)
+            port, successors = work[-1]
+            following = next(successors, None)
             if following is None:
                 work.pop()
                 if work:

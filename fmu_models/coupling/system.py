@@ -103,13 +103,13 @@ class CoupledSystem(Shown):
         names = (f.name for f in fields(self) if f.init)
         return CoupledSystem(**{**{name: getattr(self, name) for name in names}, **settings})
 
-    def with_inputs(self, given: Mapping[str, Any]) -> CoupledSystem:
+    def with_inputs(self, inputs: Mapping[str, Any]) -> CoupledSystem:
         """The same system with other inputs, by "unit.variable"; errors as for a new one."""
         units = dict(self.units)
-        for name, value in given.items():
+        for name, value in inputs.items():
             unit, variable = split(self.fmus, name, "input")
             units[unit] = replace(units[unit], inputs={**units[unit].inputs, variable: value})
-        return self.changed(units=units) if given else self
+        return self.changed(units=units) if inputs else self
 
     @property
     def fmus(self) -> dict[str, Fmu]:

@@ -118,11 +118,11 @@ def perform(
         )
     words, _ = texts.settings(fmu, experiment.parameters, experiment.start, experiment.inputs)
     # the bytes that were set, rather than the name of their file
-    given = {n: {k: words.get(k, v) for k, v in getattr(experiment, n).items()} for n in SETTINGS} if words else {}
-    given["inputs"] = {**experiment.inputs, **given.get("inputs", {})}
-    others = {name: value for name, value in given["inputs"].items() if name not in words}
-    given["inputs"] |= signals_of(fmu, others, experiment.start_time, experiment.stop_time)
-    experiment = replace(experiment, **given)
+    settings = {n: {k: words.get(k, v) for k, v in getattr(experiment, n).items()} for n in SETTINGS} if words else {}
+    settings["inputs"] = {**experiment.inputs, **settings.get("inputs", {})}
+    others = {name: value for name, value in settings["inputs"].items() if name not in words}
+    settings["inputs"] |= signals_of(fmu, others, experiment.start_time, experiment.stop_time)
+    experiment = replace(experiment, **settings)
     function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
@@ -212,8 +212,8 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
 
 def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
     recorded = (*trajectory.values, *trajectory.arrays)
-    found = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
-    return {name: text for name, text in found.items() if text}
+    descriptions = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
+    return {name: text for name, text in descriptions.items() if text}
 
 
 def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:

@@ -63,10 +63,10 @@ class Beside(Shown):
         Raises:
             StickslipError: another form, or a log that cannot be read.
         """
-        variable, equals, rest = text.partition("=")
+        variable, equals, column_text = text.partition("=")
         if not equals:
             return cls(read_measured(text), {})
-        path, column = column_of_log(rest)
+        path, column = column_of_log(column_text)
         return cls(read_measured(path), {variable.strip(): column})
 
     def match(self, trajectory: Trajectory) -> list[MeasuredVariable]:
@@ -75,30 +75,32 @@ class Beside(Shown):
         Raises:
             StickslipError: no column is a variable, none lies in the run, or a unit cannot be converted.
         """
-        log, known = self.log, trajectory.values
-        pairs = dict(self.columns) or {name: name for name in log.by_variable if name in known}
+        log, variables = self.log, trajectory.values
+        pairs = dict(self.columns) or {name: name for name in log.by_variable if name in variables}
         if not pairs:
             listing = ", ".join(f"'{name}'" for name in log.by_variable)
             raise StickslipError(
-                f"{log.source}: none of its columns ({listing}) is a variable of the run ({', '.join(known)}). "
+                f"{log.source}: none of its columns ({listing}) is a variable of the run ({', '.join(variables)}). "
                 "Say which is: --beside VARIABLE=LOG:COLUMN."
             )
         inside = (log.time >= trajectory.time[0]) & (log.time <= trajectory.time[-1])
-        found = []
+        measured = []
         for variable, column in pairs.items():
-            if variable not in known:
-                raise StickslipError(f"{log.source}: the run has no variable '{variable}'.{nearest(variable, known)}")
+            if variable not in variables:
+                raise StickslipError(
+                    f"{log.source}: the run has no variable '{variable}'.{nearest(variable, variables)}"
+                )
             unit = trajectory.units[variable]
             values = log.values(column, None if unit == "1" else unit, f"variable '{variable}'")
-            kept = inside & np.isfinite(values)
-            if not kept.any():
+            usable = inside & np.isfinite(values)
+            if not usable.any():
                 raise StickslipError(
                     f"{log.source}: column '{column}' holds no number between {trajectory.time[0]:g} s and "
                     f"{trajectory.time[-1]:g} s, where the run is; the log covers {log.time[0]:g} s to "
                     f"{log.time[-1]:g} s."
                 )
-            found.append(MeasuredVariable(variable, column, log.source, unit, log.time[kept], values[kept]))
-        return found
+            measured.append(MeasuredVariable(variable, column, log.source, unit, log.time[usable], values[usable]))
+        return measured
 
 
 def times_beside(logs: Iterable[Beside], times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -109,16 +111,16 @@ def times_beside(logs: Iterable[Beside], times: NDArray[np.float64]) -> NDArray[
 
 def deviations(trajectory: Trajectory, measured: Sequence[MeasuredVariable]) -> list[Deviation]:
     """One per measured variable; between output times the run is taken as straight."""
-    found = []
-    for one in measured:
-        error = np.interp(one.time, trajectory.time, trajectory[one.variable].astype(float)) - one.value
+    rows = []
+    for variable in measured:
+        error = np.interp(variable.time, trajectory.time, trajectory[variable.variable].astype(float)) - variable.value
         rms, worst = float(np.sqrt(np.mean(error**2))), int(np.argmax(np.abs(error)))
-        span = float(np.ptp(one.value))
+        span = float(np.ptp(variable.value))
         share = rms / span if span > 0 else (0.0 if rms == 0 else float("inf"))
-        found.append(
+        rows.append(
             Deviation(
-                *(one.variable, one.column, one.source, one.unit),
-                *(rms, float(abs(error[worst])), float(one.time[worst]), span, share, one.time.size),
+                *(variable.variable, variable.column, variable.source, variable.unit),
+                *(rms, float(abs(error[worst])), float(variable.time[worst]), span, share, variable.time.size),
             )
         )
-    return found
+    return rows

@@ -51,43 +51,43 @@ class MeasuredLog(Shown):
         """The column that measures a variable, by its name."""
         return {self.variables.get(column, column): column for column in self.columns}
 
-    def values(self, column: str, unit: str | None, what: str) -> NDArray[np.float64]:
+    def values(self, column: str, unit: str | None, purpose: str) -> NDArray[np.float64]:
         """A column (n,) in a unit; as it is where that or its own is not stated.
 
         Raises:
-            StickslipError: no such column, or a unit that cannot be converted; says for ``what`` it was wanted.
+            StickslipError: no such column, or a unit that cannot be converted; says for which ``purpose``.
         """
         name = column if column in self.columns else self.by_variable.get(column)
         if name is None:
             raise StickslipError(
-                f"{self.source} has no column '{column}', wanted for {what}.{nearest(column, self.columns)}"
+                f"{self.source} has no column '{column}', wanted for {purpose}.{nearest(column, self.columns)}"
             )
-        return in_unit(self.columns[name], self.units.get(name), unit, f"{self.source}: column '{name}' for {what}")
+        return in_unit(self.columns[name], self.units.get(name), unit, f"{self.source}: column '{name}' for {purpose}")
 
-    def signal(self, column: str, unit: str | None, what: str) -> Signal:
+    def signal(self, column: str, unit: str | None, purpose: str) -> Signal:
         """A column as an input.
 
         Raises:
             StickslipError: as for `values`; or samples of it are missing.
         """
-        values = self.values(column, unit, what)
+        values = self.values(column, unit, purpose)
         missing = np.flatnonzero(~np.isfinite(values))
         if missing.size:
             raise StickslipError(
                 f"{self.source}: column '{column}' holds no number on {self.place(int(missing[0]))} "
-                f"({missing.size} times), and {what} needs one at all times. Fill or cut these rows."
+                f"({missing.size} times), and {purpose} needs one at all times. Fill or cut these rows."
             )
-        held = self.by_variable.get(column, column) in self.held
-        return Signal.held(self.time, values) if held else Signal(self.time, values)
+        holds = self.by_variable.get(column, column) in self.held
+        return Signal.held(self.time, values) if holds else Signal(self.time, values)
 
 
-def in_unit(values: NDArray[np.float64], own: str | None, unit: str | None, where: str) -> NDArray[np.float64]:
-    """Values (n,) in a unit; as they are where that or their own is not stated.
+def in_unit(values: NDArray[np.float64], stated_unit: str | None, unit: str | None, where: str) -> NDArray[np.float64]:
+    """Values (n,) in a unit; as they are where that or the stated one is not known.
 
     Raises:
         StickslipError: one cannot be converted to the other; begins with ``where``.
     """
-    return values * conversion(own, unit, where) if own and unit and own != unit else values
+    return values * conversion(stated_unit, unit, where) if stated_unit and unit and stated_unit != unit else values
 
 
 LOGS: Registry[Callable[[Path], MeasuredLog]] = Registry(

@@ -114,11 +114,11 @@ def crossings(
     follower = Follower(
         fmu, Section(state, level, direction), parameters=parameters, inputs=inputs, tolerance=tolerance
     )
-    found = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
+    points = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
     return Crossings(
-        np.array([one.time for one in found]),
-        {name: np.array([one.states[name] for one in found]) for name in fmu.states},
-        {name: np.array([one.contacts[name] for one in found], dtype=np.int8) for name in fmu.contacts},
+        np.array([crossing.time for crossing in points]),
+        {name: np.array([crossing.states[name] for crossing in points]) for name in fmu.states},
+        {name: np.array([crossing.contacts[name] for crossing in points], dtype=np.int8) for name in fmu.contacts},
     )
 
 

@@ -69,8 +69,8 @@ class Sensitivity(Tabular):
         return pandas.DataFrame(columns | slopes, index=pandas.Index(self.time, name="time"))
 
     def _heading(self) -> str:
-        found = f"{len(self.time)} times, {len(self.events)} events"
-        return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {found}"
+        counts = f"{len(self.time)} times, {len(self.events)} events"
+        return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {counts}"
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """(n,) values of one of ``names``."""
@@ -180,9 +180,9 @@ class SensitiveRun(Shown):
             for i, name in enumerate(signals):
                 initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
         request = whole_run.Request(times, self._references, driven)
-        begin = {variables[name].valueReference: float(value) for name, value in initial.items()}
+        start_values = {variables[name].valueReference: float(value) for name, value in initial.items()}
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(
-            request, begin, start_time, self.tolerance
+            request, start_values, start_time, self.tolerance
         )
         events = Events(result.events, self._contacts, self._rigid)
         return Sensitivity(

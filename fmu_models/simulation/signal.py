@@ -58,19 +58,21 @@ class Signal(Shown):
     def piece(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Value and slope just after each of ``times`` (m,), both (m,)."""
         last = np.searchsorted(self.time, times, side="right") - 1
-        left = np.clip(last, 0, self.time.size - 2)
-        span = self.time[left + 1] - self.time[left]
+        piece = np.clip(last, 0, self.time.size - 2)
+        span = self.time[piece + 1] - self.time[piece]
         # at the very end there is no piece to the right: go on with the last value
-        rise = self.value[left + 1] - self.value[left]
+        rise = self.value[piece + 1] - self.value[piece]
         slope = np.where((span > 0) & (last < self.time.size - 1), rise / np.where(span > 0, span, 1), 0.0)
-        base = np.where(last > left, last, left)
+        base = np.where(last > piece, last, piece)
         return self.value[base] + slope * (times - self.time[base]), slope
 
 
 Knots = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
-def knots(signals: Mapping[str, Signal], start: float, stop: float, more: NDArray[np.float64] | None = None) -> Knots:
+def knots(
+    signals: Mapping[str, Signal], start: float, stop: float, step_ends: NDArray[np.float64] | None = None
+) -> Knots:
     """Common table of several signals over [start, stop], with more times if steps are to end at these too.
 
     Returns:
@@ -88,7 +90,7 @@ def knots(signals: Mapping[str, Signal], start: float, stop: float, more: NDArra
     # a run may need a small part of a long signal
     ends = [(np.searchsorted(s.time, start, side="right"), np.searchsorted(s.time, stop)) for s in signals.values()]
     inner = [s.time[first:last] for s, (first, last) in zip(signals.values(), ends, strict=True)]
-    times = np.unique(np.concatenate([[start], *inner, [] if more is None else more]))
+    times = np.unique(np.concatenate([[start], *inner, [] if step_ends is None else step_ends]))
     values, slopes = np.empty((times.size, len(signals))), np.empty((times.size, len(signals)))
     for i, signal in enumerate(signals.values()):
         values[:, i], slopes[:, i] = signal.piece(times)

@@ -59,8 +59,10 @@ def flow_derivative(
     check_span(start_time, stop_time)
     check_names(fmu, "parameter", dict.fromkeys(by), fmu.parameters)
     states = (*fmu.states, *(name for name in fmu.memories if name in (start or {})))
-    with SensitiveRun(fmu, by=[*states, *by], recorded=states, tolerance=tolerance) as kept:
-        found = kept.run([stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs)
-    end, derivative, n = found.values[0], found.derivative[0], len(states)
+    with SensitiveRun(fmu, by=[*states, *by], recorded=states, tolerance=tolerance) as sensitive_run:
+        sensitivity = sensitive_run.run(
+            [stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs
+        )
+    end, derivative, n = sensitivity.values[0], sensitivity.derivative[0], len(states)
     by_parameter = dict(zip(by, derivative[:, n:].T.copy(), strict=True))
-    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter, found.one_sided)
+    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter, sensitivity.one_sided)

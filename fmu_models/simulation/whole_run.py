@@ -71,9 +71,9 @@ def run(
     seconds = 0.0
     while status == RUN.MORE:
         c.n_events = 0
-        begin = time.perf_counter()
+        started = time.perf_counter()
         status = engine.simulate(instance.handle, c)
-        seconds += time.perf_counter() - begin
+        seconds += time.perf_counter() - started
         chunks.append(instance.events(c.n_events))
         if progress:
             progress(c.next_time / max(1, len(values)))
@@ -148,7 +148,7 @@ class _Details:
 
     def passage(self, c: Any) -> Passage:
         n = min(int(c.misses.count), len(self.misses))
-        speeds, changes = (np.concatenate(part) for part in zip(*self.seen, strict=True))
+        speeds, changes = (np.concatenate(column) for column in zip(*self.seen, strict=True))
         return Passage(self.rates, speeds, changes, self.misses[:n].copy(), self.derivatives[:n].copy())
 
 
@@ -185,10 +185,10 @@ class Differentiator:
         m = self._directions.size
         values = np.empty((request.times.size, request.references.size))
         derivatives = np.empty((*values.shape, m))
-        whole = structure(request, values, self._instance)  # keeps alive what the copy of it points into
-        whole.allowance = self._allowance
+        run_structure = structure(request, values, self._instance)  # keeps alive what the copy of it points into
+        run_structure.allowance = self._allowance
         c = _SensitivityRun(
-            run=whole,
+            run=run_structure,
             start=self._instance.start(initial, start_time, tolerance),
             n_directions=m,
             directions=self._directions.ctypes.data,
@@ -203,9 +203,9 @@ class Differentiator:
         status, seconds = RUN.MORE, 0.0
         while status == RUN.MORE:
             c.run.n_events = 0
-            begin = time.perf_counter()
+            started = time.perf_counter()
             status = self._engine.differentiate(self._instance.handle, c)
-            seconds += time.perf_counter() - begin
+            seconds += time.perf_counter() - started
             events.append(self._instance.events(c.run.n_events))
             changes.append(self._event_derivatives[: c.run.n_events].copy())
             if details:

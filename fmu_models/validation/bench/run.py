@@ -126,28 +126,28 @@ def compare(
         StickslipError: there is no reference.
         KeyboardInterrupt: before there is one.
     """
-    begin = time.monotonic()
-    asked = problem.stop_time
-    problem, known = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
+    started = time.monotonic()
+    requested = problem.stop_time
+    problem, solution = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - started) / 60.0)))
     entries: list[_Entry] = []
     refusals: list[Refusal] = []
     interrupted = False
     try:
-        for entry in _first_runs(problem, methods, refusals, begin + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
+        for entry in _first_runs(problem, methods, refusals, started + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
             entries.append(entry)
-        _rounds(entries, begin + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
+        _rounds(entries, started + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
         for i, entry in enumerate(entries):
-            entry.memory = _memory(entry) if time.monotonic() < begin + TRACED_UNTIL else None
+            entry.memory = _memory(entry) if time.monotonic() < started + TRACED_UNTIL else None
             progress(0.9 + 0.1 * (i + 1) / len(entries))
     except KeyboardInterrupt:
         interrupted = True
     entries.sort(key=lambda entry: methods.index(entry.method))
-    rows = [_row(entry, known, problem) for entry in entries]
-    expected = None if known.switches is None else sum(s.matters for s in known.switches)
+    rows = [_row(entry, solution, problem) for entry in entries]
+    expected = None if solution.switches is None else sum(s.matters for s in solution.switches)
     return Comparison(
-        problem.name, problem.title, problem.stop_time, asked, problem.states,
-        known.sentence, known.own_error(), expected, tuple(rows), tuple(refusals),
-        interrupted, time.monotonic() - begin,
+        problem.name, problem.title, problem.stop_time, requested, problem.states,
+        solution.sentence, solution.own_error(), expected, tuple(rows), tuple(refusals),
+        interrupted, time.monotonic() - started,
     )  # fmt: skip
 
 
@@ -217,12 +217,12 @@ def _rounds(entries: Sequence[_Entry], until: float, progress: Callable[[float],
         progress((i + 1) / ROUNDS)
 
 
-def _row(entry: _Entry, known: Reference, problem: Problem) -> Row:
+def _row(entry: _Entry, solution: Reference, problem: Problem) -> Row:
     method, first = entry.method, entry.first
-    error = known.error(first.end)
+    error = solution.error(first.end)
     events = None
-    if first.switches is not None and known.switches is not None:
-        events = event_errors(first.switches, known.switches, problem.stop_time)
+    if first.switches is not None and solution.switches is not None:
+        events = event_errors(first.switches, solution.switches, problem.stop_time)
     times = entry.times or [first.seconds]
     quarters = statistics.quantiles(times, n=4) if len(times) > 1 else [times[0]] * 3
     return Row(
@@ -230,7 +230,7 @@ def _row(entry: _Entry, known: Reference, problem: Problem) -> Row:
         family=method.family,
         tolerance=entry.tolerance,
         error=error,
-        ranked=math.isfinite(error) and error > TRUST * known.own_error(method),
+        ranked=math.isfinite(error) and error > TRUST * solution.own_error(method),
         events=events,
         evaluations=first.evaluations,
         seconds=statistics.median(times),

@@ -44,13 +44,15 @@ class EventRungeKutta:
         def run(tolerance: float) -> MethodRun:
             if tolerance not in drivers:
                 drivers[tolerance] = Driver(fmu, method=self.order, tolerance=tolerance, record=(), max_step=math.inf)
-            begin = time.perf_counter()
+            started = time.perf_counter()
             try:
-                made = drivers[tolerance].run(problem.stop_time, output_times=[problem.stop_time], **problem.arguments)
+                trajectory = drivers[tolerance].run(
+                    problem.stop_time, output_times=[problem.stop_time], **problem.arguments
+                )
             except StickslipError as error:
                 raise NotTreated(str(error)) from error
-            seconds = time.perf_counter() - begin
-            end = np.array([float(made[name][-1]) for name in problem.states])
-            return MethodRun(end, None, made.evaluations, seconds)
+            seconds = time.perf_counter() - started
+            end = np.array([float(trajectory[name][-1]) for name in problem.states])
+            return MethodRun(end, None, trajectory.evaluations, seconds)
 
         return run

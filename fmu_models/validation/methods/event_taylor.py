@@ -34,11 +34,11 @@ class EventTaylor:
         simulate(fmu, stop, output_times=[stop], **problem.arguments)
 
         def run(tolerance: float) -> MethodRun:
-            begin = time.perf_counter()
-            made = simulate(fmu, stop, tolerance=tolerance, output_times=[stop], **problem.arguments)
-            seconds = time.perf_counter() - begin
-            end = np.array([made[name][-1] for name in problem.states])
-            switches = tuple(Switch(e.time, e.contact, e.before, e.after) for e in made.events)
-            return MethodRun(end, switches, made.evaluations, seconds)
+            started = time.perf_counter()
+            trajectory = simulate(fmu, stop, tolerance=tolerance, output_times=[stop], **problem.arguments)
+            seconds = time.perf_counter() - started
+            end = np.array([trajectory[name][-1] for name in problem.states])
+            switches = tuple(Switch(e.time, e.contact, e.before, e.after) for e in trajectory.events)
+            return MethodRun(end, switches, trajectory.evaluations, seconds)
 
         return run

@@ -143,8 +143,8 @@ def needs_fields_alone(contact: ContactDynamics, method: str) -> None:
         NotTreated: it is such a contact.
     """
     if contact.reset or contact.remembers:
-        what = "states jump" if contact.reset else "the force knows the speed of entry"
-        raise NotTreated(f"'{contact.name}': {what}, which {method}. Use event-driven Taylor.")
+        reason = "states jump" if contact.reset else "the force knows the speed of entry"
+        raise NotTreated(f"'{contact.name}': {reason}, which {method}. Use event-driven Taylor.")
 
 
 def repeatable(
@@ -165,7 +165,7 @@ def repeatable(
 
 def timed(run: Callable[[], tuple[Any, tuple[Switch, ...] | None, int]], n: int) -> MethodRun:
     """Make a run that returns end state, switches and evaluations, and measure its time."""
-    begin = time.perf_counter()
+    started = time.perf_counter()
     end, switches, evaluations = run()
-    seconds = time.perf_counter() - begin
+    seconds = time.perf_counter() - started
     return MethodRun(np.array([float(value) for value in end[:n]]), switches, evaluations, seconds)

@@ -85,8 +85,8 @@ class _Stepper:
                 event.terminal, event.direction = True, -1  # pyright: ignore[reportFunctionMemberAccess]
                 events.append(event)
             field = self.run.equations.field(mode)
-            made = self._counted(field) if self.most < np.inf else lambda t, z: field(t, z.tolist())
-            self._kept[mode] = made, events
+            rates = self._counted(field) if self.most < np.inf else lambda t, z: field(t, z.tolist())
+            self._kept[mode] = rates, events
         return self._kept[mode]
 
     def _counted(self, field: Any) -> Any:
@@ -105,14 +105,14 @@ class _Stepper:
         if t >= stop:
             return t, z, None
         field, events = self._functions(mode)
-        made = solve_ivp(
+        solution = solve_ivp(
             *(field, (t, stop), z),
             method=self.solver, events=events, rtol=self.rtol, atol=self.atol, max_step=self.longest,
         )  # fmt: skip
-        self.evaluations += made.nfev
-        if made.status < 0:
-            raise NotTreated(f"{self.solver} stopped at {made.t[-1]:g} s: {made.message}")
-        if made.status == 0:
-            return stop, made.y[:, -1], None
-        fell = next(i for i, times in enumerate(made.t_events) if len(times))
-        return float(made.t_events[fell][0]), made.y_events[fell][0].copy(), fell
+        self.evaluations += solution.nfev
+        if solution.status < 0:
+            raise NotTreated(f"{self.solver} stopped at {solution.t[-1]:g} s: {solution.message}")
+        if solution.status == 0:
+            return stop, solution.y[:, -1], None
+        fell = next(i for i, times in enumerate(solution.t_events) if len(times))
+        return float(solution.t_events[fell][0]), solution.y_events[fell][0].copy(), fell

@@ -89,23 +89,23 @@ def grid(name: str, model: Model, equations: Equations, *, until: float | None =
     """All cases of a model; ``until`` replaces the ten characteristic periods that each lasts, s."""
     period = characteristic_period(model, equations)
     duration = until or PERIODS * period
-    found = [Case(name, "default", "", "default", duration=duration, quick=True)]
+    cases = [Case(name, "default", "", "default", duration=duration, quick=True)]
     seen: set[tuple[str, str]] = set()
     for role in roles(model):
-        found += _of_role(name, role, equations, duration, first=(role.does, role.of) not in seen)
+        cases += _of_role(name, role, equations, duration, first=(role.does, role.of) not in seen)
         seen.add((role.does, role.of))
-    found += _coefficients(name, model, duration)
-    found += _starts(name, model, equations, duration)
-    found += _drives(name, equations, duration)
-    found.append(Case(name, "time", "late", "late start", begin=LATE * period, duration=duration))
-    found.append(Case(name, "time", "long", "1e6 periods", duration=LONG * period, bounded=True))
+    cases += _coefficients(name, model, duration)
+    cases += _starts(name, model, equations, duration)
+    cases += _drives(name, equations, duration)
+    cases.append(Case(name, "time", "late", "late start", begin=LATE * period, duration=duration))
+    cases.append(Case(name, "time", "long", "1e6 periods", duration=LONG * period, bounded=True))
     if equations.has_units:
         for unit, exponents in UNITS.items():
             for sign in (1, -1):
                 scale = (sign * exponents[0], sign * exponents[1], sign * exponents[2])
                 label = f"{unit} x 2^{sign * 30}"
-                found.append(Case(name, "units", unit, label, duration=duration, scale=scale, quick=sign > 0))
-    return found
+                cases.append(Case(name, "units", unit, label, duration=duration, scale=scale, quick=sign > 0))
+    return cases
 
 
 def _of_role(name: str, role: Role, equations: Equations, duration: float, *, first: bool) -> Iterator[Case]:
@@ -116,14 +116,14 @@ def _of_role(name: str, role: Role, equations: Equations, duration: float, *, fi
     quick = _QUICK.get(role.does)
     quick = quick * (default or 1.0) if quick is not None and role.does in _MULTIPLES else quick
     for value in values:
-        given = {role.name: value}
+        changed = {role.name: value}
         yield Case(
             name,
             role.of,
             role.does,
             f"{role.name}={value:g}",
-            parameters=given if role.name in equations.parameters else {},
-            inputs=given if role.name in equations.inputs else {},
+            parameters=changed if role.name in equations.parameters else {},
+            inputs=changed if role.name in equations.inputs else {},
             duration=duration,
             quick=first and value == quick,
         )
@@ -133,14 +133,14 @@ def _coefficients(name: str, model: Model, duration: float) -> Iterator[Case]:
     """Static and kinetic friction that are alike, and both nothing: one alone would contradict the other."""
     for contact in model.frictions if isinstance(model, Mechanism) else ():
         law = getattr(contact.law, "steady", contact.law)
-        both = [getattr(law, field, None) for field in ("mu_s", "mu_k")]
-        pair = [mu for mu in both if isinstance(mu, Parameter)]
+        coefficients = [getattr(law, field, None) for field in ("mu_s", "mu_k")]
+        pair = [mu for mu in coefficients if isinstance(mu, Parameter)]
         if len(pair) < 2:
             continue
         for value in (pair[0].value, 0.0):
             label = "=".join([*(mu.name for mu in pair), f"{value:g}"])
-            given = {mu.name: value for mu in pair}
-            yield Case(name, "friction", "friction", label, parameters=given, duration=duration)
+            changed = {mu.name: value for mu in pair}
+            yield Case(name, "friction", "friction", label, parameters=changed, duration=duration)
 
 
 def _starts(name: str, model: Model, equations: Equations, duration: float) -> Iterator[Case]:
@@ -204,12 +204,12 @@ def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str,
         return np.array(rows)
 
     for _ in range(8):
-        now = wrong(x)
+        violated = wrong(x)
         slopes = []
         for i in range(len(x)):
             step = 1e-6 * max(1.0, abs(x[i])) * np.eye(len(x))[i]
             slopes.append((wrong(x + step) - wrong(x - step)) / (2 * step[i]))
-        move = np.linalg.lstsq(np.array(slopes).T, now, rcond=None)[0]
+        move = np.linalg.lstsq(np.array(slopes).T, violated, rcond=None)[0]
         if np.abs(move).max() <= 1e-16 * max(1.0, float(np.abs(x).max())):
             break
         x = x - move
@@ -222,9 +222,9 @@ def characteristic_period(model: Model, equations: Equations) -> float:
     """Longest period, s, of what moves by itself at the start and of what is driven; 1 where nothing swings."""
     names = [*equations.starts]
     driven = equations.driven
-    place = {name: np.array([value]) for name, value in equations.starts.items()} | {"time": np.zeros(1)}
-    place |= {f"{c.name}_state": np.full(1, 2.0) for c in equations.system.contacts}
-    place |= {f"{c.name}_force": np.zeros(1) for c in equations.system.contacts}
+    point = {name: np.array([value]) for name, value in equations.starts.items()} | {"time": np.zeros(1)}
+    point |= {f"{c.name}_state": np.full(1, 2.0) for c in equations.system.contacts}
+    point |= {f"{c.name}_force": np.zeros(1) for c in equations.system.contacts}
 
     def rates(columns: Mapping[str, np.ndarray]) -> np.ndarray:
         return equations.rates(columns, {})[0][:, 0]
@@ -232,7 +232,7 @@ def characteristic_period(model: Model, equations: Equations) -> float:
     matrix = np.zeros((len(names), len(names)))
     for i, name in enumerate(names):
         step = 1e-6 * max(1.0, abs(equations.starts[name]))
-        up, down = ({**place, name: place[name] + s * step} for s in (1, -1))
+        up, down = ({**point, name: point[name] + s * step} for s in (1, -1))
         for row, value in zip(driven, (rates(up) - rates(down)) / (2 * step), strict=True):
             matrix[names.index(row), i] = value
     if isinstance(model, Mechanism):

@@ -39,7 +39,7 @@ def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence
     None if there are no four flights in a row, or a contact does more than bounce.
     """
     impacts = base.events[:5]
-    if len(impacts) < 2 or any(one.before != AWAY or one.after != AWAY for one in impacts):
+    if len(impacts) < 2 or any(event.before != AWAY or event.after != AWAY for event in impacts):
         return None
     case = trial.case
     times = [base.time[0], *(event.time for event in impacts)]
@@ -53,7 +53,7 @@ def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence
     for event in impacts[:-1]:
         e: Any = restitution[event.contact].xreplace(values)
         expected *= float(e) ** 2
-    found = flow_derivative(
+    derivative = flow_derivative(
         trial.fmu,
         end,
         start_time=case.begin,
@@ -61,11 +61,11 @@ def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence
         start=case.start,
         inputs=case.inputs,
     ).by_start
-    (a, b), (c, d) = found
+    (a, b), (c, d) = derivative
     size = abs(a * d) + abs(b * c)
     wrong = abs(a * d - b * c - expected)
     # rounding of the start is seen through the derivatives themselves
-    growth = max(1.0, float(np.abs(found).max()))
+    growth = max(1.0, float(np.abs(derivative).max()))
     return Findings(float(wrong / size) / growth if size > 0 else 0.0, f"determinant after {len(impacts) - 1} impacts")
 
 
@@ -124,7 +124,7 @@ def _is_odd(model: Mechanism, change: dict[Any, Any]) -> bool:
 
 def _has_twin(model: Mechanism, contact: Any, same: Any) -> bool:
     """Whether the mirror makes another contact of the model from a stop or rigid contact."""
-    for other in model.contacts:
-        if other.kind is contact.kind and same(contact.place, other.place):
-            return contact.rule == other.rule and getattr(contact, "slip", None) is None
+    for twin in model.contacts:
+        if twin.kind is contact.kind and same(contact.place, twin.place):
+            return contact.rule == twin.rule and getattr(contact, "slip", None) is None
     return False

@@ -75,12 +75,12 @@ class Cell:
 
 def timed_cell(case: Case) -> Callable[..., Cell]:
     """Makes the cell of a case from verdict, error, check, message, reached and checks; seconds count from now."""
-    begin = time.perf_counter()
+    started = time.perf_counter()
 
     def cell(
         verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
     ) -> Cell:
-        return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - begin)
+        return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - started)
 
     return cell
 
@@ -139,17 +139,17 @@ def _worst(checks: Checks) -> tuple[Findings, str, int, list[str]]:
     worst, check, count, notes = Findings(0.0, ""), "", 0, []
     for name, find in checks:
         try:
-            found = find()
+            findings = find()
         except StickslipError as error:
             notes.append(f"{name}: {error}")
             continue
         except AllowanceSpentError:
             continue
-        if found is None:
+        if findings is None:
             continue
         count += 1
-        if not found.error <= worst.error:
-            worst, check = found, name
+        if not findings.error <= worst.error:
+            worst, check = findings, name
     return worst, check, count, notes
 
 
@@ -181,7 +181,10 @@ def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Checks:
     case, equations, promised = trial.case, subject.equations, subject.promised
     yield "finite", lambda: _finite(base)
     if case.scale:
-        yield "units", lambda: Findings(_largest(_difference(base, Trial(trial.fmu, case, trial.duration).run())), "")
+        yield (
+            "units",
+            lambda: Findings(_largest(_difference(base, Trial(trial.fmu, case, trial.duration).run())), ""),
+        )
         return
     detail = None if case.bounded else _detail(trial, base)
     yield from _declared(trial, base, detail, subject)
@@ -223,19 +226,19 @@ def _finite(trajectory: Trajectory) -> Findings:
 
 def _energy(trial: Trial, base: Trajectory, equations: Equations) -> Findings | None:
     gross = equations.energy_size(_columns(base), trial.case.parameters)
-    found, judged = balance.imbalance(lambda times: trial.run(times=times), base, gross)
-    return found if judged else None
+    residual, judged = balance.imbalance(lambda times: trial.run(times=times), base, gross)
+    return residual if judged else None
 
 
-def _difference(base: Trajectory, other: Trajectory, rows: NDArray | None = None) -> NDArray[np.float64]:
+def _difference(base: Trajectory, second: Trajectory, rows: NDArray | None = None) -> NDArray[np.float64]:
     """(n,) largest difference of a state at each sample of ``base``, relative to the largest value of that state."""
     names = [name for name in base.values if f"der({name})" in base.values]
     worst = np.zeros(base.time.size)
     for name in names:
-        there = other[name] if rows is None else other[name][rows]
-        size = max(float(np.abs(base[name]).max()), float(np.abs(there).max()))
+        values = second[name] if rows is None else second[name][rows]
+        size = max(float(np.abs(base[name]).max()), float(np.abs(values).max()))
         if size > 0:
-            worst = np.maximum(worst, np.abs(base[name] - there) / size)
+            worst = np.maximum(worst, np.abs(base[name] - values) / size)
     return worst
 
 

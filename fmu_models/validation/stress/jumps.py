@@ -31,8 +31,8 @@ def chosen(trajectory: Trajectory) -> list[list[Event]]:
         if event.time > trajectory.time[0]:
             groups.setdefault(event.time, []).append(event)
     instants = np.array([trajectory.time[0], *sorted(groups), trajectory.time[-1]])
-    near = [4 * leeway(trajectory, time) for time in instants[1:-1]]
-    free = (np.diff(instants)[:-1] > near) & (np.diff(instants)[1:] > near)
+    margins = [4 * leeway(trajectory, time) for time in instants[1:-1]]
+    free = (np.diff(instants)[:-1] > margins) & (np.diff(instants)[1:] > margins)
     every = [groups[time] for time in instants[1:-1][free]]
     picks = np.unique(np.linspace(0, len(every) - 1, min(MOST, len(every))).astype(int)) if every else []
     return [every[i] for i in picks]
@@ -68,8 +68,8 @@ def jumps(
             before, after = np.searchsorted(trajectory.time, [group[0].time - off, group[0].time + off]).tolist()
             impact = any(event.is_impact for event in group)
             tick = 4.0 * off
-            kept = [*system.coordinates] if impact else [*system.states]
-            for state in (one for one in kept if one not in jumping):
+            continuous = [*system.coordinates] if impact else [*system.states]
+            for state in (name for name in continuous if name not in jumping):
                 rate = np.abs(trajectory[f"der({state.name})"][[before, after]]).max()
                 jump = abs(float(trajectory[state.name][after] - trajectory[state.name][before])) - rate * tick
                 error = (jump - rounding.get(state.name, 0.0)) / (sizes[state.name] or 1.0)
@@ -87,21 +87,27 @@ def jumps(
 
 
 def _off_boundary(
-    equations: Equations, event: Event, values: list, trajectory: Trajectory, rows: tuple[int, int], *, moved: bool
+    equations: Equations,
+    event: Event,
+    values: list,
+    trajectory: Trajectory,
+    rows: tuple[int, int],
+    *,
+    moved: bool,
 ) -> float:
     """How far from zero depth, slip speed or switching function is where a contact changes for its sake; relative."""
     index, contact = next((i, c) for i, c in enumerate(equations.system.contacts) if c.name == event.contact)
     if contact.kind.impulsive:
-        which = "depth" if event.is_impact else ""
+        coordinate = "depth" if event.is_impact else ""
     elif (event.before == AWAY) != (event.after == AWAY) and contact.release is None:
-        which = "depth" if contact.depth is not None else ""
+        coordinate = "depth" if contact.depth is not None else ""
     elif contact.kind.dry and abs(event.before) == 1 and AWAY not in (event.before, event.after):
-        which = "" if moved else "slip"
+        coordinate = "" if moved else "slip"
     else:
-        which = ""
-    if not which:
+        coordinate = ""
+    if not coordinate:
         return 0.0
-    value, size = (np.broadcast_to(a, trajectory.time.shape) for a in equations.place(index, values, which))
+    value, size = (np.broadcast_to(a, trajectory.time.shape) for a in equations.place(index, values, coordinate))
     a, b = float(value[rows[0]]), float(value[rows[1]])
     largest = float(np.nanmax(size))
     return 0.0 if a * b <= 0 or largest == 0 else (min(abs(a), abs(b)) - abs(a - b)) / largest

@@ -41,7 +41,7 @@ def random_cases(
     period = characteristic_period(model, equations)
     motion = _motion(fmu, equations, until or PERIODS * period)
     restitutions = {role.name for role in roles(model) if role.does == "restitution"}
-    found = []
+    cases = []
     for number in range(count):
         draw = random.Random(f"{seed}/{name}/{number}")
         length = until or _short(period * draw.uniform(1 / 3, 2.0))
@@ -49,16 +49,16 @@ def random_cases(
         inputs = {n: _short(v * draw.uniform(-1.5, 2.0)) for n, v in equations.inputs.items()}
         start = _start(motion, equations, parameters | inputs, draw)
         label = f"{RANDOM} {seed}/{number}"
-        found.append(Case(name, RANDOM, "", label, parameters=parameters, start=start, inputs=inputs, duration=length))
-    return found
+        cases.append(Case(name, RANDOM, "", label, parameters=parameters, start=start, inputs=inputs, duration=length))
+    return cases
 
 
 def command_line(case: Case) -> str:
     """What repeats the run of a case in a shell."""
-    parts = [f"stickslip simulate {case.model}"]
+    arguments = [f"stickslip simulate {case.model}"]
     for option, values in (("--set", case.parameters), ("--start", case.start), ("--input", case.inputs)):
-        parts += [f"{option} {name}={value!r}" for name, value in values.items()]
-    return " ".join([*parts, f"--until {case.duration!r}"])
+        arguments += [f"{option} {name}={value!r}" for name, value in values.items()]
+    return " ".join([*arguments, f"--until {case.duration!r}"])
 
 
 def _short(value: float) -> float:
@@ -76,20 +76,20 @@ def _motion(fmu: Fmu, equations: Equations, length: float) -> Mapping[str, np.nd
 
 def _parameters(equations: Equations, restitutions: set[str], draw: random.Random) -> dict[str, float]:
     """Those that differ from their defaults; fewer and fewer of them where the values contradict one another."""
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for attempt in range(DRAWS):
-        found = {}
+        values = {}
         for name, default in equations.parameters.items():
             if default == 0.0 or draw.random() < 0.5 + 0.5 * attempt / DRAWS:
                 continue
             factor = 2.0 ** draw.uniform(-OCTAVES, OCTAVES)
-            found[name] = _short(draw.uniform(0.0, 1.0) if name in restitutions else default * factor)
+            values[name] = _short(draw.uniform(0.0, 1.0) if name in restitutions else default * factor)
         try:
-            check_values(equations.system, found)
+            check_values(equations.system, values)
             break
         except StickslipError:
             continue
-    return found
+    return values
 
 
 def _start(

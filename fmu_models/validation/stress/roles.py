@@ -50,10 +50,10 @@ class Role:
 
 def roles(model: Model) -> tuple[Role, ...]:
     """The roles of all parameters and inputs that have one, each once."""
-    found: dict[str, Role] = {}
+    roles_by_name: dict[str, Role] = {}
     for role in _all_roles(model):
-        found.setdefault(role.name, role)
-    return tuple(found.values())
+        roles_by_name.setdefault(role.name, role)
+    return tuple(roles_by_name.values())
 
 
 def _all_roles(model: Model) -> Iterator[Role]:
@@ -109,29 +109,29 @@ def _of_law(law: Any, kind: str) -> Iterator[Role]:
             yield from _of_law(value, kind)
 
 
-def _of_expression(expression: sympy.Expr, states: Any, kind: str, rest: str) -> Iterator[Role]:
+def _of_expression(expression: sympy.Expr, states: Any, kind: str, default_role: str) -> Iterator[Role]:
     """Amplitudes and frequencies of functions of time; ``rest`` are parameters that no state is multiplied by."""
-    for part in sympy.Add.make_args(sympy.expand(expression)):
-        waves = [f for f in part.atoms(sympy.Function) if f.has(TIME)]
+    for term in sympy.Add.make_args(sympy.expand(expression)):
+        waves = [f for f in term.atoms(sympy.Function) if f.has(TIME)]
         within = set().union(*(wave.free_symbols for wave in waves)) if waves else set()
-        for symbol in _parameters(part):
+        for symbol in _parameters(term):
             if symbol in within:
                 if any(sympy.diff(wave.args[0], TIME).has(symbol) for wave in waves):
                     yield Role(symbol.name, "frequency", kind)
             elif waves:
                 yield Role(symbol.name, "amplitude", kind)
-            elif part.has(*states):
+            elif term.has(*states):
                 if kind == "body":
-                    yield Role(symbol.name, _with_states(part, states, flow=rest == "rate"), kind)
+                    yield Role(symbol.name, _with_states(term, states, flow=default_role == "rate"), kind)
             else:
-                yield Role(symbol.name, "field" if rest == "rate" else rest, kind)
+                yield Role(symbol.name, "field" if default_role == "rate" else default_role, kind)
 
 
-def _with_states(part: sympy.Expr, states: Any, *, flow: bool) -> str:
+def _with_states(term: sympy.Expr, states: Any, *, flow: bool) -> str:
     """What a factor of states does: a rate in a flow; in an energy a stiffness, or a field if it is linear."""
     if flow:
         return "rate"
-    curved = any(sympy.diff(part, a, b) != 0 for a in states for b in states)
+    curved = any(sympy.diff(term, a, b) != 0 for a in states for b in states)
     return "stiffness" if curved else "field"
 
 

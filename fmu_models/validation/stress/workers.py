@@ -56,8 +56,8 @@ def judged(cases: Sequence[Case], progress: Callable[[float], None], pool: Pool[
 
 def _failed(case: Case, failure: IsolatedFailure, patience: float | None) -> Cell:
     late = failure.cause == "time"
-    said = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
-    return Cell(case, "failed", None, "process", said, seconds=failure.seconds)
+    reason = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
+    return Cell(case, "failed", None, "process", reason, seconds=failure.seconds)
 
 
 class _Judge:

@@ -104,7 +104,7 @@ def test_samples_come_back_from_every_form(microseconds: set[int], data: st.Data
         assert signal.piece(times)[0] == pytest.approx(values, abs=0)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None)
 @given(st.floats(0.2, 8.0), st.floats(-3.0, 3.0), st.floats(0.1, 2.9), st.floats(-5.0, 5.0))
 def test_a_function_is_met_within_the_tolerance(rate: float, phase: float, jump: float, height: float) -> None:
     def function(time: float) -> float:
@@ -115,8 +115,7 @@ def test_a_function_is_met_within_the_tolerance(rate: float, phase: float, jump:
     times = np.setdiff1d(np.linspace(0.0, 3.0, 1777), [jump])
     times = times[np.abs(times - jump) > 1e-9]
     largest = np.abs(signal.value).max()
-    # two points show a straight line to be one, up to what a parabola may do between them
-    assert signal.piece(times)[0] == pytest.approx([function(t) for t in times], abs=1.3 * TOLERANCE * largest + 1e-9)
+    assert signal.piece(times)[0] == pytest.approx([function(t) for t in times], abs=1.1 * TOLERANCE * largest + 1e-9)
     assert signal.time[0] == 0.0 and signal.time[-1] == 3.0
 
 

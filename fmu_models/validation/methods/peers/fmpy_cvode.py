@@ -32,20 +32,20 @@ class FmpyCvode:
 
         needs_steady_inputs(problem, self.name)
         fmu = Fmu.open(problem.fmu)
-        given = {**problem.arguments["parameters"], **problem.arguments["start"], **problem.arguments["inputs"]}
+        start_values = {**problem.arguments["parameters"], **problem.arguments["start"], **problem.arguments["inputs"]}
 
         def run(tolerance: float) -> MethodRun:
-            begin = time.perf_counter()
+            started = time.perf_counter()
             try:
-                made: Any = simulate_fmu(
+                result: Any = simulate_fmu(
                     str(fmu.folder), start_time=0.0, stop_time=problem.stop_time, solver="CVode",
-                    fmi_type="ModelExchange", relative_tolerance=tolerance, start_values=given,
+                    fmi_type="ModelExchange", relative_tolerance=tolerance, start_values=start_values,
                     output_interval=problem.stop_time, output=list(problem.states), record_events=False,
                     model_description=fmu.description, validate=False,
                 )  # fmt: skip
             except Exception as error:  # fmpy raises plain exceptions
                 raise NotTreated(f"fmpy stopped: {error}") from error
-            seconds = time.perf_counter() - begin
-            return MethodRun(np.array([float(made[name][-1]) for name in problem.states]), None, None, seconds)
+            seconds = time.perf_counter() - started
+            return MethodRun(np.array([float(result[name][-1]) for name in problem.states]), None, None, seconds)
 
         return run

@@ -54,8 +54,8 @@ class HeyokaTaylor:
         try:
             heyoka = importlib.import_module("heyoka")
         except ImportError:
-            what = "heyoka.py is not installed. Install the extra: pip install 'stickslip[bench]'."
-            raise NotInstalled(what) from None
+            advice = "heyoka.py is not installed. Install the extra: pip install 'stickslip[bench]'."
+            raise NotInstalled(advice) from None
         heyoka.set_logger_level_error()
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
@@ -88,13 +88,13 @@ def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
     powers = [p for p in expression.atoms(sympy.Pow) if p.exp.is_Integer and 1 < p.exp < 10]
     if not powers:
         return heyoka.from_sympy(expression, table)
-    known = dict(table)
+    converted = dict(table)
     placed = {}
     for power in powers:
         base = _converted(heyoka, power.base, table)
         placed[power] = sympy.Symbol(f"power{len(placed)}")
-        known[placed[power]] = math.prod([base] * (int(power.exp) - 1), start=base)
-    return heyoka.from_sympy(expression.xreplace(placed), known)
+        converted[placed[power]] = math.prod([base] * (int(power.exp) - 1), start=base)
+    return heyoka.from_sympy(expression.xreplace(placed), converted)
 
 
 class _Stepper:
@@ -140,8 +140,8 @@ class _Stepper:
             integrator.reset_cooldowns()
         watched = self.run.watches(mode)
         while True:
-            left = max(1, self.most - self.steps) if self.most else 0
-            outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=left)
+            budget = max(1, self.most - self.steps) if self.most else 0
+            outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=budget)
             if outcome == self.heyoka.taylor_outcome.step_limit:
                 raise TooLong(f"heyoka.py takes more than {self.most} steps. Choose a shorter run.")
             self.steps += steps

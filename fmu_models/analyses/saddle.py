@@ -84,8 +84,8 @@ class Saddle:
     def as_run(self, point: Vector) -> dict[str, Any]:
         """Arguments of ``simulate`` for the motion from a point (n,)."""
         options: dict[str, Any] = {
-            kind: {name: value for name, value in self.given.items() if name in known}
-            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+            kind: {name: value for name, value in self.given.items() if name in names}
+            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
         }
         return {**options, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
 
@@ -95,10 +95,10 @@ class Saddle:
         Raises:
             StickslipError: it is no longer there.
         """
-        given = {**self.given, **values}
-        field = Field(self.fmu, given)
+        constants = {**self.given, **values}
+        field = Field(self.fmu, constants)
         point, slopes = _rest(self.fmu, field, self.point)
-        return _checked(replace(self, field=field, given=given, point=point, slopes=slopes))
+        return _checked(replace(self, field=field, given=constants, point=point, slopes=slopes))
 
 
 def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] | None = None) -> Saddle:
@@ -151,8 +151,9 @@ def _rest(fmu: Fmu, field: Field, point: Vector) -> tuple[Vector, Vector]:
 
 def _checked(saddle: Saddle) -> Saddle:
     if not (saddle.unstable and saddle.stable):
-        said = ", ".join(f"{value:.4g}" for value in saddle.values)
+        listing = ", ".join(f"{value:.4g}" for value in saddle.values)
         raise StickslipError(
-            f"The equilibrium of '{saddle.name}' near that start is no saddle with real eigenvalues: they are {said}."
+            f"The equilibrium of '{saddle.name}' near that start is no saddle with real "
+            f"eigenvalues: they are {listing}."
         )
     return saddle

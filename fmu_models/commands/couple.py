@@ -65,7 +65,7 @@ def couple(
         times = times_beside(logs, times)
     with console.output_of_libraries(), console.progress("simulating") as advance:
         recording = run.recorded(system, output_times=times, progress=advance)
-    measured = [one for log in logs for one in log.match(recording.trajectory)]
+    measured = [deviation for log in logs for deviation in log.match(recording.trajectory)]
     drawn = None
     if figure:
         from fmu_models.report.trajectory_figure import trajectory_figure

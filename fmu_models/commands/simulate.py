@@ -136,7 +136,7 @@ def simulate(
             recording, second = perform_twice(fmu, experiment, limits=limits, progress=advance)
         else:
             recording = perform(fmu, experiment, limits=limits, progress=advance)
-    measured = [one for log in logs for one in log.match(recording.trajectory)]
+    measured = [deviation for log in logs for deviation in log.match(recording.trajectory)]
     drawn = None
     if figure:
         from fmu_models.report.trajectory_figure import trajectory_figure
@@ -170,12 +170,12 @@ def _to_run(
         from fmu_models.scene.compute import arguments
         from fmu_models.scene.reduce import built_scene
 
-        numbers: dict[str, Any] = {n: console.settings(*given, columns=n == "inputs") for n, given in changed.items()}
+        numbers: dict[str, Any] = {n: console.settings(*texts, columns=n == "inputs") for n, texts in changed.items()}
         scene = scene_of(model, contacts)
         return Fmu.open(built_scene(scene)), arguments(scene, until, **numbers)
     fmu = _opened(model, contacts)
     text = partial(is_text, fmu)
-    values = {name: console.settings(*given, text, columns=name == "inputs") for name, given in changed.items()}
+    values = {name: console.settings(*texts, text, columns=name == "inputs") for name, texts in changed.items()}
     return fmu, {"stop_time": until, **values}
 
 
@@ -205,18 +205,20 @@ def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None)
     )
 
 
-def _experiment(fmu: Fmu, until: float | None, samples: int | None, logs: Sequence[Beside], **asked: Any) -> Experiment:
+def _experiment(
+    fmu: Fmu, until: float | None, samples: int | None, logs: Sequence[Beside], **options: Any
+) -> Experiment:
     """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
     import numpy as np
 
     from fmu_models.importer.experiment import Experiment
     from fmu_models.simulation.beside import times_beside
 
-    begin, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
-    experiment = Experiment(end if until is None else until, begin, **asked)
-    if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
+    start, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
+    experiment = Experiment(end if until is None else until, start, **options)
+    if not experiment.stop_time > start or (samples is None and experiment.is_co_simulation(fmu)):
         return experiment
-    times = np.linspace(begin, experiment.stop_time, samples or SAMPLES)
+    times = np.linspace(start, experiment.stop_time, samples or SAMPLES)
     if not experiment.is_co_simulation(fmu):  # whose steps would follow them
         times = times_beside(logs, times)
     return replace(experiment, output_times=times)

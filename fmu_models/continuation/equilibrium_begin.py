@@ -33,8 +33,8 @@ def start_of(
     """
     check_names(fmu, "parameter or input", constants, numbers_of(fmu))
     check_names(fmu, "state", start, fmu.states)
-    for one, value in {**constants, **start}.items():
-        check_value(fmu, one, value)
+    for name, value in {**constants, **start}.items():
+        check_value(fmu, name, value)
     point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
     field = (Field if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
@@ -66,14 +66,14 @@ def _why(problem: EquilibriumProblem, z: Vector) -> str:
     """What there is instead of an equilibrium that stands alone."""
     seen, n = look(problem, z), len(problem.states)
     if seen is not None and np.abs(seen.residual / problem.scales(z, (0.0, 1.0))[:n]).max() < 1e-9:
-        held = [name for name, state, _ in seen.word if state == STICK]
-        stuck = f": {', '.join(held)} sticks, and the equilibria around are as good" if held else ""
+        sticking = [name for name, state, _ in seen.word if state == STICK]
+        stuck = f": {', '.join(sticking)} sticks, and the equilibria around are as good" if sticking else ""
         return (
             f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
             "needs one that does: start where it slips, or free it."
         )
     missed = (
-        "" if seen is None else f" (rates there: {', '.join(f'{one:.3g}' for one in seen.residual / problem.share)})"
+        "" if seen is None else f" (rates there: {', '.join(f'{rate:.3g}' for rate in seen.residual / problem.share)})"
     )
     name = problem.name
     return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."

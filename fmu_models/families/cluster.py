@@ -56,8 +56,8 @@ class Cluster:
 
     def threads(self) -> int:
         """Of all workers together, at present."""
-        known: Any = self._client.nthreads()
-        return max(1, sum(known.values()))
+        workers: Any = self._client.nthreads()
+        return max(1, sum(workers.values()))
 
     def submit(self, jobs: Jobs) -> Future[Rows]:
         """Have a chunk made."""

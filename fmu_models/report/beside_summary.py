@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
 def summary(deviations: Sequence[Deviation], within: float | None) -> dict[str, Any]:
     """One row per column; ``within``: whether all of them are, None where nobody asked."""
-    rows = [dataclasses.asdict(one) | {"share": finite(one.share)} for one in deviations]
-    return {"columns": rows, "within": None if within is None else all(one.share <= within for one in deviations)}
+    rows = [dataclasses.asdict(deviation) | {"share": finite(deviation.share)} for deviation in deviations]
+    return {
+        "columns": rows,
+        "within": None if within is None else all(deviation.share <= within for deviation in deviations),
+    }
 
 
 def print_summary(content: dict[str, Any], out: Console) -> None:

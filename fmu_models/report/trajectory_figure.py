@@ -148,7 +148,7 @@ def _all(trajectory: Trajectory, fmus: Mapping[str, Fmu], strip: Panel, measured
         layout.coordinate(q, v)
     first = COLUMNS // 3 if planes else 0
     drawn = {*alone[:MOST], *(name for plane in planes[:MOST] for name in plane)}
-    others = dict.fromkeys(one.variable for one in measured if one.variable not in drawn)
+    others = dict.fromkeys(series.variable for series in measured if series.variable not in drawn)
     for name in [*alone[:MOST], *others]:
         layout.series([name], first)
     if strip.y:
@@ -189,7 +189,7 @@ def _chosen(trajectory: Trajectory, plots: Sequence[str], strip: Panel) -> Layou
 
 def _spells(trajectory: Trajectory, fmus: Mapping[str, Fmu]) -> Spells:
     """When contacts stick, slide along a switch or are closed; only what occurs."""
-    found: Spells = {kind: {} for kind in SHADES}
+    spells: Spells = {kind: {} for kind in SHADES}
     contacts = [(unit, fmu, contact) for unit, fmu in fmus.items() if fmu.ours for contact in fmu.contacts]
     for unit, fmu, contact in contacts:
         name = f"{unit}{contact}"
@@ -200,8 +200,8 @@ def _spells(trajectory: Trajectory, fmus: Mapping[str, Fmu]) -> Spells:
         kind, states = BY_TYPE_NAME[str(declared.name)].spell
         when = np.isin(state, list(states))
         if when.any():
-            found[kind][name] = when
-    return {kind: contacts for kind, contacts in found.items() if contacts}
+            spells[kind][name] = when
+    return {kind: contacts for kind, contacts in spells.items() if contacts}
 
 
 def _draw_series(
@@ -209,19 +209,19 @@ def _draw_series(
 ) -> None:
     first = panel.y[0]
     for i, name in enumerate(panel.y):
-        whole = trajectory[name].dtype.kind in "iu"  # the state of a contact
-        style: Any = "steps-post" if whole else "default"
+        is_state = trajectory[name].dtype.kind in "iu"  # the state of a contact
+        style: Any = "steps-post" if is_state else "default"
         color = f"C{i}" if len(panel.y) > 1 else "black"
         axes.plot(trajectory.time, trajectory[name], color=color, linewidth=0.9, drawstyle=style, label=name)
-        if whole:
+        if is_state:
             axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-        for one in measured:
-            if one.variable == name:
+        for series in measured:
+            if series.variable == name:
                 dots = {**DOTS, "label": f"{name}, measured"}
-                axes.plot(one.time, one.value, **dots, rasterized=one.time.size > MANY)
+                axes.plot(series.time, series.value, **dots, rasterized=series.time.size > MANY)
     for kind, contacts in spells.items():
-        for begin, end in _intervals(trajectory.time, np.any(list(contacts.values()), axis=0)):
-            axes.axvspan(begin, end, color=SHADES[kind], linewidth=0, zorder=0)
+        for start, end in _intervals(trajectory.time, np.any(list(contacts.values()), axis=0)):
+            axes.axvspan(start, end, color=SHADES[kind], linewidth=0, zorder=0)
     if len(panel.y) > 1:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.3)
     axes.set_ylabel(_unit(trajectory, first) if len(panel.y) > 1 else _label(trajectory, first))
@@ -251,9 +251,9 @@ def _draw_strip(axes: Axes, trajectory: Trajectory, spells: Spells, contacts: Se
     """One line per contact."""
     for kind, of_kind in spells.items():
         for name, when in of_kind.items():
-            spans = [(begin, end - begin) for begin, end in _intervals(trajectory.time, when)]
-            place = len(contacts) - 1 - contacts.index(name)
-            axes.broken_barh(spans, (place - 0.35, 0.7), color=SHADES[kind], edgecolor="0.5", linewidth=0.3)
+            spans = [(start, end - start) for start, end in _intervals(trajectory.time, when)]
+            row = len(contacts) - 1 - contacts.index(name)
+            axes.broken_barh(spans, (row - 0.35, 0.7), color=SHADES[kind], edgecolor="0.5", linewidth=0.3)
     axes.set_yticks(range(len(contacts)), contacts[::-1])
     axes.set_ylim(-0.6, len(contacts) - 0.4)
 
@@ -262,7 +262,7 @@ def _intervals(time: NDArray[np.float64], when: NDArray[np.bool_]) -> list[tuple
     """Stretches in which something is so, from the first such sample to the first other one, s."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], when.astype(int), [0]])))
     ends = np.minimum(edges[1::2], len(time) - 1)
-    return [(float(time[begin]), float(time[end])) for begin, end in zip(edges[::2], ends, strict=True)]
+    return [(float(time[first]), float(time[end])) for first, end in zip(edges[::2], ends, strict=True)]
 
 
 def _head(figure: Figure, title: str, spells: Spells, *, portraits: bool, measured: bool) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +104,11 @@ class Backend(Protocol):
     def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         ...
+
+
+@runtime_checkable
+class DirectedBackend(Backend, Protocol):
+    """A backend that tells the direction of a motion; the engine follows it by itself, and is not asked."""
 
     def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
         """(m, n) rates of the states at points (m, n)."""

@@ -44,16 +44,13 @@ class EngineBackend:
         return ""
 
     def fresh(self) -> Self:
-        other = copy.copy(self)
-        other.counts = []
-        return other
+        backend = copy.copy(self)
+        backend.counts = []
+        return backend
 
     def stepper(self, motions: int) -> Stepper | None:
         """What makes the steps of so many motions at once, if not the engine."""
         return None
-
-    def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
-        raise NotImplementedError("the engine follows the motion's direction by itself")
 
     def step(
         self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
@@ -70,7 +67,7 @@ class EngineBackend:
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
             return joined([self.run(section, jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
-        places = [place for _, place in section.columns]
+        places = [index for _, index in section.columns]
         periods = section.periods(jobs.varied, len(jobs))
         sizes = (len(section.fmu.states), len(section.contacts))
         runs = self._runs(section, jobs)
@@ -80,7 +77,7 @@ class EngineBackend:
         points, derivatives = rows.points[..., places], rows.derivatives
         if jobs.derivatives:
             derivatives = np.zeros((*points.shape, len(places)))
-            columns = [places.index(place) for place in _along(section, jobs)]
+            columns = [places.index(index) for index in _along(section, jobs)]
             derivatives[..., columns] = rows.derivatives[:, :, places, :]
         if section.states[-1:] == ("phase",):
             points[..., -1] /= periods[:, None]
@@ -155,7 +152,7 @@ class LanesBackend(EngineBackend):
 def _along(section: SectionQuestions, jobs: Jobs) -> list[int]:
     """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
     matters = [name not in section.memories or jobs.starts[:, i].any() for i, name in enumerate(section.states)]
-    return [place for (_, place), decides in zip(section.columns, matters, strict=True) if decides]
+    return [index for (_, index), decides in zip(section.columns, matters, strict=True) if decides]
 
 
 def _targets(section: SectionQuestions, jobs: Jobs) -> Targets | None:

@@ -70,8 +70,8 @@ class Strobe(FmuSection):
             except StickslipError:  # the point cannot be begun from
                 return None
         period = self.every * float(self.period or 0.0) / GOLDEN
-        given = {"parameters": self.values, "tolerance": self.tolerance, "stepper": self.stepper}
-        return Strobe(self.fmu, period=period, autonomous=True, **given), GOLDEN
+        settings = {"parameters": self.values, "tolerance": self.tolerance, "stepper": self.stepper}
+        return Strobe(self.fmu, period=period, autonomous=True, **settings), GOLDEN
 
     def log_volumes(self, points: Vector) -> Vector | None:
         """By the divergence of the rates, where no event changes volumes."""
@@ -87,10 +87,10 @@ class Strobe(FmuSection):
             StickslipError: it cannot be made.
         """
         assert isinstance(self.backend, ImporterBackend)
-        begin = self.begin(point, self.values, float(self.periods({}, 1)[0]))
-        return self.backend.flow(point, begin, events=True)
+        departure = self.begin(point, self.values, float(self.periods({}, 1)[0]))
+        return self.backend.flow(point, departure, events=True)
 
-    def _phase(self, place: int) -> list[tuple[str, int]]:
+    def _phase(self, index: int) -> list[tuple[str, int]]:
         return []
 
     def repeats(self, periods: Vector) -> Vector:

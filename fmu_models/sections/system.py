@@ -146,9 +146,9 @@ class SectionSystem(Shown, ABC):
         turns = self.turns
         if np.isinf(turns).all():
             return points
-        whole = np.where(np.isfinite(turns), turns, 1.0)
+        period = np.where(np.isfinite(turns), turns, 1.0)
         with np.errstate(invalid="ignore"):
-            return np.where(np.isfinite(turns), points - np.round(points / whole) * whole, points)
+            return np.where(np.isfinite(turns), points - np.round(points / period) * period, points)
 
     def sizes(self) -> Vector:
         """(n,) typical size of each number of a point; infinite for one that only drifts and makes no difference."""
@@ -169,22 +169,22 @@ class SectionSystem(Shown, ABC):
         return {"model": self.name, "states": self.states, **self.values}
 
 
-def named_point(name: str, states: Sequence[str], defaults: Vector, given: Any) -> Vector:
+def named_point(name: str, states: Sequence[str], defaults: Vector, values: Any) -> Vector:
     """(n,) a point from a mapping by name or from all its numbers.
 
     Raises:
         StickslipError: unknown names, or another number of numbers.
     """
-    if given is None:
+    if values is None:
         return defaults.copy()
-    if isinstance(given, Mapping):
+    if isinstance(values, Mapping):
         point = defaults.copy()
-        for one, value in given.items():
-            if one not in states:
-                raise StickslipError(f"{name} has no state '{one}'.{nearest(one, states)}")
-            point[list(states).index(one)] = float(value)
+        for state, value in values.items():
+            if state not in states:
+                raise StickslipError(f"{name} has no state '{state}'.{nearest(state, states)}")
+            point[list(states).index(state)] = float(value)
     else:
-        point = np.array(given, dtype=float)
+        point = np.array(values, dtype=float)
     if point.shape != (len(states),) or not np.isfinite(point).all():
-        raise StickslipError(f"{name} starts at {len(states)} finite numbers ({', '.join(states)}), found {given}.")
+        raise StickslipError(f"{name} starts at {len(states)} finite numbers ({', '.join(states)}), found {values}.")
     return point

@@ -33,9 +33,14 @@ def derivatives(one: Face, names: list[str], order: int) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def pause(fmu: Fmu) -> tuple[float, float]:
-    """A time in the middle of the longest pause between two events, and how long nothing happens from then."""
+    """As `longest_pause`."""
     if not fmu.outputs:
         pytest.skip("the model has no output")
+    return longest_pause(fmu)
+
+
+def longest_pause(fmu: Fmu) -> tuple[float, float]:
+    """A time in the middle of the longest pause between two events, and how long nothing happens from then."""
     times = [0.0, *(event.time for event in simulate(fmu, 2.0).events), 2.0]
     begin, end = max(pairwise(times), key=lambda pair: pair[1] - pair[0])
     return (begin + end) / 2, (end - begin) / 2

@@ -294,8 +294,7 @@ static void let_go(Run *r)
 {
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!model_contact_impulsive[c] && !model_contact_compliant[c] && r->at.state[c] == CONTACT_STICK
-            && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
+        if (model_contact_tangential[c] && r->at.state[c] == CONTACT_STICK && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
             r->at.state[c] = r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
         }
     }

@@ -28,7 +28,7 @@ from fmu_models.sections.periodic import (
 from fmu_models.sections.stability import are_stable
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class Claims:
 
 
 def claimed(
-    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
+    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
 ) -> Claims:
     """The stable periodic motions that runs have come to, solved to rounding.
 
@@ -93,7 +93,7 @@ def claimed(
 
 
 def _solved(
-    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], indices: NDArray[np.int64], period: int
+    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], indices: NDArray[np.int64], period: int
 ) -> Iterator[tuple[Cycles, NDArray[np.int64]]]:
     """The stable motions of a period near the last points of some runs, and the numbers of these."""
     guesses = _last(rows, indices, period)
@@ -111,13 +111,13 @@ def _solved(
         yield cycles.only(theirs), indices[repeated[theirs]]
 
 
-def _last(rows: Rows, indices: NDArray[np.int64], period: int) -> Vector:
+def _last(rows: RunRows, indices: NDArray[np.int64], period: int) -> Vector:
     """(k, period, n) the last points of some runs."""
     first = np.maximum(rows.filled[indices] - period, 0)
     return rows.points[indices[:, None], first[:, None] + np.arange(period)]
 
 
-def _shorter(system: SectionSystem, rows: Rows, periods: NDArray[np.int64]) -> NDArray[np.int64]:
+def _shorter(system: SectionSystem, rows: RunRows, periods: NDArray[np.int64]) -> NDArray[np.int64]:
     """(m,) the least parts of their periods after which the last points of runs look alike."""
     shorter = periods.copy()
     for period in np.unique(periods[periods > 0]):

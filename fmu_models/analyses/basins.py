@@ -34,7 +34,7 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -259,7 +259,7 @@ def _mapped(
     failures: dict[tuple[int, ...], str] = {}
     open_indices, ends = [np.zeros(0, np.int64)], [starts[:0]]
 
-    def map_some(first: int, chunk: Rows) -> None:
+    def map_some(first: int, chunk: RunRows) -> None:
         decided = _ended(chunk)
         decided[chunk.orbits >= 0] = [attractors.index(periodic[i]) for i in chunk.orbits[chunk.orbits >= 0]]
         labels[first : first + len(decided)], steps[first : first + len(decided)] = decided, chunk.steps
@@ -273,7 +273,7 @@ def _mapped(
     runner.each(Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets), map_some)
     undecided = np.concatenate(open_indices)
 
-    def settle_some(first: int, chunk: Rows) -> None:
+    def settle_some(first: int, chunk: RunRows) -> None:
         indices = undecided[first : first + len(chunk.filled)]
         labels[indices] = _decide(system, chunk, attractors, longest)
         labels[indices] = _assign_clouds(runner, system, chunk, labels[indices], attractors)
@@ -300,7 +300,7 @@ def _mapped(
     )
 
 
-def _ended(rows: Rows) -> NDArray[np.int64]:
+def _ended(rows: RunRows) -> NDArray[np.int64]:
     """Labels of the runs that end without an attractor."""
     labels = np.full(len(rows.outcomes), UNDECIDED)
     labels[rows.outcomes == families.ESCAPED] = INFINITE
@@ -318,7 +318,7 @@ def _every(jobs: Jobs, stride: int) -> Jobs:
     )
 
 
-def _decide(system: SectionSystem, rows: Rows, attractors: list[Attractor], longest: int) -> NDArray[np.int64]:
+def _decide(system: SectionSystem, rows: RunRows, attractors: list[Attractor], longest: int) -> NDArray[np.int64]:
     """Labels of the runs that repeat themselves; motions that are not known yet are added."""
     labels = _ended(rows)
     indices = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))
@@ -338,7 +338,7 @@ def _decide(system: SectionSystem, rows: Rows, attractors: list[Attractor], long
 
 
 def _assign_clouds(
-    runner: Runner, system: SectionSystem, rows: Rows, labels: NDArray[np.int64], attractors: list[Attractor]
+    runner: Runner, system: SectionSystem, rows: RunRows, labels: NDArray[np.int64], attractors: list[Attractor]
 ) -> NDArray[np.int64]:
     """Labels of the runs that never repeat themselves, by the cells of attractors without a period."""
     undecided = np.flatnonzero((labels == UNDECIDED) & (rows.outcomes == families.FINISHED))

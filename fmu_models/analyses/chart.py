@@ -31,7 +31,7 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -187,7 +187,7 @@ def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, va
     def run(cells: list[tuple[int, int]]) -> None:
         varied = {name: value[[cell[k] for cell in cells]] for k, (name, value) in enumerate(values.items())}
 
-        def take(first: int, chunk: Rows) -> None:
+        def take(first: int, chunk: RunRows) -> None:
             end = first + len(chunk.filled)
             subset = {name: numbers[first:end] for name, numbers in varied.items()}
             exponents = how.what == "exponent"
@@ -253,7 +253,9 @@ def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
     return edges
 
 
-def _signs(runner: Runner, system: SectionSystem, rows: Rows, varied: Mapping[str, Vector]) -> list[tuple[str, float]]:
+def _signs(
+    runner: Runner, system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector]
+) -> list[tuple[str, float]]:
     """Sign and value of the exponent of each run; no sign where it failed."""
     signs = [("", np.nan)] * len(rows.filled)
     sound = np.flatnonzero((rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
@@ -264,7 +266,9 @@ def _signs(runner: Runner, system: SectionSystem, rows: Rows, varied: Mapping[st
     return signs
 
 
-def _classes(system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], cells: _Cells) -> list[tuple[str, float]]:
+def _classes(
+    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], cells: _Cells
+) -> list[tuple[str, float]]:
     """Label and number of each run; no label where it failed."""
     quantity, longest = cells.what, cells.longest
     sound = rows.outcomes <= families.ABSORBED
@@ -289,7 +293,7 @@ def _classes(system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], ce
     return classes
 
 
-def _alike(system: SectionSystem, rows: Rows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
+def _alike(system: SectionSystem, rows: RunRows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
     """Period and events of a run whose last points repeat themselves, though no stable motion was solved for."""
     points = rows.points[i, : rows.filled[i]]
     for n in range(1, min(longest, len(points) - 1) + 1):

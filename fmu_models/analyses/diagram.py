@@ -30,7 +30,7 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -309,7 +309,7 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
 
 
 def _failures(
-    rows: Rows, order: NDArray[np.int64], values: Vector, directions: Sequence[str]
+    rows: RunRows, order: NDArray[np.int64], values: Vector, directions: Sequence[str]
 ) -> dict[tuple[str, float], str]:
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
     reasons = (rows.messages.get(int(i)) or families.OUTCOMES[int(rows.outcomes[i])] for i in bad)

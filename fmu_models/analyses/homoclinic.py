@@ -30,7 +30,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import Follower, Section, SectionPoint
+from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
 
 Vector = NDArray[np.float64]
 
@@ -175,7 +175,7 @@ class _Side:
         slower = min(abs(saddle.values[k].real) for k in (saddle.unstable[0], saddle.stable[0]))
         run = saddle.as_run(departure)
         section = Section(saddle.fmu.states[i], float(saddle.point[i] + step), -int(np.sign(step)))
-        follower = Follower(saddle.fmu, section, parameters=run["parameters"], inputs=run["inputs"])
+        follower = SectionFollower(saddle.fmu, section, parameters=run["parameters"], inputs=run["inputs"])
         passages: list[SectionPoint] = []
         with suppress(StickslipError):  # later it may go to infinity
             for passage in islice(follower.follow(run["start"], GROWTH / slower), PASSAGES):

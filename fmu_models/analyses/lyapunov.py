@@ -31,7 +31,7 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -214,7 +214,7 @@ def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: in
     return float(abs(growth / volumes.sum() - 1.0))
 
 
-def _check(system: SectionSystem, point: Vector, rows: Rows) -> None:
+def _check(system: SectionSystem, point: Vector, rows: RunRows) -> None:
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
     if not bad.size:
         return
@@ -228,7 +228,7 @@ def _check(system: SectionSystem, point: Vector, rows: Rows) -> None:
     )
 
 
-def _exponents(system: SectionSystem, rows: Rows, batch: int) -> Exponents:
+def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     growth, times = rows.growth, rows.times
     begins, transient = _changes(growth[..., 0] if not system.autonomous else growth.sum(axis=-1), times, batch)
     used = np.arange(times.shape[1]) >= begins[:, None]

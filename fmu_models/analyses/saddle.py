@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import check_names, check_value
 
 Vector = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Saddle:
     """
 
     fmu: Fmu
-    field: Field
+    field: VectorField
     given: Mapping[str, float]
     point: Vector
     slopes: Vector
@@ -96,7 +96,7 @@ class Saddle:
             StickslipError: it is no longer there.
         """
         constants = {**self.given, **values}
-        field = Field(self.fmu, constants)
+        field = VectorField(self.fmu, constants)
         point, slopes = _rest(self.fmu, field, self.point)
         return _checked(replace(self, field=field, given=constants, point=point, slopes=slopes))
 
@@ -121,7 +121,7 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     check_names(fmu, "state", start, fmu.states)
     for name, value in {**given, **start}.items():
         check_value(fmu, name, value)
-    field = Field(fmu, given)
+    field = VectorField(fmu, given)
     point = np.array([float(start.get(name, fmu.variables[name].start or 0.0)) for name in fmu.states])
     point, slopes = _rest(fmu, field, point)
     return _checked(Saddle(fmu, field, given, point, slopes))
@@ -132,7 +132,7 @@ def sizes_of(fmu: Fmu) -> Vector:
     return np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
 
 
-def _rest(fmu: Fmu, field: Field, point: Vector) -> tuple[Vector, Vector]:
+def _rest(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
     """The equilibrium near a point by Newton's method, and the derivative of the rates there."""
     sizes = sizes_of(fmu)
     for _ in range(STEPS):

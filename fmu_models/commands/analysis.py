@@ -28,9 +28,9 @@ def command_of(name: str) -> Callable[..., None]:
     files: Any = f.StoredFiles if analysis.stores else f.Files
     without = (*analysis.without, *(OF_SECTION if analysis.subject == OSCILLATOR else ()))
     parts: dict[str, Any] = {
-        "section": Annotated[f.Section, Without(*without)],
+        "section": Annotated[f.SectionOptions, Without(*without)],
         **{declared.name: _option(declared) for declared in analysis.options.values()},
-        "runs": Annotated[f.Runs, Without(*without)],
+        "runs": Annotated[f.FamilyRuns, Without(*without)],
         "files": files if analysis.page else Annotated[files, Without("interactive")],
     }
     if analysis.axes:

@@ -39,7 +39,7 @@ def bench(
     from fmu_models.base.errors import StickslipError
     from fmu_models.validation.bench.output import as_json, print_table, write_csv, write_page
     from fmu_models.validation.bench.problems import problem
-    from fmu_models.validation.bench.run import Comparison, compare
+    from fmu_models.validation.bench.run import MethodComparison, compare
     from fmu_models.validation.methods.catalogue import chosen
 
     names = scenes or DEFAULT
@@ -51,7 +51,7 @@ def bench(
         if len(names) > 1:
             raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
     methods = chosen(method)
-    comparisons: list[Comparison] = []
+    comparisons: list[MethodComparison] = []
     stopped = False
     for i, name in enumerate(names):
         try:

@@ -44,7 +44,7 @@ SUFFIXES, STORE = (".csv", ".nc"), ".zarr"
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionOptions:
     """A model and the section that its motions are looked at: what every command about families takes."""
 
     model: Annotated[
@@ -280,7 +280,7 @@ class Files:
 
             check_page(self.interactive)
 
-    def tell(self, result: Pictured, content: dict[str, Any], section: Section | None = None) -> None:
+    def tell(self, result: Pictured, content: dict[str, Any], section: SectionOptions | None = None) -> None:
         """Write what was found, and say it. section: whose motions a click in the page shows."""
         if self.output is not None and self.output.suffix.lower() != STORE:
             with write_whole(self.output, overwrite=self.overwrite) as temporary:
@@ -341,7 +341,7 @@ class StoredFiles(Files):
 
 
 @dataclass(frozen=True)
-class Runs:
+class FamilyRuns:
     """Who makes the runs."""
 
     workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None

@@ -21,7 +21,7 @@ from fmu_models.commands.arguments import NAMED, Besides, Figure, Plots, Within,
 if TYPE_CHECKING:
     from fmu_models.base.child_process import Limits
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.importer.experiment import Experiment
+    from fmu_models.importer.experiment import FmuExperiment
     from fmu_models.simulation.beside import Beside
 
 MANY = 20_000  # variables from which checking a description takes seconds
@@ -207,15 +207,15 @@ def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None)
 
 def _experiment(
     fmu: Fmu, until: float | None, samples: int | None, logs: Sequence[Beside], **options: Any
-) -> Experiment:
+) -> FmuExperiment:
     """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
     import numpy as np
 
-    from fmu_models.importer.experiment import Experiment
+    from fmu_models.importer.experiment import FmuExperiment
     from fmu_models.simulation.beside import times_beside
 
     start, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
-    experiment = Experiment(end if until is None else until, start, **options)
+    experiment = FmuExperiment(end if until is None else until, start, **options)
     if not experiment.stop_time > start or (samples is None and experiment.is_co_simulation(fmu)):
         return experiment
     times = np.linspace(start, experiment.stop_time, samples or SAMPLES)

@@ -18,13 +18,13 @@ from fmu_models.sections.cycles import last_cycle
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.ensemble import Runs
+from fmu_models.simulation.ensemble import EnsembleRuns
 from fmu_models.simulation.run import simulate
 
 # periods of a run that settles to its motion
 SETTLE = 400
 # a motion farther out than this goes to infinity, as the engine has it for runs over a section
-FAR = Runs.bound
+FAR = EnsembleRuns.bound
 
 
 def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:

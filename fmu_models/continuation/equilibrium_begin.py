@@ -11,7 +11,7 @@ from fmu_models.continuation.problem.node import Lost, Node, look, parameter, sc
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import check_names, check_value
 
 # condition number beyond which an equilibrium does not stand alone
@@ -36,7 +36,7 @@ def start_of(
     for name, value in {**constants, **start}.items():
         check_value(fmu, name, value)
     point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
-    field = (Field if fmu.ours else ImportedField)(fmu, constants)
+    field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     value = problem.present(over)
     if not between[0] <= value <= between[1]:

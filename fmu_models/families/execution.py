@@ -28,10 +28,10 @@ from fmu_models.families import jobs as families
 from fmu_models.families.cluster import Cluster
 from fmu_models.families.jobs import Chunk, Jobs
 from fmu_models.families.store import Stage, Store
-from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.rows import RunRows, joined
 
 Vector = NDArray[np.float64]
-Take = Callable[[int, Rows], Any]
+Take = Callable[[int, RunRows], Any]
 
 AHEAD = 4  # chunks per worker that are under way or wait for one before them
 TICK = 0.05  # s between looks at the progress
@@ -43,7 +43,7 @@ class System(Protocol):
     together: int
     pace: int
 
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows: ...
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows: ...
     def check(self, name: str, values: Vector) -> None: ...
     def identity(self) -> dict[str, Any]: ...
 
@@ -121,12 +121,12 @@ class Runner:
         if self.store is not None:
             self.store.finish(result.to_xarray())
 
-    def make(self, jobs: Jobs, *, quiet: bool = False) -> Rows:
+    def make(self, jobs: Jobs, *, quiet: bool = False) -> RunRows:
         """All rows at once; ``quiet``: without a word of progress."""
-        chunks: list[Rows] = []
+        chunks: list[RunRows] = []
         begins: list[int] = []
 
-        def take(first: int, rows: Rows) -> None:
+        def take(first: int, rows: RunRows) -> None:
             begins.append(first)
             chunks.append(rows)
 
@@ -158,7 +158,7 @@ class Runner:
     def _run(self, jobs: Jobs, chunks: Sequence[Chunk], sink: _InOrder | Stage, quiet: bool) -> None:
         """Have all chunks made that are not kept yet."""
         ready = deque(k for k in range(len(chunks)) if not sink.has(k) and (not chunks[k].follows or sink.has(k - 1)))
-        pending: dict[Future[Rows], int] = {}
+        pending: dict[Future[RunRows], int] = {}
         stop = np.zeros(1, np.int32)
         pool = self._pool(min(self.workers, len(chunks)))
         try:
@@ -207,7 +207,7 @@ class _InOrder:
     def __init__(self, chunks: Sequence[Chunk], take: Take, room: int) -> None:
         self.chunks, self.take, self.room = chunks, take, room
         self.count = self.taken = 0
-        self.rows: dict[int, Rows] = {}
+        self.rows: dict[int, RunRows] = {}
 
     def has(self, k: int) -> bool:
         return k < self.taken or k in self.rows
@@ -215,10 +215,10 @@ class _InOrder:
     def has_room(self) -> bool:
         return len(self.rows) < self.room
 
-    def get(self, k: int) -> Rows:
+    def get(self, k: int) -> RunRows:
         return self.rows[k]
 
-    def put(self, k: int, rows: Rows) -> None:
+    def put(self, k: int, rows: RunRows) -> None:
         self.rows[k] = rows
         self.count += 1
         while self.taken in self.rows:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fmu_models.families import jobs as outcome
 from fmu_models.families.jobs import Jobs
-from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.rows import RunRows, joined
 
 Vector = NDArray[np.float64]
 
@@ -55,11 +55,11 @@ class Stepping(Protocol):
     def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None: ...
 
 
-def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
     """The rows of some jobs."""
     if jobs.chain == 1:
         return _Together(system, jobs).run(stop)
-    pieces: list[Rows] = []
+    pieces: list[RunRows] = []
     for i in range(len(jobs)):
         single = jobs.part(i, i + 1)
         if i % jobs.chain and len(pieces) and pieces[-1].outcomes[0] <= outcome.ABSORBED:
@@ -93,7 +93,7 @@ class _Together:
         self.system, self.jobs = system, jobs
         self.x = np.array(jobs.starts, dtype=float)
         derivatives = (n, n) if jobs.derivatives else (0, 0)
-        self.rows = Rows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
+        self.rows = RunRows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
         self.left = np.full(m, jobs.transient)
         self.wanted = np.full(m, jobs.rows)
         self.frames = np.broadcast_to(np.eye(n)[:, :k], (m, n, k)).copy()
@@ -108,7 +108,7 @@ class _Together:
         self.expected, self.met = np.full(m, -1), np.zeros(m, int)
         self.seen = 0
 
-    def run(self, stop: NDArray[np.int32]) -> Rows:
+    def run(self, stop: NDArray[np.int32]) -> RunRows:
         rows = self.rows
         while not stop[0]:
             going = np.flatnonzero(

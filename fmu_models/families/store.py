@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import FULL, OVERWRITE, disk_error, is_there
 from fmu_models.families.jobs import Chunk, Jobs
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 PROVENANCE, FINISHED = "provenance", "finished"
 # of the rows of a run
@@ -162,7 +162,7 @@ class Stage:
         """There always is, on the disk."""
         return True
 
-    def put(self, k: int, rows: Rows) -> None:
+    def put(self, k: int, rows: RunRows) -> None:
         """Keep a chunk.
 
         Raises:
@@ -179,7 +179,7 @@ class Stage:
             self._done[k] = True
             group["done"][:] = self._done
 
-    def get(self, k: int) -> Rows:
+    def get(self, k: int) -> RunRows:
         """A chunk that is there."""
         where, group = self._where(k), self._group
         arrays: dict[str, NDArray[Any]] = {
@@ -187,7 +187,7 @@ class Stage:
         }
         texts = group["messages"][where]
         rows, width = arrays["points"].shape[1:]
-        empty = Rows.empty(len(texts), rows, width, 0)
+        empty = RunRows.empty(len(texts), rows, width, 0)
         return replace(empty, **arrays, messages={int(i): str(texts[i]) for i in np.flatnonzero(texts != "")})
 
     def _where(self, k: int) -> tuple[Any, ...]:
@@ -198,7 +198,7 @@ class Stage:
         first = chunk.begin // chain * chain
         return (first // chain, slice(chunk.begin - first, chunk.end - first))
 
-    def _created(self, rows: Rows) -> Any:
+    def _created(self, rows: RunRows) -> Any:
         """The group with its arrays, of the shapes of these rows; the mask is the last, and says that all are there."""
         if self._group is not None:
             return self._group

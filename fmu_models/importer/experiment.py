@@ -34,7 +34,7 @@ MASTER_TOLERANCE = 1e-8  # below it most models' own rounding and tables show
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
+class FmuExperiment:
     """What is asked for.
 
     Attributes:
@@ -92,7 +92,7 @@ _ADVICE = {
 
 def perform(
     fmu: Fmu,
-    experiment: Experiment,
+    experiment: FmuExperiment,
     *,
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
@@ -138,7 +138,7 @@ def perform(
 
 def perform_with_error(
     fmu: Fmu,
-    experiment: Experiment,
+    experiment: FmuExperiment,
     *,
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
@@ -166,7 +166,7 @@ def perform_with_error(
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory)), estimate
 
 
-def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+def _native(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
     return simulate(
         fmu,
         experiment.stop_time,
@@ -177,7 +177,7 @@ def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
     )
 
 
-def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+def _master(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
     from fmu_models.importer.simulate import simulate_any
 
     return simulate_any(
@@ -194,7 +194,7 @@ def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
     )
 
 
-def _given(experiment: Experiment) -> dict[str, Any]:
+def _given(experiment: FmuExperiment) -> dict[str, Any]:
     return {name: getattr(experiment, name) for name in ("parameters", "start", "inputs", "output_times")}
 
 
@@ -216,7 +216,7 @@ def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
     return {name: text for name, text in descriptions.items() if text}
 
 
-def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:
+def _provenance(fmu: Fmu, experiment: FmuExperiment, trajectory: Trajectory) -> Provenance:
     # an input that varies is in the trajectory itself
     inputs = {
         name: value if isinstance(value, (str, bytes)) else float(value)

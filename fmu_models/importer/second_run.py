@@ -15,7 +15,7 @@ from fmu_models.base.child_process import Limits
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.importer.request import StepBound
 from fmu_models.simulation.results import Recording
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
@@ -84,7 +84,7 @@ def shifted_step(fmu: Fmu, max_step: float | None, start: float, stop: float) ->
 
 def perform_twice(
     fmu: Fmu,
-    experiment: Experiment,
+    experiment: FmuExperiment,
     *,
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,

@@ -44,7 +44,7 @@ class Panel:
 
 
 @dataclass
-class Layout:
+class PanelLayout:
     """Panels on a grid of rows, heights in inches, and ``COLUMNS`` columns."""
 
     heights: list[float] = field(default_factory=list)
@@ -130,7 +130,9 @@ def trajectory_figure(
     return figure
 
 
-def _all(trajectory: Trajectory, fmus: Mapping[str, Fmu], strip: Panel, measured: Sequence[MeasuredVariable]) -> Layout:
+def _all(
+    trajectory: Trajectory, fmus: Mapping[str, Fmu], strip: Panel, measured: Sequence[MeasuredVariable]
+) -> PanelLayout:
     """Every coordinate with its velocity; of other states, two are a plane, more are series, as is all that was
     measured."""
     states = [f"{unit}{name}" for unit, fmu in fmus.items() for name in fmu.states]
@@ -143,7 +145,7 @@ def _all(trajectory: Trajectory, fmus: Mapping[str, Fmu], strip: Panel, measured
     if not states:
         outputs = [f"{unit}{name}" for unit, fmu in fmus.items() for name in fmu.outputs]
         alone = [name for name in outputs if name in trajectory.values]
-    layout = Layout()
+    layout = PanelLayout()
     for q, v in planes[:MOST]:
         layout.coordinate(q, v)
     first = COLUMNS // 3 if planes else 0
@@ -165,9 +167,9 @@ def _coordinates(fmu: Fmu) -> Iterator[tuple[str, str]]:
             yield str(state.name), behind[0]
 
 
-def _chosen(trajectory: Trajectory, plots: Sequence[str], strip: Panel) -> Layout:
+def _chosen(trajectory: Trajectory, plots: Sequence[str], strip: Panel) -> PanelLayout:
     """What was asked for: series with a panel for each unit, then portraits side by side."""
-    layout, portraits = Layout(), []
+    layout, portraits = PanelLayout(), []
     for text in plots:
         x, colon, y = text.partition(":")
         names = [name.strip() for name in (y if colon else x).split(",")]

@@ -19,7 +19,7 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.sections.point import FmuPoints, Vector
 from fmu_models.simulation.ensemble import Where
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.sections import Section
 
 # periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
@@ -101,7 +101,7 @@ class Backend(Protocol):
         """One step of points (m, n)."""
         ...
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         ...
 

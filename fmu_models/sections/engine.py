@@ -19,8 +19,8 @@ from fmu_models.lanes.library import Stepper, lanes_of
 from fmu_models.sections.backend import PATIENCE, SectionQuestions
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.engine import Engine
-from fmu_models.simulation.ensemble import Runs, Targets, make_runs
-from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.ensemble import EnsembleRuns, Targets, make_runs
+from fmu_models.simulation.rows import RunRows, joined
 
 # steps in lanes in the time of one by the series, about
 PACE = 8
@@ -62,7 +62,7 @@ class EngineBackend:
         derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
         return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], messages)
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs, in one call of the engine per chain."""
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
@@ -86,7 +86,7 @@ class EngineBackend:
         messages = {int(i): section.missed(float(periods[i])) for i in lost} | rows.messages
         return replace(rows, points=points, derivatives=derivatives, messages=messages)
 
-    def _runs(self, section: SectionQuestions, jobs: Jobs) -> Runs:
+    def _runs(self, section: SectionQuestions, jobs: Jobs) -> EnsembleRuns:
         m, n = len(jobs), len(section.fmu.states)
         variables, phased = section.fmu.variables, section.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in section.values.items()} | dict(jobs.varied)
@@ -95,7 +95,7 @@ class EngineBackend:
         periods = section.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / section.sizes()[:n]
-        return Runs(
+        return EnsembleRuns(
             references=[variables[name].valueReference for name in (*constants, *numbers)],
             values=values,
             starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),

@@ -24,7 +24,7 @@ from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
 from fmu_models.sections.backend import Begin, SectionQuestions
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ class ImporterBackend:
                 ends[i], why[i] = np.nan, str(error)
         return Step(section.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         return stepwise.run(section, jobs, stop)
 
     def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:

@@ -24,7 +24,7 @@ from fmu_models.sections.engine import EngineBackend, LanesBackend
 from fmu_models.sections.importer import ImporterBackend
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.engine import engine_of
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
@@ -117,7 +117,7 @@ class FmuSection(SectionQuestions):
             return self.backend.along(self, points, varied or {})
         return super().along(points, varied)
 
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return self.backend.run(self, jobs, stop)
 

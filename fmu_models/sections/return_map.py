@@ -24,7 +24,7 @@ from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.run import check_names, check_value
-from fmu_models.simulation.sections import Follower, Section, SectionPoint
+from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
 from fmu_models.simulation.tangent import flow_derivative
 
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
@@ -76,7 +76,7 @@ class ReturnMap(SectionSystem):
             "inputs": dict(inputs or {}),
             "tolerance": tolerance,
         }
-        self._follower = Follower(fmu, section, **self._run)
+        self._follower = SectionFollower(fmu, section, **self._run)
         self.values = {**self._run["parameters"], **self._run["inputs"]}
 
     @property
@@ -125,7 +125,7 @@ class ReturnMap(SectionSystem):
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)
-        self._follower = Follower(self.fmu, self.section, **self._run)
+        self._follower = SectionFollower(self.fmu, self.section, **self._run)
 
     def check(self, name: str, values: NDArray[np.float64]) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""

@@ -16,7 +16,7 @@ from fmu_models.sections.oscillator import FmuSection
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
-from fmu_models.simulation.field import Field, is_forced
+from fmu_models.simulation.field import VectorField, is_forced
 
 # the ratio that is farthest from those of whole numbers
 GOLDEN = 0.5 * (1.0 + 5.0**0.5)
@@ -65,7 +65,7 @@ class Strobe(FmuSection):
             if self.forcing is not None or not self.fmu.ours:
                 return None
             try:
-                if is_forced(Field(self.fmu, self.values), point[: len(self.fmu.states)]):
+                if is_forced(VectorField(self.fmu, self.values), point[: len(self.fmu.states)]):
                     return None
             except StickslipError:  # the point cannot be begun from
                 return None

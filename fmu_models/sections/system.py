@@ -23,7 +23,7 @@ from fmu_models.families import stepwise
 from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -109,13 +109,13 @@ class SectionSystem(Shown, ABC):
         """(m, n) the direction of the motion at points (m, n), of what is autonomous."""
         raise StickslipError(f"{self.name} has no direction of its motion: a step of it is no part of a flow.")
 
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return stepwise.run(self, jobs, stop)
 
     def make(
         self, jobs: Jobs, *, workers: int | None = None, progress: Callable[[float], Any] = lambda fraction: None
-    ) -> Rows:
+    ) -> RunRows:
         """The rows of all jobs, by threads, in memory; see ``runner`` for the rest."""
         return Runner(self, execution=Execution(workers=workers), progress=progress).make(jobs)
 

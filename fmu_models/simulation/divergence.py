@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import simulate
 
 NODES = 32  # between two events
@@ -60,7 +60,7 @@ def _divergence(
     fmu: Fmu, times: NDArray[np.float64], states: Mapping[str, NDArray[np.float64]], constants: Mapping[str, float]
 ) -> NDArray[np.float64]:
     """(m,) sum of the derivatives of the rates of all states, each by its own state."""
-    field = Field(fmu, constants)
+    field = VectorField(fmu, constants)
     rows = np.array([states[name] for name in fmu.states]).T
     return np.array(
         [np.trace(field.slopes(row, (), time=time)) for time, row in zip(times.tolist(), rows, strict=True)]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 _Ensemble = C.structure("Ensemble")
 _LINE = 8  # numbers in a line of memory
@@ -56,7 +56,7 @@ class Targets:
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
+class EnsembleRuns:
     """Many runs. values: (m, k) of the variables with these references; see engine/ensemble/ensemble.h for the rest."""
 
     references: list[int]
@@ -81,7 +81,9 @@ class Runs:
     stepper: Stepper | None = None
 
 
-def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Rows:
+def make_runs(
+    engine: Engine, sizes: tuple[int, int], where: Where, runs: EnsembleRuns, stop: NDArray[np.int32]
+) -> RunRows:
     """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them.
 
     Returns:
@@ -96,7 +98,7 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
     extended = n + contacts + 1
     kinds = {"derivatives": (extended, k)} if runs.jacobians else {"growth": k}
     # the engine writes the time since the last row behind each point
-    rows = Rows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
+    rows = RunRows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
     targets = runs.known or Targets(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
     references = np.array(runs.references, np.uint32)

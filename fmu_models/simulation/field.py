@@ -25,7 +25,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Rates:
+class FieldRates:
     """What is seen at a point, of n states.
 
     Attributes:
@@ -44,7 +44,7 @@ class Rates:
 class HasRates(Protocol):
     """What has rates at a point, at a time."""
 
-    def at(self, states: Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0) -> Rates: ...
+    def at(self, states: Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0) -> FieldRates: ...
 
 
 def is_forced(field: HasRates, point: Vector) -> bool:
@@ -57,7 +57,7 @@ def is_forced(field: HasRates, point: Vector) -> bool:
     return any((state != first).any() for state in others)
 
 
-class Field:
+class VectorField:
     """The rates of an FMU of this suite, with one instance of it.
 
     Args:
@@ -90,7 +90,7 @@ class Field:
 
     def at(
         self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
-    ) -> Rates:
+    ) -> FieldRates:
         """The rates at states (n,), with other values of parameters or inputs.
 
         Raises:
@@ -100,7 +100,7 @@ class Field:
         request = whole_run.Request(np.array([time]), self._read)
         row = whole_run.run(self._engine, self._instance, request).values[0]
         states, rates, contacts, indicators = np.split(row, self._ends)
-        return Rates(states, rates, tuple(int(state) for state in contacts), indicators)
+        return FieldRates(states, rates, tuple(int(state) for state in contacts), indicators)
 
     def slopes(
         self,

@@ -111,7 +111,7 @@ def crossings(
     """
     if most is not None and most < 1:
         raise StickslipError(f"At most {most} crossings are asked for. Ask for one at least, or leave it open.")
-    follower = Follower(
+    follower = SectionFollower(
         fmu, Section(state, level, direction), parameters=parameters, inputs=inputs, tolerance=tolerance
     )
     points = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
@@ -122,7 +122,7 @@ def crossings(
     )
 
 
-class Follower:
+class SectionFollower:
     """Follows one motion after the other to a section, with a single instance of the FMU."""
 
     def __init__(
@@ -191,5 +191,5 @@ class Follower:
             )
             if motion != self._motions:
                 raise StickslipError(
-                    "Another motion has begun since; this one cannot go on. Follow each with a Follower of its own."
+                    "Another motion has begun since; this one cannot go on. Follow each with a SectionFollower of its own."
                 )

@@ -27,7 +27,7 @@ from fmu_models.importer.flow import constants_of
 from fmu_models.language.contact_kinds import STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.field import Field, is_forced
+from fmu_models.simulation.field import VectorField, is_forced
 from fmu_models.simulation.run import check_names, check_value
 
 # of the eigenvalue of a direction that leaves what sticks, over the rest: exp(-this) is zero
@@ -50,7 +50,7 @@ class EquilibriumProblem(Problem):
         sizes: (n,) of the states.
     """
 
-    field: Field | ImportedField
+    field: VectorField | ImportedField
     strobe: Strobe
     over: str
     share: float
@@ -127,7 +127,7 @@ class EquilibriumProblem(Problem):
         return projector
 
     def how(self, z: Vector, seen: Seen) -> str:
-        if isinstance(self.field, Field):
+        if isinstance(self.field, VectorField):
             return ""
         return self.field.how(z[: len(self.states)], self.values(z))
 
@@ -202,7 +202,11 @@ def numbers_of(fmu: Fmu) -> list[str]:
 
 
 def problem_at(
-    field: Field | ImportedField, over: str, constants: dict[str, float], point: Vector, between: tuple[float, float]
+    field: VectorField | ImportedField,
+    over: str,
+    constants: dict[str, float],
+    point: Vector,
+    between: tuple[float, float],
 ) -> EquilibriumProblem:
     """The problem of a model near a point.
 

@@ -18,7 +18,7 @@ from fmu_models.continuation.problem.imported import indicator
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
 from fmu_models.importer.request import is_number
-from fmu_models.simulation.field import Rates, Vector
+from fmu_models.simulation.field import FieldRates, Vector
 
 # of the size of a number: distance between the points of a difference of fourth order
 APART = 1e-3
@@ -62,7 +62,7 @@ class ImportedField:
 
     def at(
         self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
-    ) -> Rates:
+    ) -> FieldRates:
         """The rates at states (n,), with other values of parameters or inputs.
 
         Raises:
@@ -82,10 +82,10 @@ class ImportedField:
             raise StickslipError(f"'{self._name}' moves its states at the start, from {x.tolist()}.")
         return flow
 
-    def _seen(self, flow: Flow) -> Rates:
+    def _seen(self, flow: Flow) -> FieldRates:
         signs = [1 if one > 0.0 else -1 for one in flow.indicators]
         modes = [MODES + round(number) for number in flow.recorded.tolist()]
-        return Rates(flow.start, flow.start_rates, (*signs, *modes), np.abs(flow.indicators))
+        return FieldRates(flow.start, flow.start_rates, (*signs, *modes), np.abs(flow.indicators))
 
     def slopes(
         self,

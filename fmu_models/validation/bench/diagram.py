@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from fmu_models.validation.bench.run import Comparison, MethodRow
+from fmu_models.validation.bench.run import MethodComparison, MethodRow
 
 MARKERS = {"event-driven": "o", "switch model": "s", "smoothing": "^", "time-stepping": "D"}
 LINES = ("-", "--", ":", "-.")
@@ -18,7 +18,7 @@ TINIEST = 1e-17  # where an error of exactly zero is drawn
 LARGEST = 1e2  # and one of another motion
 
 
-def draw(comparison: Comparison) -> Figure:
+def draw(comparison: MethodComparison) -> Figure:
     """Error over seconds, error over right-hand sides, and error of event times over seconds."""
     figure = Figure(figsize=(15.5, 6.2), layout="constrained")
     axes = figure.subplots(1, 3)

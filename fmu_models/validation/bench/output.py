@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
 from fmu_models.base.table import Cell, Column, Table, table
-from fmu_models.validation.bench.run import Comparison, MethodRow
+from fmu_models.validation.bench.run import MethodComparison, MethodRow
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,7 +28,7 @@ CAPTION = (
 )
 
 
-def as_json(comparisons: Sequence[Comparison]) -> dict[str, Any]:
+def as_json(comparisons: Sequence[MethodComparison]) -> dict[str, Any]:
     """Everything, for machines; numbers that are not finite become null."""
     return {"machine": machine(), "scenes": [_finite(asdict(comparison)) for comparison in comparisons]}
 
@@ -46,7 +46,7 @@ def machine() -> str:
     return f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
-def comparison_table(comparison: Comparison) -> Table:
+def comparison_table(comparison: MethodComparison) -> Table:
     """A row for each method and tolerance."""
     columns = (
         *("method", "tolerance", "error", "missed", Column("right-hand sides", spare=1), Column("time", "s")),
@@ -75,7 +75,7 @@ def _cells(row: MethodRow) -> list[str | Cell]:
     return [row.method, *(Cell(text, "number") for text in words)]
 
 
-def print_table(comparisons: Sequence[Comparison], out: Console) -> None:
+def print_table(comparisons: Sequence[MethodComparison], out: Console) -> None:
     """For people at a terminal."""
     for comparison in comparisons:
         out.print(comparison_table(comparison))
@@ -90,7 +90,7 @@ def print_table(comparisons: Sequence[Comparison], out: Console) -> None:
     out.print(CAPTION)
 
 
-def _grouped(comparison: Comparison) -> dict[str, list[str]]:
+def _grouped(comparison: MethodComparison) -> dict[str, list[str]]:
     """Methods without a result, by the reason."""
     groups: dict[str, list[str]] = {}
     for refusal in comparison.refusals:
@@ -98,7 +98,7 @@ def _grouped(comparison: Comparison) -> dict[str, list[str]]:
     return groups
 
 
-def write_csv(comparisons: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
+def write_csv(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
     """One line per scene, method and tolerance, numbers in full.
 
     Raises:
@@ -130,7 +130,7 @@ tbody th { font-weight: normal; } svg { width: 100%; height: auto; } .wide { ove
 """
 
 
-def write_page(comparisons: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
+def write_page(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
     """One HTML file with diagrams and tables inside; it asks the network for nothing.
 
     Raises:
@@ -147,7 +147,7 @@ def write_page(comparisons: Sequence[Comparison], path: Path, *, overwrite: bool
         temporary.write_text(text, "utf-8")
 
 
-def _section(comparison: Comparison, prefix: str) -> list[str]:
+def _section(comparison: MethodComparison, prefix: str) -> list[str]:
     from fmu_models.report.inline_svg import inline_svg
     from fmu_models.validation.bench.diagram import draw
 

@@ -70,7 +70,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class MethodComparison:
     """All rows of a problem.
 
     Attributes:
@@ -119,7 +119,7 @@ class _Entry:
 
 def compare(
     problem: MethodProblem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
-) -> Comparison:
+) -> MethodComparison:
     """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
 
     Raises:
@@ -144,7 +144,7 @@ def compare(
     entries.sort(key=lambda entry: methods.index(entry.method))
     rows = [_row(entry, solution, problem) for entry in entries]
     expected = None if solution.switches is None else sum(s.matters for s in solution.switches)
-    return Comparison(
+    return MethodComparison(
         problem.name, problem.title, problem.stop_time, requested, problem.states,
         solution.sentence, solution.own_error(), expected, tuple(rows), tuple(refusals),
         interrupted, time.monotonic() - started,

@@ -40,7 +40,7 @@ class Followed(Pictured):
     def interrupted(self) -> bool:
         """Whether the keyboard ended it early."""
         curves = self.curves.curves if self.curves else ()
-        return self.branch.interrupted or any(kind == "interrupted" for curve in curves for kind, _ in curve.ends)
+        return self.branch.interrupted or any(curve.interrupted for curve in curves)
 
     @property
     def how(self) -> str:

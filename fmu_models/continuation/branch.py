@@ -40,7 +40,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.shown import Pictured
+from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.imported import ImportedProblem
@@ -57,7 +57,7 @@ MULTIPLIER, PERIOD = "multiplier", "period"
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(Pictured):
+class Branch(Ended):
     """Of m points, n states.
 
     Attributes:
@@ -106,11 +106,6 @@ class Branch(Pictured):
     units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
-
-    @property
-    def named_ends(self) -> list[dict[str, str]]:
-        """``ends`` with names."""
-        return [{"kind": kind, "why": why} for kind, why in self.ends]
 
     @property
     def count(self) -> int:

@@ -196,7 +196,7 @@ class Branches(Pictured):
             except StickslipError as error:
                 failures.append(f"{special.kind} at {self.over} = {special.value:.9g}: {error}")
                 continue
-            if any(kind == "interrupted" for kind, _ in curves[-1].ends):
+            if curves[-1].interrupted:
                 break
         if failures and not curves:
             raise StickslipError(failures[0])
@@ -223,26 +223,22 @@ def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
 
 def _with_others(first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper) -> Branches:
     followed = [first]
-    interrupted = spread(followed, longest, points, keeper) if switch else _interrupted(first)
+    interrupted = spread(followed, longest, points, keeper) if switch else first.interrupted
     return Branches(of or first.of, tuple(followed), interrupted)
 
 
 def spread(followed: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:
     """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
-    if _interrupted(followed[-1]):
+    if followed[-1].interrupted:
         return True
     try:
         for member in _switched_at(followed, longest, points, keeper):
             followed.append(member)
-            if _interrupted(member):
+            if member.interrupted:
                 return True
     except KeyboardInterrupt:
         return True
     return False
-
-
-def _interrupted(member: Branch) -> bool:
-    return any(kind == "interrupted" for kind, _ in member.ends)
 
 
 def _switched_at(followed: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Pictured, Shown
+from fmu_models.base.shown import Shown
 from fmu_models.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
 from fmu_models.continuation.branch import Branch, joined
 from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.equilibrium import still
 from fmu_models.continuation.curves.trace import curve_of
+from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.leaving import beside_branch_point
 from fmu_models.continuation.normal_forms.cubic import UNKNOWN, Coefficient, coefficient, criticality
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, eigenvalues_of
@@ -162,7 +163,7 @@ class SpecialEquilibrium(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumBranch(Pictured):
+class EquilibriumBranch(Ended):
     """Of m equilibria, n states.
 
     Attributes:
@@ -224,11 +225,6 @@ class EquilibriumBranch(Pictured):
     how: str = ""
 
     @property
-    def named_ends(self) -> list[dict[str, str]]:
-        """``ends`` with names."""
-        return [{"kind": kind, "why": why} for kind, why in self.ends]
-
-    @property
     def rows(self) -> list[dict[str, Any]]:
         """Value, state, eigenvalues and stability of each point."""
         names = ("value", "state", "eigenvalues", "stable")
@@ -247,8 +243,8 @@ class EquilibriumBranch(Pictured):
 
     @property
     def interrupted(self) -> bool:
-        """By the keyboard."""
-        return any(kind == "interrupted" for branch in (self, *self.cycles) for kind, _ in branch.ends)
+        """Whether the keyboard ended it, or a branch of its cycles, early."""
+        return super().interrupted or any(cycles.interrupted for cycles in self.cycles)
 
     def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
         """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair

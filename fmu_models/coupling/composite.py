@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.codegen.c_structures import declarations
-from fmu_models.coupling.order import Port, Stage, discrete, stages
+from fmu_models.coupling.order import CouplingStage, Port, discrete, stages
 from fmu_models.coupling.wiring import unit_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
@@ -123,7 +123,7 @@ class Composite:
         setattr(self.c, name, array.ctypes.data)
         self.arrays[name] = array
 
-    def _wire(self, order: Sequence[Stage]) -> None:
+    def _wire(self, order: Sequence[CouplingStage]) -> None:
         """The arrays of outputs, inputs, groups and stages."""
         fmus = self.system.fmus
         self.stages = list(order)

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite, library
-from fmu_models.coupling.stepper import Stepper
+from fmu_models.coupling.stepper import UnitStepper
 from fmu_models.importer import instance, request
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
@@ -59,7 +59,7 @@ def co_simulate(
                 f"The unit '{name}' has no Co-Simulation, which '{solver}' needs. "
                 "Where all units have Model Exchange, choose the solver 'auto'."
             )
-    run = _Run(system, solver)
+    run = _CoSimulation(system, solver)
     try:
         times = (
             None if output_times is None else request.output_times(output_times, system.start_time, system.stop_time)
@@ -69,7 +69,7 @@ def co_simulate(
         run.composite.close()
 
 
-class _Run:
+class _CoSimulation:
     """The units between two communication points, and what has been recorded."""
 
     def __init__(self, system: CoupledSystem, solver: str) -> None:
@@ -77,7 +77,7 @@ class _Run:
         self.composite = Composite(system, co_simulation=True)
         self.events: list[ForeignEvent] = []
         instances = zip(self.composite.names, self.composite.instances, strict=True)
-        self.steppers = [Stepper(name, unit_instance, self._note) for name, unit_instance in instances]
+        self.steppers = [UnitStepper(name, unit_instance, self._note) for name, unit_instance in instances]
         self.fixed = [stepper.name for stepper in self.steppers if not stepper.puts_back]
         if system.adaptive and self.fixed:
             raise StickslipError(

@@ -26,7 +26,7 @@ DEFAULTS, FITTED = "default", "fitted"
 
 
 @dataclass(frozen=True)
-class Entry:
+class ParameterEntry:
     """A value of a parameter set, for a variable of a component, in ``unit``."""
 
     name: str
@@ -35,7 +35,7 @@ class Entry:
     description: str
 
 
-def defaults(unit: Unit, without: Iterable[str] = ()) -> list[Entry]:
+def defaults(unit: Unit, without: Iterable[str] = ()) -> list[ParameterEntry]:
     """The parameters of a unit with the values it runs with, and the start values and inputs that it is given."""
     values = {name: float(str(unit.fmu.variables[name].start)) for name in unit.fmu.parameters}
     values |= {**unit.parameters, **unit.start, **unit.inputs}
@@ -44,13 +44,13 @@ def defaults(unit: Unit, without: Iterable[str] = ()) -> list[Entry]:
             raise StickslipError(f"The input '{name}' changes with time, and a parameter set holds constants only.")
     left_out = set(without)
     return [
-        Entry(name, value, _unit(unit.fmu, name), unit.fmu.variables[name].description or name)
+        ParameterEntry(name, value, _unit(unit.fmu, name), unit.fmu.variables[name].description or name)
         for name, value in values.items()
         if name not in left_out
     ]
 
 
-def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[str, dict[str, list[Entry]]]:
+def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[str, dict[str, list[ParameterEntry]]]:
     """Per unit the values it runs with, and those of a parameter set (.ssv) that are for it, which replace them.
 
     Of several units the one is meant that a name begins with, as "unit.name", or the only one with such a parameter.
@@ -58,7 +58,7 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
     Raises:
         StickslipError: the file cannot be read, or a name or unit in it is no unit's.
     """
-    fitted_entries: dict[str, list[Entry]] = {name: [] for name in system.units}
+    fitted_entries: dict[str, list[ParameterEntry]] = {name: [] for name in system.units}
     for full, value, unit in ssp.read_parameter_set(fitted) if fitted is not None else ():
         owner, name = _owner(system, full, str(fitted))
         variable = system.units[owner].fmu.variables[name]
@@ -72,7 +72,7 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
                 ) from None
             value = factor * value + offset
         check_parameter(system.units[owner].fmu, name, value)
-        fitted_entries[owner].append(Entry(name, value, own_unit, variable.description or name))
+        fitted_entries[owner].append(ParameterEntry(name, value, own_unit, variable.description or name))
     sets = {}
     for name, unit in system.units.items():
         sets[name] = {DEFAULTS: defaults(unit, [entry.name for entry in fitted_entries[name]])}
@@ -95,7 +95,7 @@ def _owner(system: CoupledSystem, name: str, where: str) -> tuple[str, str]:
     return owners[0], name
 
 
-def parameter_set(name: str, entries: Sequence[Entry], fmu: Fmu) -> bytes:
+def parameter_set(name: str, entries: Sequence[ParameterEntry], fmu: Fmu) -> bytes:
     """The .ssv document, with units defined by base units."""
     root = _root("ssv:ParameterSet", version="1.0", name=name, generationTool=f"stickslip {version()}")
     parameters = SubElement(root, _tag("ssv:Parameters"))
@@ -116,7 +116,7 @@ def check_path(path: Path) -> Path:
 def write(
     path: Path,
     system: CoupledSystem,
-    sets: Mapping[str, Mapping[str, Sequence[Entry]]],
+    sets: Mapping[str, Mapping[str, Sequence[ParameterEntry]]],
     *,
     overwrite: bool = False,
 ) -> Path:

@@ -17,7 +17,7 @@ ITERATIONS = 100  # updates at one event before the unit counts as not convergin
 STALLS = 1000  # returns in a row without progress
 
 
-class Stepper:
+class UnitStepper:
     """A unit that steps by itself.
 
     Attributes:

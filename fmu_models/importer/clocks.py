@@ -33,7 +33,7 @@ _PERIODIC = ("constant", "fixed", "calculated", "tunable")
 
 
 @dataclass(frozen=True)
-class Clock:
+class FmuClock:
     """A clock as its description has it; interval and shift in s, ``None`` where the FMU tells them."""
 
     name: str
@@ -52,7 +52,7 @@ class Clock:
         return self.kind != _KIND.OUTPUT
 
 
-def clocks_of(fmu: Fmu) -> list[Clock]:
+def clocks_of(fmu: Fmu) -> list[FmuClock]:
     """The clocks in the order of the description.
 
     Raises:
@@ -70,7 +70,7 @@ def clocks_of(fmu: Fmu) -> list[Clock]:
         raise StickslipError(f"'{fmu.path}': a clock in modelDescription.xml makes no sense: {error!r}.") from error
 
 
-def _clock(attributes: Mapping[str, str]) -> Clock:
+def _clock(attributes: Mapping[str, str]) -> FmuClock:
     variability, causality = attributes["intervalVariability"], attributes.get("causality", "local")
     kind = {"changing": _KIND.CHANGING, "countdown": _KIND.COUNTDOWN}.get(variability)
     if variability in _PERIODIC:
@@ -86,7 +86,7 @@ def _clock(attributes: Mapping[str, str]) -> Clock:
             return int(attributes[f"{name}Counter"]) / int(resolution)
         return float(attributes[f"{name}Decimal"]) if f"{name}Decimal" in attributes else None
 
-    return Clock(
+    return FmuClock(
         attributes["name"],
         int(attributes["valueReference"]),
         kind,

@@ -300,7 +300,7 @@ class Driver(Shown):
         self,
         times: NDArray[np.float64],
         initial: Mapping[str, float],
-        table: request.Table,
+        table: request.InputTable,
         start_time: float,
         stop_time: float,
         ticking: Mapping[str, NDArray[np.float64]] | None = None,

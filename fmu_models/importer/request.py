@@ -177,7 +177,7 @@ def has_start(variable: ModelVariable) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class InputTable:
     """Inputs over time: values and slopes (k, n) just after each of ``times`` (k,), and whether it is an event (k,)."""
 
     inputs: Selection
@@ -187,7 +187,7 @@ class Table:
     jumps: NDArray[np.int64]
 
 
-def table(fmu: Fmu, inputs: Mapping[str, float | Signal], start: float, stop: float) -> Table:
+def table(fmu: Fmu, inputs: Mapping[str, float | Signal], start: float, stop: float) -> InputTable:
     """The inputs given, as a table over the run.
 
     Raises:
@@ -195,7 +195,7 @@ def table(fmu: Fmu, inputs: Mapping[str, float | Signal], start: float, stop: fl
     """
     if not inputs:
         none = np.zeros((1, 0))
-        return Table(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
+        return InputTable(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
     input_names = inputs_of(fmu)
     for name, value in inputs.items():
         variable = fmu.variables.get(owner(name, fmu.variables))
@@ -229,7 +229,7 @@ def table(fmu: Fmu, inputs: Mapping[str, float | Signal], start: float, stop: fl
     jumps = np.zeros(times.size, dtype=np.int64)
     jumps[1:] = JUMP * (np.abs(values[1:] - reached) > 1e-12 * size).any(axis=1)
     values, slopes = np.ascontiguousarray(values), np.ascontiguousarray(slopes)
-    return Table(Selection.of(fmu, names), times, values, slopes, jumps)
+    return InputTable(Selection.of(fmu, names), times, values, slopes, jumps)
 
 
 def output_times(times: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
@@ -297,7 +297,7 @@ class StepBound:
 
 
 def communication_points(
-    fmu: Fmu, step: float, start: float, stop: float, outputs: NDArray[np.float64] | None, inputs: Table
+    fmu: Fmu, step: float, start: float, stop: float, outputs: NDArray[np.float64] | None, inputs: InputTable
 ) -> NDArray[np.float64]:
     """From start to stop in steps as asked, with output times and jumps of inputs in between.
 
@@ -322,7 +322,7 @@ def communication_points(
     return np.asarray(points, dtype=np.float64)
 
 
-def at_points(table: Table, points: NDArray[np.float64]) -> Table:
+def at_points(table: InputTable, points: NDArray[np.float64]) -> InputTable:
     """The same inputs as values that hold from one communication point to the next."""
     rows = np.clip(np.searchsorted(table.times, points, side="right") - 1, 0, None)
     values = table.values[rows] + table.slopes[rows] * (points - table.times[rows])[:, None]

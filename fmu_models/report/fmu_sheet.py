@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from fmu_models.base import console
 from fmu_models.base.table import Cell, Column, table
 from fmu_models.fmu.library import platforms, sources, this_folder
+from fmu_models.report.run_summary import LISTED
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
@@ -26,7 +27,6 @@ CAUSALITIES = (
     *("input", "output", "local", "independent"),
 )
 YES_OR_NO = ("can", "completed", "has", "might", "needs", "provides")  # beginnings of the attributes that are
-LISTED = 40  # rows of one kind that a person reads; programs get all
 
 
 def sheet(fmu: Fmu) -> dict[str, Any]:

@@ -128,7 +128,7 @@ def simulate_with_error(
 
 
 @dataclass(frozen=True)
-class _Check:
+class _DefectCheck:
     """The defect of a run, the run with other steps, where these end, and whether its own defect is rounding."""
 
     defect: Defect
@@ -153,7 +153,7 @@ def _wrong_from(defect: Defect, sizes: NDArray[np.float64]) -> float | None:
 
 def _checked(
     repeated: Repeated, run: Trajectory, output_times: ArrayLike | None, progress: Callable[[float], None]
-) -> _Check:
+) -> _DefectCheck:
     states = repeated.fmu.states
     sizes = np.array([max(np.abs(run[state]).max(), _resting(repeated.fmu, state)) for state in states])
 
@@ -175,8 +175,8 @@ def _checked(
             if latest.resolved:
                 ends = np.union1d(ends, latest.edges)
     except StickslipError as error:
-        return _Check(own_defect, name, sizes, None, ends, False, {COMPANIONS[0]: str(error)})
-    return _Check(own_defect, name, sizes, second, ends, _wrong_from(latest, sizes) is None and latest.resolved)
+        return _DefectCheck(own_defect, name, sizes, None, ends, False, {COMPANIONS[0]: str(error)})
+    return _DefectCheck(own_defect, name, sizes, second, ends, _wrong_from(latest, sizes) is None and latest.resolved)
 
 
 def _resting(fmu: Fmu, state: str) -> float:
@@ -213,7 +213,7 @@ def _estimate(
     trajectory: Trajectory,
     runs: Mapping[str, Trajectory],
     refused: Mapping[str, str],
-    check: _Check,
+    check: _DefectCheck,
     seconds: tuple[float, float],
 ) -> ErrorEstimate:
     wrong = check.wrong
@@ -254,7 +254,7 @@ def _estimate(
     return ErrorEstimate(states, end, defect, wrong, check.name, relative, moved, parting_time, by, refused, seconds)
 
 
-def _whole_differences(run: Trajectory, check: _Check, states: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def _whole_differences(run: Trajectory, check: _DefectCheck, states: Sequence[str]) -> dict[str, NDArray[np.float64]]:
     """Per state (n,) to the run with other steps, the size of the state from where on nothing is known."""
     unknown = np.zeros(run.time.size, dtype=bool) if check.right else run.time >= (check.wrong or -math.inf)
     differences = {}

@@ -52,7 +52,7 @@ class Engine:
         except OSError as error:
             raise StickslipError(f"'{fmu.path}' cannot be loaded: {error}") from error
         self.model = str(fmu.description.modelName)
-        self._idle: list[Instance] = []
+        self._idle: list[EngineInstance] = []
         handles: list[int] = []
         self._handles = handles
         try:
@@ -84,7 +84,7 @@ class Engine:
         self._counted = fmu.fmi == 3
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
-    def derivative(self, instance: Instance, of: NDArray[np.uint32], by: int) -> NDArray[np.float64]:
+    def derivative(self, instance: EngineInstance, of: NDArray[np.uint32], by: int) -> NDArray[np.float64]:
         """(n,) derivatives of rates or outputs by one variable, all by reference, where the instance is.
 
         Raises:
@@ -97,21 +97,21 @@ class Engine:
             raise instance.failure()
         return derivatives
 
-    def take(self) -> Instance:
+    def take(self) -> EngineInstance:
         """An instance for one user, in whatever state the last one left it; give it back."""
         try:
             return self._idle.pop()
         except IndexError:
-            instance = Instance(self)
+            instance = EngineInstance(self)
             self._handles.append(instance.handle)
             return instance
 
-    def give(self, instance: Instance) -> None:
+    def give(self, instance: EngineInstance) -> None:
         """Take it back."""
         self._idle.append(instance)
 
 
-class Instance:
+class EngineInstance:
     """One motion at a time, by one thread at a time; what a run writes to is kept for the next one."""
 
     def __init__(self, engine: Engine) -> None:

@@ -27,18 +27,18 @@ class MeasuredLog(Shown):
         time: (n,) s, ascending; a time that stands twice is a jump.
         columns: per column (n,) in its own unit, NaN where the log has no number.
         units: of those columns whose unit is stated.
-        held: columns whose values hold until the next sample; the others are straight lines between samples.
+        stepwise: columns whose values hold until the next sample; the others are straight lines between samples.
         variables: per column the variable of a model that it measures, where that has another name.
-        place: where a row stands in the file, for messages.
+        locate: where a row stands in the file, for messages.
     """
 
     source: str
     time: NDArray[np.float64]
     columns: Mapping[str, NDArray[np.float64]]
     units: Mapping[str, str] = field(default_factory=dict)
-    held: frozenset[str] = frozenset()
+    stepwise: frozenset[str] = frozenset()
     variables: Mapping[str, str] = field(default_factory=dict)
-    place: Callable[[int], str] = "row {}".format
+    locate: Callable[[int], str] = "row {}".format
 
     def _heading(self) -> str:
         return f"{self.source}: {self.time.size} samples from {self.time[0]:g} to {self.time[-1]:g} s"
@@ -74,10 +74,10 @@ class MeasuredLog(Shown):
         missing = np.flatnonzero(~np.isfinite(values))
         if missing.size:
             raise StickslipError(
-                f"{self.source}: column '{column}' holds no number on {self.place(int(missing[0]))} "
+                f"{self.source}: column '{column}' holds no number on {self.locate(int(missing[0]))} "
                 f"({missing.size} times), and {purpose} needs one at all times. Fill or cut these rows."
             )
-        holds = self.by_variable.get(column, column) in self.held
+        holds = self.by_variable.get(column, column) in self.stepwise
         return Signal.held(self.time, values) if holds else Signal(self.time, values)
 
 

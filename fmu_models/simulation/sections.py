@@ -69,7 +69,7 @@ class SectionPoint(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Crossings(Shown):
+class SectionCrossings(Shown):
     """All of a motion, in order.
 
     Attributes:
@@ -99,7 +99,7 @@ def crossings(
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     tolerance: float = 1e-14,
-) -> Crossings:
+) -> SectionCrossings:
     """The crossings of a level by a state, from ``start_time`` to ``stop_time``, or the first ``most`` of them.
 
     Args:
@@ -115,7 +115,7 @@ def crossings(
         fmu, Section(state, level, direction), parameters=parameters, inputs=inputs, tolerance=tolerance
     )
     points = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
-    return Crossings(
+    return SectionCrossings(
         np.array([crossing.time for crossing in points]),
         {name: np.array([crossing.states[name] for crossing in points]) for name in fmu.states},
         {name: np.array([crossing.contacts[name] for crossing in points], dtype=np.int8) for name in fmu.contacts},
@@ -152,7 +152,7 @@ class Follower:
         contacts = [f"{name}_state" for name in fmu.contacts]
         recorded = ["time", *fmu.states, *rates, *contacts]
         self._recorded = np.array([fmu.variables[name].valueReference for name in recorded], dtype=np.uint32)
-        self._section = whole_run.Section(
+        self._section = whole_run.SectionRequest(
             fmu.variables[section.state].valueReference, float(section.level), section.direction
         )
 

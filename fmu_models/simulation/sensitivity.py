@@ -19,7 +19,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.engine import Instance, engine_of
+from fmu_models.simulation.engine import EngineInstance, engine_of
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.run import check_names, check_tolerance, check_value, checked_times
 from fmu_models.simulation.signal import Signal, knots
@@ -119,7 +119,7 @@ class SensitiveRun(Shown):
         self._references = np.array([variables[name].valueReference for name in self.recorded], dtype=np.uint32)
         directions = np.array([variables[name].valueReference for name in self.by], dtype=np.uint32)
         self._engine = engine_of(fmu)
-        self._instance: Instance | None = self._engine.take()
+        self._instance: EngineInstance | None = self._engine.take()
         self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions)
 
     def _contents(self) -> dict[str, object]:

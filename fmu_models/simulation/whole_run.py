@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.simulation.engine import RUN, C, Engine, Instance, address
+from fmu_models.simulation.engine import RUN, C, Engine, EngineInstance, address
 from fmu_models.simulation.signal import Knots
 
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -37,7 +37,7 @@ class Request(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionRequest:
     """A level of the state ``reference`` and the direction of its crossings: 1 upward, -1 downward, 0 both."""
 
     reference: int
@@ -56,7 +56,7 @@ class Result(NamedTuple):
 
 
 def run(
-    engine: Engine, instance: Instance, request: Request, progress: Callable[[float], None] | None = None
+    engine: Engine, instance: EngineInstance, request: Request, progress: Callable[[float], None] | None = None
 ) -> Result:
     """Make the run of an instance that was started.
 
@@ -83,7 +83,9 @@ def run(
     return Result(values, events, c.steps, c.evaluations, seconds)
 
 
-def crossings(engine: Engine, instance: Instance, request: Request, section: Section) -> Iterator[NDArray[np.float64]]:
+def crossings(
+    engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest
+) -> Iterator[NDArray[np.float64]]:
     """Rows (m,) of the values recorded at one crossing after the other; the run goes on only as far as it is iterated.
 
     Raises:
@@ -160,7 +162,7 @@ class Differentiator:
     """
 
     def __init__(
-        self, engine: Engine, instance: Instance, directions: NDArray[np.uint32], states: int | None = None
+        self, engine: Engine, instance: EngineInstance, directions: NDArray[np.uint32], states: int | None = None
     ) -> None:
         self._engine, self._instance, self._directions = engine, instance, directions
         events = instance.whole_run.event_capacity
@@ -217,7 +219,7 @@ class Differentiator:
         return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
-def structure(request: Request, values: NDArray[np.float64], instance: Instance) -> Any:
+def structure(request: Request, values: NDArray[np.float64], instance: EngineInstance) -> Any:
     """The request as the engine reads it, its values to go into ``values``, of a run that has not begun."""
     prepared = instance.whole_run
     c = _WholeRun(event_capacity=prepared.event_capacity, events=prepared.events)

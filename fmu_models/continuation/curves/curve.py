@@ -14,6 +14,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
 from fmu_models.continuation.curves.condition import pinned
+from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.problem.problem import Vector
 
@@ -42,7 +43,7 @@ class CurvePoint(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Pictured):
+class Curve(Ended):
     """Of m points, n states.
 
     Attributes:
@@ -81,11 +82,6 @@ class Curve(Pictured):
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     condition: Any = field(default=None, repr=False)
     called: str = "multipliers"
-
-    @property
-    def named_ends(self) -> list[dict[str, str]]:
-        """``ends`` with names."""
-        return [{"kind": kind, "why": why} for kind, why in self.ends]
 
     @property
     def pairs(self) -> Vector:

@@ -61,14 +61,14 @@ class ImportedField:
         return str(self.fmu.description.modelName)
 
     def at(
-        self, states: Sequence[float] | Vector, given: Mapping[str, float] | None = None, time: float = 0.0
+        self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
     ) -> Rates:
         """The rates at states (n,), with other values of parameters or inputs.
 
         Raises:
             StickslipError: the FMU refuses the point, or moves it.
         """
-        return self._seen(self._flow(states, given, time))
+        return self._seen(self._flow(states, parameters, time))
 
     def _flow(
         self, states: Sequence[float] | Vector, given: Mapping[str, float] | None, time: float, slopes: bool = False

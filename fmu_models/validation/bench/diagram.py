@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from fmu_models.validation.bench.run import Comparison, Row
+from fmu_models.validation.bench.run import Comparison, MethodRow
 
 MARKERS = {"event-driven": "o", "switch model": "s", "smoothing": "^", "time-stepping": "D"}
 LINES = ("-", "--", ":", "-.")
@@ -56,7 +56,7 @@ def draw(comparison: Comparison) -> Figure:
     return figure
 
 
-def _points(rows: Sequence[Row]) -> tuple[list[tuple[float, float]], ...]:
+def _points(rows: Sequence[MethodRow]) -> tuple[list[tuple[float, float]], ...]:
     """Pairs of cost and error for the three axes."""
     errors = [min(LARGEST, max(TINIEST, row.error if math.isfinite(row.error) else LARGEST)) for row in rows]
     time = [(row.seconds, error) for row, error in zip(rows, errors, strict=True)]
@@ -69,5 +69,5 @@ def _points(rows: Sequence[Row]) -> tuple[list[tuple[float, float]], ...]:
     return time, work, events
 
 
-def _lowest(rows: Sequence[Row]) -> float:
+def _lowest(rows: Sequence[MethodRow]) -> float:
     return max(TINIEST, min((row.error for row in rows), default=TINIEST))

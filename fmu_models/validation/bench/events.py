@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fmu_models.validation.methods.result import OPEN, RELEASED, Switch
+from fmu_models.validation.methods.result import OPEN, RELEASED, SwitchEvent
 
 # of the distance to the nearest other event of the contact: a find further away is another event
 REACH = 0.5
@@ -25,7 +25,7 @@ class EventErrors:
     time: float | None
 
 
-def event_errors(computed: Sequence[Switch], reference: Sequence[Switch], stop: float) -> EventErrors:
+def event_errors(computed: Sequence[SwitchEvent], reference: Sequence[SwitchEvent], stop: float) -> EventErrors:
     """Pair the events of every contact that end in the same state, each with the nearest still free."""
     kinds: dict[tuple[str, int], tuple[list[float], list[float]]] = defaultdict(lambda: ([], []))
     for column, switches in enumerate((computed, reference)):

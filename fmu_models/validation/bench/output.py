@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
 from fmu_models.base.table import Cell, Column, Table, table
-from fmu_models.validation.bench.run import Comparison, Row
+from fmu_models.validation.bench.run import Comparison, MethodRow
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,7 +56,7 @@ def comparison_table(comparison: Comparison) -> Table:
     return table(f"{comparison.title} ({comparison.stop_time:g} s)", columns, map(_cells, comparison.rows))
 
 
-def _cells(row: Row) -> list[str | Cell]:
+def _cells(row: MethodRow) -> list[str | Cell]:
     events = row.events
     ratio = "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}"
     words = (

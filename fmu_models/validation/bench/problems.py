@@ -16,12 +16,12 @@ from fmu_models.scene.read import SUFFIX, files, read_scene
 from fmu_models.scene.reduce import built_scene, reduced
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.signal import Signal
-from fmu_models.validation.methods.result import Problem
+from fmu_models.validation.methods.result import MethodProblem
 
 STOP_TIME = 20.0  # s, of a model without a scene
 
 
-def problem(name: str, until: float | None = None) -> Problem:
+def problem(name: str, until: float | None = None) -> MethodProblem:
     """The problem of a scene (a TOML file, or the name of one that comes along) or of a model with its defaults.
 
     Args:
@@ -55,7 +55,7 @@ def of_model(name: str) -> Scene:
     )  # fmt: skip
 
 
-def of_scene(scene: Scene, until: float | None = None) -> Problem:
+def of_scene(scene: Scene, until: float | None = None) -> MethodProblem:
     """The first of the runs that a scene asks for; one of an orbit is made over ten periods."""
     from fmu_models.lowering.fold import fold
 
@@ -71,7 +71,7 @@ def of_scene(scene: Scene, until: float | None = None) -> Problem:
     start = np.array([float(scene.start.get(s.name, s.start)) for s in system.states])
     nominal = np.array([float(s.nominal) for s in system.states])
     settings: dict[str, Any] = {key: run[key] for key in ("parameters", "start", "inputs")}
-    return Problem(
+    return MethodProblem(
         name=scene.name, title=scene.title, system=system, start=start, nominal=nominal, stop_time=stop,
         fmu=built_scene(scene), arguments=settings, steady=steady,
     )  # fmt: skip

@@ -24,11 +24,11 @@ from fmu_models.validation.methods.peers.fmpy_cvode import FmpyCvode
 from fmu_models.validation.methods.peers.heyoka_taylor import HeyokaTaylor
 from fmu_models.validation.methods.result import (
     Method,
+    MethodProblem,
     MethodRun,
     NotInstalled,
     NotTreated,
-    Problem,
-    Switch,
+    SwitchEvent,
     TooLong,
 )
 from fmu_models.validation.methods.scipy_events import ScipyEvents
@@ -54,11 +54,11 @@ class Witness:
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class ReferenceSolution:
     """The end state (n_states,), the events, and the runs that they rest on, best first."""
 
     end: NDArray[np.float64]
-    switches: tuple[Switch, ...] | None
+    switches: tuple[SwitchEvent, ...] | None
     witnesses: tuple[Witness, ...]
     nominal: NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def code_of(method: Method) -> str:
     return getattr(method, "solver", "") or type(method).__name__
 
 
-def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Reference:
+def reference(problem: MethodProblem, tick: Callable[[], None] = lambda: None) -> ReferenceSolution:
     """Make the runs.
 
     Raises:
@@ -133,13 +133,13 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
     if not runs:
         raise StickslipError(f"{problem.name}: no method can run it. Simulate it: stickslip simulate {problem.name}")
     for witness, run in runs:
-        alone = Reference(run.end, run.switches, (), problem.nominal)
+        alone = ReferenceSolution(run.end, run.switches, (), problem.nominal)
         others = sorted((alone.error(w.end), i) for i, (w, _) in enumerate(runs) if w is not witness)
         agreeing = tuple(runs[i][0] for distance, i in others if distance < APART)
         if agreeing or len(runs) == 1:
-            return Reference(run.end, run.switches, (witness, *agreeing), problem.nominal)
+            return ReferenceSolution(run.end, run.switches, (witness, *agreeing), problem.nominal)
     first, second = runs[0], runs[1][0]
-    difference = Reference(first[1].end, None, (), problem.nominal).error(second.end)
+    difference = ReferenceSolution(first[1].end, None, (), problem.nominal).error(second.end)
     raise Parted(
         f"{problem.name}: {first[0].how} and {second.how} end {difference:.1g} apart, in nominal values of the states: "
         "the motion is chaotic or grazes, and no end state can be compared. Choose a shorter run (--until)."

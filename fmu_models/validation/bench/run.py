@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 
 from fmu_models.validation.bench.events import EventErrors, event_errors
 from fmu_models.validation.bench.limit import limit
-from fmu_models.validation.bench.reference import TRUST, Parted, Reference, reference
+from fmu_models.validation.bench.reference import TRUST, Parted, ReferenceSolution, reference
 from fmu_models.validation.methods.catalogue import OURS
-from fmu_models.validation.methods.result import Method, MethodRun, NotInstalled, NotTreated, Problem
+from fmu_models.validation.methods.result import Method, MethodProblem, MethodRun, NotInstalled, NotTreated
 
 ROUNDS = 15
 LONGEST = 4.0  # s of one run, after which it is given up, with the method's tighter tolerances
@@ -33,7 +33,7 @@ CUTS = 3  # to a quarter, of a run that no two codes end alike
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodRow:
     """One method at one tolerance.
 
     Attributes:
@@ -90,7 +90,7 @@ class Comparison:
     reference: str
     own_error: float
     expected: int | None
-    rows: tuple[Row, ...]
+    rows: tuple[MethodRow, ...]
     refusals: tuple[Refusal, ...]
     interrupted: bool
     seconds: float
@@ -118,7 +118,7 @@ class _Entry:
 
 
 def compare(
-    problem: Problem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
+    problem: MethodProblem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
 ) -> Comparison:
     """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
 
@@ -151,7 +151,7 @@ def compare(
     )  # fmt: skip
 
 
-def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Reference]:
+def _comparable(problem: MethodProblem, tick: Callable[[], None]) -> tuple[MethodProblem, ReferenceSolution]:
     """The problem and its reference; of a chaotic run a quarter, until codes agree."""
     events = list(OURS.prepare(problem)(OURS.tolerances[0]).switches or ())
     if len(events) > EVENTS:
@@ -165,7 +165,7 @@ def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Re
 
 
 def _first_runs(
-    problem: Problem,
+    problem: MethodProblem,
     methods: Sequence[Method],
     refusals: list[Refusal],
     until: float,
@@ -217,7 +217,7 @@ def _rounds(entries: Sequence[_Entry], until: float, progress: Callable[[float],
         progress((i + 1) / ROUNDS)
 
 
-def _row(entry: _Entry, solution: Reference, problem: Problem) -> Row:
+def _row(entry: _Entry, solution: ReferenceSolution, problem: MethodProblem) -> MethodRow:
     method, first = entry.method, entry.first
     error = solution.error(first.end)
     events = None
@@ -225,7 +225,7 @@ def _row(entry: _Entry, solution: Reference, problem: Problem) -> Row:
         events = event_errors(first.switches, solution.switches, problem.stop_time)
     times = entry.times or [first.seconds]
     quarters = statistics.quantiles(times, n=4) if len(times) > 1 else [times[0]] * 3
-    return Row(
+    return MethodRow(
         method=method.name,
         family=method.family,
         tolerance=entry.tolerance,

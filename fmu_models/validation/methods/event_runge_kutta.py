@@ -17,7 +17,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated
 
 
 @final
@@ -34,7 +34,7 @@ class EventRungeKutta:
         """With its method."""
         return f"Runge-Kutta {self.order}, Model Exchange"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU; one driver per tolerance."""
         from fmu_models.importer.driver import Driver
 

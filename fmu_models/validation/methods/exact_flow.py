@@ -21,7 +21,7 @@ from fmu_models.lanes.library import has_lanes
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.piecewise_linear import Lifted
 from fmu_models.sections.strobe import Strobe
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs
 
 INSTEAD = "Use event-driven Taylor."
 PARTS = 1 << 16  # of a run that nothing forces, at most
@@ -37,7 +37,7 @@ class ExactFlow:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-14,)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU, build the lanes, and see that they make every step."""
         needs_steady_inputs(problem, self.name)
         fmu = Fmu.open(problem.fmu)
@@ -46,16 +46,16 @@ class ExactFlow:
         period = _period(problem, self.name)
         if period is None:
             return self._in_parts(problem, fmu)
-        run = _Run.of(problem, fmu, period)
+        run = _FlowRun.of(problem, fmu, period)
         if run is None:
             raise NotTreated(f"{self.name}: some steps are left to the series. {INSTEAD}")
         return run
 
-    def _in_parts(self, problem: Problem, fmu: Fmu) -> Callable[[float], MethodRun]:
+    def _in_parts(self, problem: MethodProblem, fmu: Fmu) -> Callable[[float], MethodRun]:
         """Of what nothing forces: as few parts as lanes have a table for."""
         pieces = 1
         while pieces <= PARTS:
-            run = _Run.of(problem, fmu, problem.stop_time / pieces)
+            run = _FlowRun.of(problem, fmu, problem.stop_time / pieces)
             if run is not None:
                 return run
             pieces *= 2
@@ -63,7 +63,7 @@ class ExactFlow:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _FlowRun:
     """Whole periods, and what is left."""
 
     whole: Strobe | None
@@ -72,7 +72,7 @@ class _Run:
     start: NDArray[np.float64]
 
     @classmethod
-    def of(cls, problem: Problem, fmu: Fmu, period: float) -> _Run | None:
+    def of(cls, problem: MethodProblem, fmu: Fmu, period: float) -> _FlowRun | None:
         """Ready, or None where lanes leave a step to the series."""
         arguments = problem.arguments
         values = {**arguments["parameters"], **arguments["inputs"]}
@@ -108,7 +108,7 @@ class _Run:
         return MethodRun(points[0], None, None, time.perf_counter() - started)
 
 
-def _period(problem: Problem, name: str) -> float | None:
+def _period(problem: MethodProblem, name: str) -> float | None:
     """The period that all harmonics of a problem fit into, s; None where nothing depends on the time.
 
     Raises:

@@ -20,9 +20,9 @@ from sympy.solvers.solveset import NonlinearError
 from fmu_models.language.quantities import TIME
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     TooLong,
     needs_steady_inputs,
     timed,
@@ -47,7 +47,7 @@ class LinearFlow:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-30,)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Refuse what is not piecewise linear; modes are looked at as they appear."""
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)
@@ -58,7 +58,7 @@ class LinearFlow:
             with mpmath.workdps(DIGITS):
                 run = Run(_exact(equations), "mpmath")
                 start = [mpmath.mpf(float(x)) for x in equations.start(problem.start)]
-                stepper = _Stepper(run)
+                stepper = _LinearStepper(run)
 
                 def once() -> tuple[Any, tuple, int]:
                     end = run.to(stepper, start, mpmath.mpf(problem.stop_time))
@@ -85,7 +85,7 @@ def _rational(expression: Any) -> Any:
     return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
 
 
-class _Stepper:
+class _LinearStepper:
     def __init__(self, run: Run) -> None:
         self.run = run
         self.evaluations = 0

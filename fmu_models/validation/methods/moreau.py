@@ -32,10 +32,10 @@ from fmu_models.validation.methods.result import (
     OPEN,
     PLUS,
     STICK,
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
-    Switch,
+    SwitchEvent,
     needs_fields_alone,
     needs_steady_inputs,
     repeatable,
@@ -59,7 +59,7 @@ class Moreau:
         """With its theta."""
         return f"Moreau time-stepping, theta {self.theta:g}"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
@@ -91,7 +91,7 @@ class _Stepping:
         self._fields: dict[Mode, Callable[[float, Any], Any]] = {}
         self._limits: dict[Mode, Callable[[float, Any], Any]] = {}
 
-    def run(self, problem: Problem, fraction: float) -> tuple[Any, tuple[Switch, ...], int]:
+    def run(self, problem: MethodProblem, fraction: float) -> tuple[Any, tuple[SwitchEvent, ...], int]:
         """All steps, each ``part`` of the run."""
         count = max(1, round(1.0 / fraction))
         h = problem.stop_time / count
@@ -251,7 +251,7 @@ class _History:
         self.states: list[int] | None = None
         self.begun = [0.0] * len(self.contacts)
         self.count = [0] * len(self.contacts)
-        self.switches: list[Switch] = []
+        self.switches: list[SwitchEvent] = []
 
     def add(self, t: float, mode: Mode, active: list[int], impulses: Any, slipping: list[int]) -> None:
         """Take in the step that ends at t."""
@@ -268,7 +268,7 @@ class _History:
                 states.append(STICK if contact.partner is None or impulses[i] != 0.0 else OPEN)
         for i, (old, new) in enumerate(zip(self.states or states, states, strict=True)):
             if old != new:
-                self.switches.append(Switch(t, self.contacts[i].name, old, new))
+                self.switches.append(SwitchEvent(t, self.contacts[i].name, old, new))
         self.states = states
 
     def _normal(self, i: int, t: float, pushed: bool) -> None:
@@ -279,8 +279,8 @@ class _History:
             if self.count[i] == 1:
                 self.begun[i] = t
             elif self.count[i] == 2:
-                self.switches.append(Switch(self.begun[i], name, OPEN, CLOSED))
+                self.switches.append(SwitchEvent(self.begun[i], name, OPEN, CLOSED))
         elif self.count[i]:
             first = self.count[i] == 1
-            self.switches.append(Switch(self.begun[i] if first else t, name, OPEN if first else CLOSED, OPEN))
+            self.switches.append(SwitchEvent(self.begun[i] if first else t, name, OPEN if first else CLOSED, OPEN))
             self.count[i] = 0

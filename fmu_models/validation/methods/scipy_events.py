@@ -17,9 +17,9 @@ from scipy.integrate import solve_ivp
 
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     TooLong,
     needs_steady_inputs,
     repeatable,
@@ -45,12 +45,12 @@ class ScipyEvents:
         """scipy and its solver."""
         return f"scipy {self.solver} with events"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Compile nothing yet: fields are made as modes appear, in a first run."""
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)
         run = Run(equations)
-        stepper = _Stepper(run, self.solver, problem, self.longest, self.most)
+        stepper = _ScipyStepper(run, self.solver, problem, self.longest, self.most)
 
         def once(tolerance: float) -> tuple[Any, tuple, int]:
             stepper.begin(tolerance)
@@ -60,8 +60,8 @@ class ScipyEvents:
         return repeatable(once, equations.n)
 
 
-class _Stepper:
-    def __init__(self, run: Run, solver: str, problem: Problem, longest: float, most: float) -> None:
+class _ScipyStepper:
+    def __init__(self, run: Run, solver: str, problem: MethodProblem, longest: float, most: float) -> None:
         self.run, self.solver, self.problem, self.most = run, solver, problem, most
         self.longest = longest * problem.stop_time if longest < 1.0 else np.inf
         self.evaluations = self.called = 0

@@ -8,7 +8,7 @@ from typing import Any
 from scipy.optimize import brentq
 
 from fmu_models.validation.methods.equations import Equations, Mode
-from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, Switch
+from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, SwitchEvent
 
 
 class Sides:
@@ -29,7 +29,7 @@ class Sides:
             evaluated[n : 2 * n],
             evaluated[2 * n :],
         )
-        self.switches: list[Switch] = []
+        self.switches: list[SwitchEvent] = []
         self.states: list[int] = []
 
     def read(self, t: float, z: Any) -> tuple[list[float], list[float], list[float]]:
@@ -79,7 +79,7 @@ class Sides:
             self._change(i, OPEN, self._root(1, i, t0, t1, between))
 
     def _change(self, i: int, new: int, t: float) -> None:
-        self.switches.append(Switch(t, self.contacts[i].name, self.states[i], new))
+        self.switches.append(SwitchEvent(t, self.contacts[i].name, self.states[i], new))
         self.states[i] = new
 
     def _root(self, kind: int, i: int, t0: float, t1: float, between: Callable[[float], Any]) -> float:

@@ -27,9 +27,9 @@ from fmu_models.validation.methods.result import (
     CLOSED,
     OPEN,
     PLUS,
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     needs_steady_inputs,
     timed,
 )
@@ -58,7 +58,7 @@ class Smoothing:
         """With shape, width and solver."""
         return f"{self.shape} {self.width:g}, {self.solver}"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Compile the smoothed field."""
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)

@@ -34,9 +34,9 @@ from fmu_models.validation.methods.result import (
     OPEN,
     PLUS,
     STICK,
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     needs_fields_alone,
     needs_steady_inputs,
     repeatable,
@@ -60,7 +60,7 @@ class SwitchModel:
         """With its band."""
         return f"{'frozen' if self.frozen else 'switch model'}, eta {self.eta:g}"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
@@ -80,7 +80,7 @@ class SwitchModel:
         return repeatable(once, equations.n, first=1e-5)
 
 
-def _frequency(problem: Problem) -> float:
+def _frequency(problem: MethodProblem) -> float:
     """sqrt(k/m), rad/s: of the largest slope of an acceleration over its own coordinate; 1 rad/s without any."""
     equations = Equations(problem.system)
     pairs = zip(problem.system.coordinates, problem.system.acceleration, strict=False)
@@ -90,7 +90,7 @@ def _frequency(problem: Problem) -> float:
     return math.sqrt(max((abs(value) for value in slope_values), default=0.0)) or 1.0
 
 
-def _run(model: _Bands, sides: Sides, problem: Problem, tolerance: float, frozen: bool) -> tuple[Any, tuple, int]:
+def _run(model: _Bands, sides: Sides, problem: MethodProblem, tolerance: float, frozen: bool) -> tuple[Any, tuple, int]:
     z = model.equations.start(problem.start)
     model.evaluations = 0
     sides.begin(0.0, z)

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from fmu_models.validation.methods.equations import Equations, Mode, first_mode
-from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated, Switch
+from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated, SwitchEvent
 
 REST = 1e-12
 MOST = 100_000  # events of a run
@@ -47,7 +47,7 @@ class Watch:
     expression: Any
 
 
-class Stepper(Protocol):
+class SwitchStepper(Protocol):
     """Integrates in one mode up to ``stop`` or the first watched function that falls to zero, and says which."""
 
     @property
@@ -96,7 +96,7 @@ class Run:
     def __init__(self, equations: Equations, modules: str = "math") -> None:
         self.equations = equations
         self.contacts = equations.contacts
-        self.switches: list[Switch] = []
+        self.switches: list[SwitchEvent] = []
         self._modules = modules
         self._kept: dict[Any, Callable[[Any, Any], list[Any]]] = {}
         self._watches: dict[Mode, list[Watch]] = {}
@@ -121,7 +121,7 @@ class Run:
             self._kept[key] = self.equations.function(expressions(), self._modules)
         return self._kept[key](t, z)
 
-    def to(self, stepper: Stepper, z: Any, stop: Any, progress: Callable[[float], None] | None = None) -> Any:
+    def to(self, stepper: SwitchStepper, z: Any, stop: Any, progress: Callable[[float], None] | None = None) -> Any:
         """The state at ``stop``; ``switches`` holds what happened.
 
         Raises:
@@ -236,7 +236,7 @@ class Run:
     def _note(self, t: Any, before: Mode, after: Mode, bounced: int | None) -> None:
         for j, (old, new) in enumerate(zip(before, after, strict=True)):
             if old != new or j == bounced:
-                self.switches.append(Switch(float(t), self.contacts[j].name, old, new))
+                self.switches.append(SwitchEvent(float(t), self.contacts[j].name, old, new))
 
     def _settle(self, mode: Mode, t: Any, z: Any, forced: dict[int, int]) -> tuple[Mode, Any]:
         """States of all contacts without slip that are consistent with each other; slips set to zero."""

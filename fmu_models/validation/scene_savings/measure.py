@@ -60,7 +60,7 @@ def size(fmu: Fmu) -> Size:
 
 
 @dataclass(frozen=True)
-class Runs:
+class TimedRuns:
     """Times of runs of the scene's FMU and of that of its model.
 
     Attributes:
@@ -83,7 +83,7 @@ def whole_model(scene: Scene) -> Fmu:
     return Fmu.open(built(scene.model, laws=scene.laws, beside=scene.folder))
 
 
-def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
+def time_runs(scene: Scene, pairs: int = PAIRS) -> TimedRuns:
     """Run the scene's FMU and that of its model in turn, ends recorded only.
 
     Raises:
@@ -106,7 +106,7 @@ def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
     while len(measured) < pairs and (len(measured) < 3 or time.monotonic() - started < LONGEST):
         ours = simulate(small, **small_arguments, output_times=end).seconds
         measured.append((ours, simulate(large, **everything, output_times=end).seconds))
-    return Runs(
+    return TimedRuns(
         scene=statistics.median(a for a, _ in measured),
         model=statistics.median(b for _, b in measured),
         faster=statistics.median(b / a for a, b in measured),

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.language.contact_kinds import AWAY, CHATTERING, RELEASED, SLIP_MINUS, SLIP_PLUS, STICK, TOUCHING
-from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, Equations, Findings
+from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, StressEquations, StressFindings
 
 
-def contradictions(equations: Equations, columns: Columns, parameters: Mapping[str, float]) -> Findings:
+def contradictions(equations: StressEquations, columns: Columns, parameters: Mapping[str, float]) -> StressFindings:
     """The largest contradiction between contact states and what they say, relative; 0 if there is none."""
-    worst = Findings(0.0, "")
+    worst = StressFindings(0.0, "")
     with np.errstate(all="ignore"):
         values = equations.environment(columns, parameters)
         moved = equations.environment(equations.nudged(columns), parameters)
@@ -30,7 +30,7 @@ def contradictions(equations: Equations, columns: Columns, parameters: Mapping[s
             for description, wrong in _Contact(equations, i, columns, (values, moved), gross[i]).violations():
                 wrong = np.where(np.isfinite(wrong), wrong, 0.0)
                 if wrong.size and wrong.max() > worst.error:
-                    worst = Findings(float(wrong.max()), f"{contact.name}: {description}")
+                    worst = StressFindings(float(wrong.max()), f"{contact.name}: {description}")
     return worst
 
 
@@ -39,7 +39,7 @@ class _Contact:
 
     def __init__(
         self,
-        equations: Equations,
+        equations: StressEquations,
         i: int,
         columns: Columns,
         values: tuple[list[Any], list[Any]],

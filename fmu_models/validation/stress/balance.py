@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fmu_models.language.contact_kinds import CHATTERING
 from fmu_models.simulation.trajectory import Trajectory
-from fmu_models.validation.stress.equations import Findings
+from fmu_models.validation.stress.equations import StressFindings
 from fmu_models.validation.stress.jumps import leeway
 
 Run = Callable[[NDArray[np.float64]], Trajectory]
@@ -51,13 +51,13 @@ def nodes(pieces: list[tuple[float, float]]) -> NDArray[np.float64]:
     return np.unique(np.concatenate([*inner, np.ravel(pieces)]))
 
 
-def imbalance(run: Run, first: Trajectory, gross: float) -> tuple[Findings, int]:
+def imbalance(run: Run, first: Trajectory, gross: float) -> tuple[StressFindings, int]:
     """Largest imbalance of the stretches that could be resolved, and how many these were.
 
     It is relative to energies and work of a stretch, but to no less than rounding of the ``gross`` energy, J, explains.
     """
     pieces = stretches(first)
-    worst, judged = Findings(0.0, ""), 0
+    worst, judged = StressFindings(0.0, ""), 0
     for _ in range(ROUNDS):
         if not pieces:
             break
@@ -71,7 +71,7 @@ def imbalance(run: Run, first: Trajectory, gross: float) -> tuple[Findings, int]
                 continue
             judged += 1
             if error > worst.error:
-                worst = Findings(error, f"energy from {a:.6g} s to {b:.6g} s")
+                worst = StressFindings(error, f"energy from {a:.6g} s to {b:.6g} s")
         pieces = remainder[: 4 * MOST]
     return worst, judged
 

@@ -18,8 +18,8 @@ import sympy
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
-from fmu_models.validation.stress.equations import Equations
-from fmu_models.validation.stress.roles import Model, Role, roles
+from fmu_models.validation.stress.equations import StressEquations
+from fmu_models.validation.stress.roles import Model, ParameterRole, roles
 
 # values that a quantity takes by what it does; "x" values are multiples of its default
 _VALUES: dict[str, tuple[float, ...]] = {
@@ -85,7 +85,7 @@ class Case:
     bounded: bool = False
 
 
-def grid(name: str, model: Model, equations: Equations, *, until: float | None = None) -> list[Case]:
+def grid(name: str, model: Model, equations: StressEquations, *, until: float | None = None) -> list[Case]:
     """All cases of a model; ``until`` replaces the ten characteristic periods that each lasts, s."""
     period = characteristic_period(model, equations)
     duration = until or PERIODS * period
@@ -108,7 +108,9 @@ def grid(name: str, model: Model, equations: Equations, *, until: float | None =
     return cases
 
 
-def _of_role(name: str, role: Role, equations: Equations, duration: float, *, first: bool) -> Iterator[Case]:
+def _of_role(
+    name: str, role: ParameterRole, equations: StressEquations, duration: float, *, first: bool
+) -> Iterator[Case]:
     default = equations.parameters.get(role.name, equations.inputs.get(role.name, 0.0))
     values = {value: "" for value in _VALUES.get(role.does, ())}
     for factor in _MULTIPLES.get(role.does, ()):
@@ -143,7 +145,7 @@ def _coefficients(name: str, model: Model, duration: float) -> Iterator[Case]:
             yield Case(name, "friction", "friction", label, parameters=changed, duration=duration)
 
 
-def _starts(name: str, model: Model, equations: Equations, duration: float) -> Iterator[Case]:
+def _starts(name: str, model: Model, equations: StressEquations, duration: float) -> Iterator[Case]:
     """On each boundary, a hair off it, on two at once; at rest; very fast and very slow."""
     states = equations.starts
     velocities = [s.name for s in equations.system.driven]
@@ -168,7 +170,7 @@ def _starts(name: str, model: Model, equations: Equations, duration: float) -> I
             yield case(f"start on {names}", start)
 
 
-def _drives(name: str, equations: Equations, duration: float) -> Iterator[Case]:
+def _drives(name: str, equations: StressEquations, duration: float) -> Iterator[Case]:
     inputs = equations.inputs
     if len(inputs) > 1:
         equal = dict.fromkeys(inputs, next(iter(inputs.values())))
@@ -177,7 +179,7 @@ def _drives(name: str, equations: Equations, duration: float) -> Iterator[Case]:
         yield Case(name, "friction", "drive", "drives opposed", inputs=opposed, duration=duration)
 
 
-def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str, float] | None:
+def on_boundary(equations: StressEquations, offsets: Mapping[int, float]) -> dict[str, float] | None:
     """Start values with each contact (by index) off its boundary by so much of the default's scale; None if impossible.
 
     A contact with a bound is put there without speed, one without at that slip speed. Newton's method by least
@@ -218,7 +220,7 @@ def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str,
     return {name: float(value) for name, value in zip(names, x, strict=True)}
 
 
-def characteristic_period(model: Model, equations: Equations) -> float:
+def characteristic_period(model: Model, equations: StressEquations) -> float:
     """Longest period, s, of what moves by itself at the start and of what is driven; 1 where nothing swings."""
     names = [*equations.starts]
     driven = equations.driven

@@ -31,8 +31,8 @@ from fmu_models.importer.driver import Driver
 from fmu_models.language.contact_kinds import AWAY, CHATTERING, CLOSED, STICK
 from fmu_models.simulation.trajectory import Events, Trajectory
 from fmu_models.validation.stress.cases import Case
-from fmu_models.validation.stress.equations import Columns, Equations
-from fmu_models.validation.stress.judge import ACCURATE, Cell, Subject, against_declaration, timed_cell
+from fmu_models.validation.stress.equations import Columns, StressEquations
+from fmu_models.validation.stress.judge import ACCURATE, StressCell, StressSubject, against_declaration, timed_cell
 from fmu_models.validation.stress.trial import AllowanceSpentError, Trial
 
 METHOD = "dop853"
@@ -50,7 +50,7 @@ NEAR = 1e-4  # of the length of a run: times so close to an event are left out
 class SecondPath:
     """The importer with the FMU of a subject, which it keeps."""
 
-    subject: Subject
+    subject: StressSubject
     _drivers: dict[float, Driver] = field(default_factory=dict)
 
     def run(self, trial: Trial, tolerance: float, start: dict[str, float]) -> Trajectory:
@@ -65,7 +65,7 @@ class SecondPath:
         )
 
 
-def cross_check(case: Case, second: SecondPath) -> Cell:
+def cross_check(case: Case, second: SecondPath) -> StressCell:
     """Run a case on both paths and judge the engine's. Never raises what they say."""
     fmu = second.subject.fmu
     cell = timed_cell(case)
@@ -142,7 +142,9 @@ def _distance(trial: Trial, base: Trajectory, second: SecondPath) -> tuple[float
     )
 
 
-def _shifts(trial: Trial, base: Trajectory, equations: Equations, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shifts(
+    trial: Trial, base: Trajectory, equations: StressEquations, times: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """(n,) sum over the events until each time of what their shift does to the states, relative to these."""
     rows, contacts = _rows(base)
     rows = rows[(rows["time"] > base.time[0]) & (rows["time"] < base.time[-1])]
@@ -182,7 +184,7 @@ def _rows(run: Trajectory) -> tuple[NDArray[Any], tuple[str, ...]]:
 
 
 def _indicator(
-    equations: Equations, number: int, row: np.void, columns: Columns, environment: list[Any]
+    equations: StressEquations, number: int, row: np.void, columns: Columns, environment: list[Any]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """(n,) what an event is the zero of, and its scale: the force that holds, the place, or the slip speed. None where
     a sliding motion ends: there the fields before and after are the same."""

@@ -38,14 +38,14 @@ ROUNDINGS = 32 * 2.0**-53
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class StressFindings:
     """Largest contradictions (relative; nan where nothing could be evaluated) and what they were found in."""
 
     error: float
     what: str
 
 
-class Equations:
+class StressEquations:
     """Everything that the judge evaluates of one model, compiled once."""
 
     def __init__(self, model: Model) -> None:
@@ -220,7 +220,7 @@ class Equations:
             moved[state.name] = columns[state.name] * (1.0 + (-1) ** k * NUDGE)
         return moved
 
-    def residual(self, columns: Columns, parameters: Mapping[str, float]) -> Findings:
+    def residual(self, columns: Columns, parameters: Mapping[str, float]) -> StressFindings:
         """Largest relative difference of the rates reported from those of the declaration."""
         with np.errstate(all="ignore"):
             rates, size = self.rates(columns, parameters)
@@ -230,9 +230,9 @@ class Equations:
             error = (np.abs(reported - rates) - rounding) / np.where(size > 0, size, 1.0)
         error[~np.isfinite(error)] = 0.0
         if not error.size:
-            return Findings(0.0, "")
+            return StressFindings(0.0, "")
         row = int(error.max(axis=1).argmax())
-        return Findings(max(0.0, float(error.max())), f"rate of {self.driven[row]}")
+        return StressFindings(max(0.0, float(error.max())), f"rate of {self.driven[row]}")
 
 
 def _symbols(c: ContactDynamics) -> list[Any]:

@@ -13,7 +13,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.simulation.tangent import flow_derivative
 from fmu_models.simulation.trajectory import Trajectory
-from fmu_models.validation.stress.equations import Equations, Findings
+from fmu_models.validation.stress.equations import StressEquations, StressFindings
 from fmu_models.validation.stress.roles import Model, roles
 from fmu_models.validation.stress.trial import Mirror, Trial
 
@@ -33,7 +33,9 @@ def invariants(model: Model) -> Invariants:
     return Invariants(_mirror(model), _divergence(model), frequencies)
 
 
-def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence: sympy.Expr) -> Findings | None:
+def determinant(
+    trial: Trial, base: Trajectory, equations: StressEquations, divergence: sympy.Expr
+) -> StressFindings | None:
     """det d(q, v)/d(q0, v0) = product of e^2 over the impacts times exp(divergence t), at most four impacts on.
 
     None if there are no four flights in a row, or a contact does more than bounce.
@@ -66,7 +68,9 @@ def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence
     wrong = abs(a * d - b * c - expected)
     # rounding of the start is seen through the derivatives themselves
     growth = max(1.0, float(np.abs(derivative).max()))
-    return Findings(float(wrong / size) / growth if size > 0 else 0.0, f"determinant after {len(impacts) - 1} impacts")
+    return StressFindings(
+        float(wrong / size) / growth if size > 0 else 0.0, f"determinant after {len(impacts) - 1} impacts"
+    )
 
 
 def _divergence(model: Model) -> sympy.Expr | None:

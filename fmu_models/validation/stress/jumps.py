@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fmu_models.language.contact_kinds import AWAY
 from fmu_models.simulation.trajectory import Event, Trajectory
-from fmu_models.validation.stress.equations import ROUNDINGS, Equations, Findings
+from fmu_models.validation.stress.equations import ROUNDINGS, StressEquations, StressFindings
 
 MOST = 48
 TICKS = 8
@@ -46,12 +46,12 @@ def around(trajectory: Trajectory, groups: list[list[Event]]) -> NDArray[np.floa
 
 
 def jumps(
-    equations: Equations, trajectory: Trajectory, groups: list[list[Event]], parameters: Mapping[str, float]
-) -> Findings:
+    equations: StressEquations, trajectory: Trajectory, groups: list[list[Event]], parameters: Mapping[str, float]
+) -> StressFindings:
     """The largest contradiction at the events of ``groups``, which ``trajectory`` has samples around; relative."""
     system = equations.system
     kinds = {c.name: c for c in system.contacts}
-    worst = Findings(0.0, "")
+    worst = StressFindings(0.0, "")
     sizes = {s.name: float(np.abs(trajectory[s.name]).max()) for s in system.states}
     span = float(trajectory.time[-1] - trajectory.time[0])
     columns = dict(trajectory.values) | {"time": trajectory.time}
@@ -74,20 +74,20 @@ def jumps(
                 jump = abs(float(trajectory[state.name][after] - trajectory[state.name][before])) - rate * tick
                 error = (jump - rounding.get(state.name, 0.0)) / (sizes[state.name] or 1.0)
                 if error > worst.error:
-                    worst = Findings(error, f"jump of {state.name} at {group[0].time:.9g} s")
+                    worst = StressFindings(error, f"jump of {state.name} at {group[0].time:.9g} s")
             for event in group:
                 error = _off_boundary(equations, event, values, trajectory, (before, after), moved=impact)
                 if error > worst.error:
-                    worst = Findings(error, f"{event.contact} changes off its boundary at {group[0].time:.9g} s")
+                    worst = StressFindings(error, f"{event.contact} changes off its boundary at {group[0].time:.9g} s")
             if impact and len(group) == 1 and kinds[group[0].contact].partner is None:
                 error = _restitution(equations, trajectory, group[0], values, before, after, tick)
                 if error > worst.error:
-                    worst = Findings(error, f"restitution of {group[0].contact} at {group[0].time:.9g} s")
+                    worst = StressFindings(error, f"restitution of {group[0].contact} at {group[0].time:.9g} s")
     return worst
 
 
 def _off_boundary(
-    equations: Equations,
+    equations: StressEquations,
     event: Event,
     values: list,
     trajectory: Trajectory,
@@ -114,7 +114,7 @@ def _off_boundary(
 
 
 def _restitution(
-    equations: Equations, trajectory: Trajectory, event: Event, values: list, before: int, after: int, tick: float
+    equations: StressEquations, trajectory: Trajectory, event: Event, values: list, before: int, after: int, tick: float
 ) -> float:
     """Deviation of the speed after one impact from -e u-, relative to the speeds that make up u."""
     contacts = equations.system.contacts

@@ -24,7 +24,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.values import check_values
 from fmu_models.simulation.run import simulate
 from fmu_models.validation.stress.cases import Case, characteristic_period
-from fmu_models.validation.stress.equations import Equations
+from fmu_models.validation.stress.equations import StressEquations
 from fmu_models.validation.stress.roles import Model, roles
 
 RANDOM = "random"  # what such a case is about
@@ -35,7 +35,7 @@ DRAWS = 100  # of values, and of starts, until they are possible
 
 
 def random_cases(
-    name: str, model: Model, fmu: Fmu, equations: Equations, count: int, seed: int, *, until: float | None = None
+    name: str, model: Model, fmu: Fmu, equations: StressEquations, count: int, seed: int, *, until: float | None = None
 ) -> list[Case]:
     """The first ``count`` random cases of a model; ``until`` replaces the length of each, s."""
     period = characteristic_period(model, equations)
@@ -65,7 +65,7 @@ def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _motion(fmu: Fmu, equations: Equations, length: float) -> Mapping[str, np.ndarray]:
+def _motion(fmu: Fmu, equations: StressEquations, length: float) -> Mapping[str, np.ndarray]:
     """Each state over the default motion (SAMPLES,); its start where there is no such motion."""
     try:
         run = simulate(fmu, length, output_times=np.linspace(0.0, length, SAMPLES))
@@ -74,7 +74,7 @@ def _motion(fmu: Fmu, equations: Equations, length: float) -> Mapping[str, np.nd
     return {name: run[name] for name in equations.starts}
 
 
-def _parameters(equations: Equations, restitutions: set[str], draw: random.Random) -> dict[str, float]:
+def _parameters(equations: StressEquations, restitutions: set[str], draw: random.Random) -> dict[str, float]:
     """Those that differ from their defaults; fewer and fewer of them where the values contradict one another."""
     values: dict[str, float] = {}
     for attempt in range(DRAWS):
@@ -93,7 +93,7 @@ def _parameters(equations: Equations, restitutions: set[str], draw: random.Rando
 
 
 def _start(
-    motion: Mapping[str, np.ndarray], equations: Equations, values: Mapping[str, float], draw: random.Random
+    motion: Mapping[str, np.ndarray], equations: StressEquations, values: Mapping[str, float], draw: random.Random
 ) -> dict[str, float]:
     """A state of the default motion, moved."""
     found: dict[str, float] = {}
@@ -108,7 +108,7 @@ def _start(
     return found
 
 
-def _inside(equations: Equations, start: Mapping[str, float], values: Mapping[str, float]) -> bool:
+def _inside(equations: StressEquations, start: Mapping[str, float], values: Mapping[str, float]) -> bool:
     """Whether a rigid wall is penetrated, or a stop whose force depends on how it was entered."""
     columns = {name: np.array([value]) for name, value in start.items()} | {"time": np.zeros(1)}
     columns |= {name: np.array([values[name]]) for name in equations.inputs}

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.table import Table, number, table
-from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
+from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, StressCell
 from fmu_models.validation.stress.random_cases import RANDOM, command_line
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ CASES = 24
 MARKS = {"r": "some refused with a reason", "F": "some failed"}
 
 
-def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
+def content(cells: Sequence[StressCell], asked: int) -> dict[str, Any]:
     """The cells as data, with counts per model; ``asked`` is how many cells there would have been."""
     rows = [
         {
@@ -54,12 +54,12 @@ def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
     }
 
 
-def group(cell: Cell) -> str:
+def group(cell: StressCell) -> str:
     """What a cell is about, in two words."""
     return f"{cell.case.of} {cell.case.what}".strip()
 
 
-def print_report(cells: Sequence[Cell], requested: int, out: Console, *, every: bool = False) -> None:
+def print_report(cells: Sequence[StressCell], requested: int, out: Console, *, every: bool = False) -> None:
     """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
     for model in dict.fromkeys(cell.case.model for cell in cells):
         cells_of_model = [cell for cell in cells if cell.case.model == model]
@@ -76,7 +76,7 @@ def print_report(cells: Sequence[Cell], requested: int, out: Console, *, every: 
     )
 
 
-def groups_table(model: str, cells: Sequence[Cell]) -> Table:
+def groups_table(model: str, cells: Sequence[StressCell]) -> Table:
     """A row for each group of a model's cases: how many got which verdict, and the largest error."""
     rows = []
     for about in dict.fromkeys(map(group, cells)):
@@ -88,7 +88,7 @@ def groups_table(model: str, cells: Sequence[Cell]) -> Table:
     return table(model, ("about", *VERDICTS, "largest error", "in"), rows)
 
 
-def sentence(cell: Cell) -> str:
+def sentence(cell: StressCell) -> str:
     """A cell in one line."""
     error = "" if cell.error is None else f" {cell.error:.1e}"
     reached = "" if cell.reached >= 1.0 else f" [{cell.reached:.0e} of the time]"
@@ -97,7 +97,7 @@ def sentence(cell: Cell) -> str:
     return f"{cell.case.name}: {cell.verdict}{error}{why}{reached}{': ' + message if message else ''}"
 
 
-def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
+def draw(cells: Sequence[StressCell], path: Path, *, overwrite: bool = False) -> None:
     """Heat map: a row for each model, a column for each case, or where these are many for each group of cases; the
     largest error as colour and as its power of ten.
 
@@ -109,7 +109,7 @@ def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
     save_figure(heat_map(cells), path, overwrite=overwrite)
 
 
-def heat_map(cells: Sequence[Cell]) -> Figure:
+def heat_map(cells: Sequence[StressCell]) -> Figure:
     """The figure of `draw`."""
     import numpy as np
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ from typing import Any, Literal, final
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs
 
 
 @final
@@ -26,7 +26,7 @@ class FmpyCvode:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-6, 1e-8)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU."""
         from fmpy import simulate_fmu
 

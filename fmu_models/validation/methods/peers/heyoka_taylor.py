@@ -21,10 +21,10 @@ import sympy
 from fmu_models.language.quantities import TIME
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
+    MethodProblem,
     MethodRun,
     NotInstalled,
     NotTreated,
-    Problem,
     TooLong,
     needs_steady_inputs,
     timed,
@@ -49,7 +49,7 @@ class HeyokaTaylor:
         """The peer."""
         return "heyoka.py" + (", long double" if self.extended else "")
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Make the integrators of the modes that a first run meets."""
         try:
             heyoka = importlib.import_module("heyoka")
@@ -65,7 +65,7 @@ class HeyokaTaylor:
                 )
         equations = Equations(problem.system)
         run = Run(equations)
-        steppers: dict[float, _Stepper] = {}
+        steppers: dict[float, _HeyokaStepper] = {}
 
         def make(tolerance: float) -> MethodRun:
             def once() -> tuple[Any, tuple, int]:
@@ -75,7 +75,7 @@ class HeyokaTaylor:
 
             stop: Any = np.longdouble(problem.stop_time) if self.extended else problem.stop_time
             if tolerance not in steppers:
-                steppers[tolerance] = _Stepper(heyoka, run, tolerance, self.extended, self.most)
+                steppers[tolerance] = _HeyokaStepper(heyoka, run, tolerance, self.extended, self.most)
                 once()
             steppers[tolerance].evaluations = steppers[tolerance].steps = 0
             return timed(once, equations.n)
@@ -97,7 +97,7 @@ def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
     return heyoka.from_sympy(expression.xreplace(placed), converted)
 
 
-class _Stepper:
+class _HeyokaStepper:
     def __init__(self, heyoka: Any, run: Run, tolerance: float, extended: bool, most: int) -> None:
         self.heyoka, self.run, self.tolerance, self.extended, self.most = heyoka, run, tolerance, extended, most
         self.evaluations = self.steps = 0

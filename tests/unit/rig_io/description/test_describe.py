@@ -256,7 +256,7 @@ def test_what_a_column_is_as_an_input_stays_when_it_is_described_again(described
     changed(described, lambda r: r["schema"]["fields"][1].update(hold=True, variable="q"))
     write(draft([described], SAID))
     log = read_measured(described)
-    assert (log.held, log.variables) == ({"Weg"}, {"Weg": "q"})
+    assert (log.stepwise, log.variables) == ({"Weg"}, {"Weg": "q"})
     changed(described, lambda r: r["schema"]["fields"][1].update(hold="yes"))
     with pytest.raises(StickslipError, match="\"hold\" of column 'Weg' is 'yes'; expected true or false"):
         read_measured(described)

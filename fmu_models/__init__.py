@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu as Fmu
     from fmu_models.fmu.load import load as load
     from fmu_models.importer.driver import Driver as Driver
+    from fmu_models.importer.simulate import simulate as simulate
     from fmu_models.importer.simulate import simulate_any as simulate_any
     from fmu_models.language.automaton import Automaton as Automaton
     from fmu_models.language.automaton import Reset as Reset
@@ -98,7 +99,6 @@ if TYPE_CHECKING:
     from fmu_models.simulation.results import read_trajectory as read_trajectory
     from fmu_models.simulation.results import write_trajectory as write_trajectory
     from fmu_models.simulation.run import KeptRun as KeptRun
-    from fmu_models.simulation.run import simulate as simulate
     from fmu_models.simulation.sections import Section as Section
     from fmu_models.simulation.sensitivity import SensitiveRun as SensitiveRun
     from fmu_models.simulation.sensitivity import Sensitivity as Sensitivity

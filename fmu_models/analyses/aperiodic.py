@@ -80,12 +80,12 @@ def largest_exponents(
     """(m,) largest exponents of the motions from starts (m, n) per step, and their standard errors; nan where a motion
     does not go on. But for that along a motion which nothing forces, where the section is one of time."""
     values, errors = np.full(len(starts), np.nan), np.full(len(starts), np.inf)
-    left, ends, steps = np.arange(len(starts)), np.array(starts, dtype=float), STEPS
+    remaining, ends, steps = np.arange(len(starts)), np.array(starts, dtype=float), STEPS
     for _ in range(stages):
-        part = {name: v[left] for name, v in (varied or {}).items()}
+        subset = {name: v[remaining] for name, v in (varied or {}).items()}
         jobs = Jobs(
-            ends[left],
-            part,
+            ends[remaining],
+            subset,
             transient=BATCHES,
             rows=BATCHES,
             batch=steps // BATCHES,
@@ -100,12 +100,14 @@ def largest_exponents(
             means[np.arange(len(means)), np.abs(means).argmin(axis=1)] = np.nan
         k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
         largest = growth[np.arange(len(k)), :, k]
-        values[left] = np.where(sound, largest.mean(axis=1), np.nan)
-        errors[left] = [_error(one) if fine else np.inf for one, fine in zip(largest, sound, strict=True)]
-        ends[left] = np.where(sound[:, None], rows.ends, ends[left])
-        open_ = [sign_of(values[i], errors[i]) == NOT_DECIDED and np.isfinite(values[i]) for i in left]
-        left, steps = left[open_], 4 * steps
-        if not left.size:
+        values[remaining] = np.where(sound, largest.mean(axis=1), np.nan)
+        errors[remaining] = [
+            _error(exponent) if fine else np.inf for exponent, fine in zip(largest, sound, strict=True)
+        ]
+        ends[remaining] = np.where(sound[:, None], rows.ends, ends[remaining])
+        open_ = [sign_of(values[i], errors[i]) == NOT_DECIDED and np.isfinite(values[i]) for i in remaining]
+        remaining, steps = remaining[open_], 4 * steps
+        if not remaining.size:
             break
     return values, errors
 
@@ -178,8 +180,8 @@ def digits(signals: Vector) -> float:
     t = (np.arange(half) + 0.5) / half
     weights = np.exp(-1.0 / (t * (1.0 - t)))
     weights /= weights.sum()
-    apart = np.abs(weights @ signals[:half] - weights @ signals[half : 2 * half]).max()
-    return float(-np.log10(max(apart, 1e-17)))
+    deviation = np.abs(weights @ signals[:half] - weights @ signals[half : 2 * half]).max()
+    return float(-np.log10(max(deviation, 1e-17)))
 
 
 def dimension(signals: Vector) -> float:
@@ -191,5 +193,5 @@ def dimension(signals: Vector) -> float:
 
     # by chance: in their order points of a rotation lie at the distances of its continued fraction
     mixed = np.random.default_rng(0).permutation(signals)
-    few, many = neighbour(mixed[: len(mixed) // 32]), neighbour(mixed[: len(mixed) // 4])
-    return float(np.log(8.0) / (few - many)) if few > many else np.inf
+    coarse, many = neighbour(mixed[: len(mixed) // 32]), neighbour(mixed[: len(mixed) // 4])
+    return float(np.log(8.0) / (coarse - many)) if coarse > many else np.inf

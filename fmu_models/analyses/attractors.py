@@ -28,7 +28,7 @@ from fmu_models.sections.periodic import (
 from fmu_models.sections.stability import are_stable
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -56,15 +56,15 @@ class Claims:
     @property
     def motions(self) -> list[PeriodicMotion | None]:
         """Per run its motion; None where there is none."""
-        found: list[PeriodicMotion | None] = [None] * len(self.periods)
+        motions: list[PeriodicMotion | None] = [None] * len(self.periods)
         for cycles, numbers in self.parts:
             for i, motion in zip(numbers.tolist(), cycles.motions(), strict=True):
-                found[i] = motion
-        return found
+                motions[i] = motion
+        return motions
 
 
 def claimed(
-    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
+    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
 ) -> Claims:
     """The stable periodic motions that runs have come to, solved to rounding.
 
@@ -77,62 +77,62 @@ def claimed(
     periods = np.where(rows.outcomes <= families.ABSORBED, rows.periods, 0)
     finished = (rows.outcomes == families.FINISHED) & (rows.filled > 1)
     for filled in np.unique(rows.filled[finished]):
-        which = np.flatnonzero(finished & (rows.filled == filled))
-        periods[which] = _alike(system, rows.points[which, :filled], longest)
-    parts: list[tuple[Cycles, NDArray[np.int64]]] = []
+        indices = np.flatnonzero(finished & (rows.filled == filled))
+        periods[indices] = _alike(system, rows.points[indices, :filled], longest)
+    groups: list[tuple[Cycles, NDArray[np.int64]]] = []
     least = np.zeros(len(periods), np.int64)
     # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
     shorter = _shorter(system, rows, periods)
     for tried in (shorter, np.where(shorter < periods, periods, 0)):
         for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1]) & (least == 0)]):
-            which = np.flatnonzero((tried == period) & (least == 0))
-            for cycles, numbers in _solved(system, rows, varied, which, int(period)):
-                parts.append((cycles, numbers))
+            indices = np.flatnonzero((tried == period) & (least == 0))
+            for cycles, numbers in _solved(system, rows, varied, indices, int(period)):
+                groups.append((cycles, numbers))
                 least[numbers] = period
-    return Claims(parts, least)
+    return Claims(groups, least)
 
 
 def _solved(
-    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], which: NDArray[np.int64], period: int
+    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], indices: NDArray[np.int64], period: int
 ) -> Iterator[tuple[Cycles, NDArray[np.int64]]]:
     """The stable motions of a period near the last points of some runs, and the numbers of these."""
-    guesses = _last(rows, which, period)
-    cycles, numbers = corrected_cycles(system, guesses, {name: v[which] for name, v in varied.items()})
+    guesses = _last(rows, indices, period)
+    cycles, numbers = corrected_cycles(system, guesses, {name: v[indices] for name, v in varied.items()})
     theirs = _theirs(system, cycles, guesses[numbers])
-    yield cycles.only(theirs), which[numbers[theirs]]
+    yield cycles.only(theirs), indices[numbers[theirs]]
     # what only looks alike needs all of Newton's method
-    left = np.setdiff1d(np.flatnonzero(rows.periods[which] == 0), numbers[theirs])
-    if left.size:
-        values = {name: v[which[left]] for name, v in varied.items()}
-        solved, guessed = solved_cycles(system, guesses[left], values)
+    unsolved = np.setdiff1d(np.flatnonzero(rows.periods[indices] == 0), numbers[theirs])
+    if unsolved.size:
+        values = {name: v[indices[unsolved]] for name, v in varied.items()}
+        solved, guessed = solved_cycles(system, guesses[unsolved], values)
         cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
-        again = left[guessed[numbers]]
-        theirs = _theirs(system, cycles, guesses[again])
-        yield cycles.only(theirs), which[again[theirs]]
+        repeated = unsolved[guessed[numbers]]
+        theirs = _theirs(system, cycles, guesses[repeated])
+        yield cycles.only(theirs), indices[repeated[theirs]]
 
 
-def _last(rows: Rows, which: NDArray[np.int64], period: int) -> Vector:
+def _last(rows: RunRows, indices: NDArray[np.int64], period: int) -> Vector:
     """(k, period, n) the last points of some runs."""
-    first = np.maximum(rows.filled[which] - period, 0)
-    return rows.points[which[:, None], first[:, None] + np.arange(period)]
+    first = np.maximum(rows.filled[indices] - period, 0)
+    return rows.points[indices[:, None], first[:, None] + np.arange(period)]
 
 
-def _shorter(system: SectionSystem, rows: Rows, periods: NDArray[np.int64]) -> NDArray[np.int64]:
+def _shorter(system: SectionSystem, rows: RunRows, periods: NDArray[np.int64]) -> NDArray[np.int64]:
     """(m,) the least parts of their periods after which the last points of runs look alike."""
-    found = periods.copy()
+    shorter = periods.copy()
     for period in np.unique(periods[periods > 0]):
-        which = np.flatnonzero((periods == period) & (rows.filled >= period))
-        found[which] = least_parts(system, _last(rows, which, int(period)), ALIKE * system.sizes())
-    return found
+        indices = np.flatnonzero((periods == period) & (rows.filled >= period))
+        shorter[indices] = least_parts(system, _last(rows, indices, int(period)), ALIKE * system.sizes())
+    return shorter
 
 
 def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> NDArray[np.bool_]:
     """(k,) motions that are stable, solved, of that least period, and the ones of their runs."""
     sizes = system.sizes()
-    apart = np.abs(system.difference(cycles.points - guesses)) / sizes
+    distances = np.abs(system.difference(cycles.points - guesses)) / sizes
     size = 1.0 + np.abs(cycles.points).max(axis=(1, 2))
     return (
-        (apart.max(axis=(1, 2)) <= NEAR)
+        (distances.max(axis=(1, 2)) <= NEAR)
         & (cycles.residuals <= 100.0 * CLAIMED * size)
         & are_stable(cycles.eigenvalues)
         & (least_periods(system, cycles.points, sizes) == cycles.period)
@@ -144,25 +144,25 @@ def _alike(system: SectionSystem, points: Vector, longest: int) -> NDArray[np.in
     least = np.zeros(len(points), np.int64)
     within = ALIKE * system.sizes()
     for n in range(1, min(longest, points.shape[1] // 2) + 1):
-        left = np.flatnonzero(least == 0)
-        apart = system.difference(points[left, -n:] - points[left, -2 * n : points.shape[1] - n])
-        least[left[(np.abs(apart) <= within).all(axis=(1, 2))]] = n
+        remaining = np.flatnonzero(least == 0)
+        distances = system.difference(points[remaining, -n:] - points[remaining, -2 * n : points.shape[1] - n])
+        least[remaining[(np.abs(distances) <= within).all(axis=(1, 2))]] = n
     return least
 
 
-def same_motion(system: SectionSystem, one: PeriodicMotion, other: PeriodicMotion) -> bool:
+def same_motion(system: SectionSystem, first: PeriodicMotion, second: PeriodicMotion) -> bool:
     """Whether two motions pass through the same points."""
-    if one.period != other.period:
+    if first.period != second.period:
         return False
     return any(
-        (np.abs(system.difference(one.points - np.roll(other.points, k, axis=0))) <= SAME * system.sizes()).all()
-        for k in range(one.period)
+        (np.abs(system.difference(first.points - np.roll(second.points, k, axis=0))) <= SAME * system.sizes()).all()
+        for k in range(first.period)
     )
 
 
-def index_of(system: SectionSystem, motion: PeriodicMotion, known: Sequence[PeriodicMotion]) -> int:
+def index_of(system: SectionSystem, motion: PeriodicMotion, motions: Sequence[PeriodicMotion]) -> int:
     """Which of the known motions it is; -1 if none."""
-    return next((i for i, other in enumerate(known) if same_motion(system, motion, other)), -1)
+    return next((i for i, candidate in enumerate(motions) if same_motion(system, motion, candidate)), -1)
 
 
 def targets_of(system: SectionSystem, motions: Sequence[PeriodicMotion]) -> Targets | None:
@@ -180,7 +180,9 @@ def targets_of(system: SectionSystem, motions: Sequence[PeriodicMotion]) -> Targ
             after.append(first + (i + 1) % motion.period)
             orbits.append(number)
             passes.append(2 * motion.period)
-    return Targets(np.array(points), np.array(forms), *(np.array(one, np.int64) for one in (after, orbits, passes)))
+    return Targets(
+        np.array(points), np.array(forms), *(np.array(column, np.int64) for column in (after, orbits, passes))
+    )
 
 
 def _forms(system: SectionSystem, motion: PeriodicMotion) -> list[Vector]:
@@ -190,11 +192,11 @@ def _forms(system: SectionSystem, motion: PeriodicMotion) -> list[Vector]:
     weight = np.diag(1.0 / system.sizes() ** 2)
     forms = []
     for i in range(motion.period):
-        whole, sums = np.eye(n), np.zeros((n, n))
+        product, sums = np.eye(n), np.zeros((n, n))
         for k in range(motion.period):
-            sums += whole.T @ weight @ whole
-            whole = steps[(i + k) % motion.period] @ whole
-        forms.append(np.asarray(solve_discrete_lyapunov(whole.T, sums)))
+            sums += product.T @ weight @ product
+            product = steps[(i + k) % motion.period] @ product
+        forms.append(np.asarray(solve_discrete_lyapunov(product.T, sums)))
     return forms
 
 
@@ -208,13 +210,13 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
     shells = [np.linalg.solve(factor.T, rays.T).T for factor in factors]
     radii = np.concatenate([np.geomspace(LARGEST, 1e-4, SHELLS)])
     starts = np.stack([motion.points[i] + r * shells[i] for r in radii for i in range(period)])
-    made = system.step(starts.reshape(-1, n), derivative=False).points.reshape(len(radii), period, RAYS, n)
+    images = system.step(starts.reshape(-1, n), derivative=False).points.reshape(len(radii), period, RAYS, n)
     falls = np.ones(len(radii), bool)
     for i in range(period):
         k = (i + 1) % period
-        apart = system.difference(made[:, i] - motion.points[k])
+        distances = system.difference(images[:, i] - motion.points[k])
         with np.errstate(invalid="ignore"):
-            values = np.einsum("rsi,ij,rsj->rs", apart, forms[k], apart)
+            values = np.einsum("rsi,ij,rsj->rs", distances, forms[k], distances)
             falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(
                 axis=1
             )

@@ -34,7 +34,7 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -87,12 +87,12 @@ class Cloud(Shown):
 
     def share(self, points: Vector) -> float:
         """Of points (k, n), those that lie in its cells."""
-        found = np.floor(points / self.size).astype(int).tolist()
-        return sum(tuple(one) in self.cells for one in found) / len(found)
+        cells = np.floor(points / self.size).astype(int).tolist()
+        return sum(tuple(cell) in self.cells for cell in cells) / len(cells)
 
-    def overlaps(self, other: Cloud) -> bool:
+    def overlaps(self, cloud: Cloud) -> bool:
         """Whether the two are one attractor."""
-        return max(self.share(other.points), other.share(self.points)) > SHARED
+        return max(self.share(cloud.points), cloud.share(self.points)) > SHARED
 
 
 Attractor = PeriodicMotion | Cloud
@@ -114,6 +114,7 @@ class Basins(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
+    COLUMNS: ClassVar = ("{axes}=axes", "attractor=labels", "steps")
     RECORD: ClassVar = (
         *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy"),
         *("failures=refused", "how"),
@@ -159,26 +160,17 @@ class Basins(Pictured):
     def entropy(self, box: int = 5) -> float:
         """Basin entropy: mean over boxes of so many starts a side of -sum p ln p (Daza and others, 2016)."""
         tops = [range(0, size - box + 1, box) for size in self.labels.shape]
-        found = []
+        entropies = []
         for corner in itertools.product(*tops):
-            part = self.labels[tuple(slice(c, c + box) for c in corner)]
-            p = np.unique(part, return_counts=True)[1] / part.size
-            found.append(float(-(p * np.log(p)).sum()))
-        return float(np.mean(found)) if found else math.nan
+            labels = self.labels[tuple(slice(c, c + box) for c in corner)]
+            p = np.unique(labels, return_counts=True)[1] / labels.size
+            entropies.append(float(-(p * np.log(p)).sum()))
+        return float(np.mean(entropies)) if entropies else math.nan
 
     @property
     def refused(self) -> list[str]:
         """``failures`` in words."""
-        return [f"{place}: {why}" for place, why in self.failures.items()]
-
-    @property
-    def frame(self) -> Any:
-        """One row per start."""
-        import pandas
-
-        grid = np.meshgrid(*self.axes.values(), indexing="ij")
-        columns = {name: one.ravel() for name, one in zip(self.axes, grid, strict=True)}
-        return pandas.DataFrame({**columns, "attractor": self.labels.ravel(), "steps": self.steps.ravel()})
+        return [f"{index}: {why}" for index, why in self.failures.items()]
 
     def to_xarray(self) -> Any:
         """The grid with its axes."""
@@ -205,17 +197,19 @@ def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) ->
     if not axes:
         raise StickslipError(f"Name the states of {system.name} that the grid is over, as x=[...]: {system.states}.")
     values = {name: np.atleast_1d(np.asarray(numbers, dtype=float)) for name, numbers in axes.items()}
-    for name, one in values.items():
-        if one.ndim != 1 or not one.size or not np.isfinite(one).all():
-            raise StickslipError(f"The values of '{name}' must be a list of finite numbers, found shape {one.shape}.")
+    for name, coordinates in values.items():
+        if coordinates.ndim != 1 or not coordinates.size or not np.isfinite(coordinates).all():
+            raise StickslipError(
+                f"The values of '{name}' must be a list of finite numbers, found shape {coordinates.shape}."
+            )
     base = system.start({name: float(value[0]) for name, value in values.items()} | dict(start or {}))
-    for name, one in values.items():
-        for extreme in (one.min(), one.max()):
+    for name, coordinates in values.items():
+        for extreme in (coordinates.min(), coordinates.max()):
             system.start({name: float(extreme)})
     grid = np.meshgrid(*values.values(), indexing="ij")
     starts = np.tile(base, (grid[0].size, 1))
-    for name, one in zip(values, grid, strict=True):
-        starts[:, list(system.states).index(name)] = one.ravel()
+    for name, coordinates in zip(values, grid, strict=True):
+        starts[:, list(system.states).index(name)] = coordinates.ravel()
     return values, starts
 
 
@@ -246,9 +240,9 @@ def basins(
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
-        found = _mapped(runner, system, values, starts, most, longest)
-        runner.finish(found)
-    return found
+        result = _mapped(runner, system, values, starts, most, longest)
+        runner.finish(result)
+    return result
 
 
 def _mapped(
@@ -256,40 +250,43 @@ def _mapped(
 ) -> Basins:
     rows, shape = 2 * longest, tuple(len(value) for value in values.values())
     jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
-    few = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
-    known: list[Attractor] = []
-    if len(few):
-        _decide(system, runner.make(few, quiet=True), known, longest)
-    periodic = [one for one in known if isinstance(one, PeriodicMotion)]
+    sample = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
+    attractors: list[Attractor] = []
+    if len(sample):
+        _decide(system, runner.make(sample, quiet=True), attractors, longest)
+    periodic = [attractor for attractor in attractors if isinstance(attractor, PeriodicMotion)]
     labels, steps = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
     failures: dict[tuple[int, ...], str] = {}
-    left, ends = [np.zeros(0, np.int64)], [starts[:0]]
+    open_indices, ends = [np.zeros(0, np.int64)], [starts[:0]]
 
-    def map_some(begin: int, made: Rows) -> None:
-        found = _ended(made)
-        found[made.orbits >= 0] = [known.index(periodic[i]) for i in made.orbits[made.orbits >= 0]]
-        labels[begin : begin + len(found)], steps[begin : begin + len(found)] = found, made.steps
-        open_ = np.flatnonzero((found == UNDECIDED) & (made.filled > 0))
-        left.append(begin + open_)
-        ends.append(made.ends[open_])
-        for i, text in made.messages.items():
-            failures[tuple(map(int, np.unravel_index(begin + i, shape)))] = text
+    def map_some(first: int, chunk: RunRows) -> None:
+        decided = _ended(chunk)
+        decided[chunk.orbits >= 0] = [attractors.index(periodic[i]) for i in chunk.orbits[chunk.orbits >= 0]]
+        labels[first : first + len(decided)], steps[first : first + len(decided)] = decided, chunk.steps
+        open_ = np.flatnonzero((decided == UNDECIDED) & (chunk.filled > 0))
+        open_indices.append(first + open_)
+        ends.append(chunk.ends[open_])
+        for i, text in chunk.messages.items():
+            failures[tuple(map(int, np.unravel_index(first + i, shape)))] = text
 
     targets = targets_of(system, periodic)
     runner.each(Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets), map_some)
-    rest = np.concatenate(left)
+    undecided = np.concatenate(open_indices)
 
-    def settle_some(begin: int, made: Rows) -> None:
-        which = rest[begin : begin + len(made.filled)]
-        labels[which] = _decide(system, made, known, longest)
-        labels[which] = _assign_clouds(runner, system, made, labels[which], known)
+    def settle_some(first: int, chunk: RunRows) -> None:
+        indices = undecided[first : first + len(chunk.filled)]
+        labels[indices] = _decide(system, chunk, attractors, longest)
+        labels[indices] = _assign_clouds(runner, system, chunk, labels[indices], attractors)
 
-    if rest.size:
+    if undecided.size:
         runner.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
-    order = sorted(range(len(known)), key=lambda i: (known[i].period == 0, known[i].period, *known[i].points[0]))
-    place = {old: new for new, old in enumerate(order)}
-    labels = np.array([place.get(int(label), int(label)) for label in labels])
-    ordered = tuple(known[i] for i in order)
+    order = sorted(
+        range(len(attractors)),
+        key=lambda i: (attractors[i].period == 0, attractors[i].period, *attractors[i].points[0]),
+    )
+    position = {old: new for new, old in enumerate(order)}
+    labels = np.array([position.get(int(label), int(label)) for label in labels])
+    ordered = tuple(attractors[i] for i in order)
     return Basins(
         system.name,
         tuple(system.states),
@@ -303,7 +300,7 @@ def _mapped(
     )
 
 
-def _ended(rows: Rows) -> NDArray[np.int64]:
+def _ended(rows: RunRows) -> NDArray[np.int64]:
     """Labels of the runs that end without an attractor."""
     labels = np.full(len(rows.outcomes), UNDECIDED)
     labels[rows.outcomes == families.ESCAPED] = INFINITE
@@ -321,40 +318,40 @@ def _every(jobs: Jobs, stride: int) -> Jobs:
     )
 
 
-def _decide(system: SectionSystem, rows: Rows, known: list[Attractor], longest: int) -> NDArray[np.int64]:
+def _decide(system: SectionSystem, rows: RunRows, attractors: list[Attractor], longest: int) -> NDArray[np.int64]:
     """Labels of the runs that repeat themselves; motions that are not known yet are added."""
     labels = _ended(rows)
-    which = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))
-    if not which.size:
+    indices = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))
+    if not indices.size:
         return labels
-    for i, motion in zip(which, claimed(system, rows.only(which), longest=longest).motions, strict=True):
+    for i, motion in zip(indices, claimed(system, rows.only(indices), longest=longest).motions, strict=True):
         if motion is None:
             continue
-        periodic = [one for one in known if isinstance(one, PeriodicMotion)]
-        found = index_of(system, motion, periodic)
-        if found < 0:
-            known.append(motion)
-            labels[i] = len(known) - 1
+        periodic = [attractor for attractor in attractors if isinstance(attractor, PeriodicMotion)]
+        index = index_of(system, motion, periodic)
+        if index < 0:
+            attractors.append(motion)
+            labels[i] = len(attractors) - 1
         else:
-            labels[i] = known.index(periodic[found])
+            labels[i] = attractors.index(periodic[index])
     return labels
 
 
 def _assign_clouds(
-    runner: Runner, system: SectionSystem, rows: Rows, labels: NDArray[np.int64], known: list[Attractor]
+    runner: Runner, system: SectionSystem, rows: RunRows, labels: NDArray[np.int64], attractors: list[Attractor]
 ) -> NDArray[np.int64]:
     """Labels of the runs that never repeat themselves, by the cells of attractors without a period."""
-    left = np.flatnonzero((labels == UNDECIDED) & (rows.outcomes == families.FINISHED))
-    clouds = {i: one for i, one in enumerate(known) if isinstance(one, Cloud)}
-    for i in left:
+    undecided = np.flatnonzero((labels == UNDECIDED) & (rows.outcomes == families.FINISHED))
+    clouds = {i: attractor for i, attractor in enumerate(attractors) if isinstance(attractor, Cloud)}
+    for i in undecided:
         points = rows.points[i, : rows.filled[i]]
         label = next((k for k, cloud in clouds.items() if cloud.share(points) >= HELD), UNDECIDED)
         if label == UNDECIDED:
             cloud = _cloud(runner, system, points[-1])
             if cloud is not None and cloud.share(points) >= HELD:
-                label = next((k for k, other in clouds.items() if cloud.overlaps(other)), len(known))
-                if label == len(known):
-                    known.append(cloud)
+                label = next((k for k, earlier in clouds.items() if cloud.overlaps(earlier)), len(attractors))
+                if label == len(attractors):
+                    attractors.append(cloud)
                     clouds[label] = cloud
         labels[i] = label
     return labels
@@ -375,25 +372,26 @@ def _cloud(runner: Runner, system: SectionSystem, start: Vector) -> Cloud | None
     size = np.where(width > 0, width, 1.0) / CELLS
     steps = list(itertools.product((-1, 0, 1), repeat=points.shape[1]))
     places = [list(map(tuple, np.floor(part / size).astype(int).tolist())) for part in np.array_split(points, 2)]
-    one, other = (
+    first_cells, second_cells = (
         {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in set(half) for step in steps}
         for half in places
     )
     filled = (
-        sum(place in cells for place in half) / len(half) for half, cells in zip(places, (other, one), strict=True)
+        sum(place in cells for place in half) / len(half)
+        for half, cells in zip(places, (second_cells, first_cells), strict=True)
     )
     if min(filled) < FILLED:
         return None
     verdict = judged(runner, system, points[-1])
     verdict = replace(verdict, exponent=often * verdict.exponent, error=often * verdict.error)
-    return Cloud(points, size, frozenset(one | other), verdict)
+    return Cloud(points, size, frozenset(first_cells | second_cells), verdict)
 
 
-def _numbers(found: Basins) -> dict[str, float]:
-    values = {"attractors": float(len(found.attractors)), "undecided": float(found.undecided)}
-    for i, attractor in enumerate(found.attractors):
-        values |= {f"period{i + 1}": float(attractor.period), f"starts{i + 1}": float((found.labels == i).sum())}
-    return {**values, "failed": float(len(found.failures)), "boundary": found.boundary}
+def _numbers(result: Basins) -> dict[str, float]:
+    values = {"attractors": float(len(result.attractors)), "undecided": float(result.undecided)}
+    for i, attractor in enumerate(result.attractors):
+        values |= {f"period{i + 1}": float(attractor.period), f"starts{i + 1}": float((result.labels == i).sum())}
+    return {**values, "failed": float(len(result.failures)), "boundary": result.boundary}
 
 
 ANALYSIS = Analysis(

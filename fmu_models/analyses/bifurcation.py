@@ -81,13 +81,13 @@ def find_bifurcations(
             f"{system.name} has no motion of period {period} at {parameter} = {begin:g} that could be followed. Begin "
             "where it exists, from a guess near it; 'find_periodic' and 'stickslip map' show what a map has."
         )
-    found: list[Bifurcation] = []
+    bifurcations: list[Bifurcation] = []
     for points in motions:
         for value, kind, cycle in branch.follow(points, begin, end, steps):
-            one = Bifurcation(parameter, value, kind, motion_at(branch.at(value), cycle))
-            if not any(_equal(branch, one, other) for other in found):
-                found.append(one)
-    return tuple(sorted(found, key=lambda one: one.value))
+            candidate = Bifurcation(parameter, value, kind, motion_at(branch.at(value), cycle))
+            if not any(_equal(branch, candidate, earlier) for earlier in bifurcations):
+                bifurcations.append(candidate)
+    return tuple(sorted(bifurcations, key=lambda bifurcation: bifurcation.value))
 
 
 def _motions_at_begin(system: SectionSystem, period: int, guess: Any) -> list[Vector]:
@@ -98,12 +98,12 @@ def _motions_at_begin(system: SectionSystem, period: int, guess: Any) -> list[Ve
     raise StickslipError(f"Say near which points a motion of {system.name} is to be followed: guess=[[...]].")
 
 
-def _equal(branch: _Branch, one: Bifurcation, other: Bifurcation) -> bool:
+def _equal(branch: _Branch, first: Bifurcation, second: Bifurcation) -> bool:
     """Both motions of a saddle-node come upon it, each to the root of rounding that a double zero allows."""
-    if one.kind != other.kind or abs(one.value - other.value) > 1e-9 * max(1.0, abs(one.value)):
+    if first.kind != second.kind or abs(first.value - second.value) > 1e-9 * max(1.0, abs(first.value)):
         return False
-    shifts = range(one.motion.period)
-    return any(branch.near(one.motion.points, np.roll(other.motion.points, k, axis=0), 1e-4) for k in shifts)
+    shifts = range(first.motion.period)
+    return any(branch.near(first.motion.points, np.roll(second.motion.points, k, axis=0), 1e-4) for k in shifts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +131,8 @@ class _Branch:
 
     def repeats(self, points: Vector, share: float) -> bool:
         """Whether the points are those of a shorter motion, up to a share of the box."""
-        parts = [n for n in range(1, len(points)) if len(points) % n == 0]
-        return any(self.near(points, np.roll(points, n, axis=0), share) for n in parts)
+        divisors = [n for n in range(1, len(points)) if len(points) % n == 0]
+        return any(self.near(points, np.roll(points, n, axis=0), share) for n in divisors)
 
     def test(self, kind: str, value: float, points: Vector) -> float:
         """det(DP^n - 1) for a saddle-node, det(DP^n + 1) for a flip."""
@@ -142,16 +142,16 @@ class _Branch:
         sign = 1.0 if kind == "flip" else -1.0
         return float(np.linalg.det(derivative + sign * np.eye(points.shape[1])))
 
-    def follow(self, points: Vector, begin: float, end: float, steps: int) -> Iterator[tuple[float, str, Vector]]:
+    def follow(self, points: Vector, first: float, end: float, steps: int) -> Iterator[tuple[float, str, Vector]]:
         """Values, kinds and points of what a motion meets on the way."""
-        value, step = begin, (end - begin) / steps
+        value, step = first, (end - first) / steps
         rate = np.zeros_like(points)  # of the points along the parameter: where two branches cross, it tells them apart
-        while abs(end - value) > 1e-12 * abs(end - begin):
+        while abs(end - value) > 1e-12 * abs(end - first):
             reach = value + np.sign(step) * min(abs(step), abs(end - value))
             after = self.corrected(reach, points + (reach - value) * rate)
             if after is None:
                 step /= 2
-                if abs(step) < SHORTEST * abs(end - begin) / steps:
+                if abs(step) < SHORTEST * abs(end - first) / steps:
                     yield from self._fold(value, points)
                     return
                 continue
@@ -161,7 +161,7 @@ class _Branch:
                     yield from self._crossing(kind, (value, points), (reach, after))
             rate = self.system.difference(after - points) / (reach - value)
             value, points = reach, after
-            step = np.sign(step) * min(1.5 * abs(step), abs(end - begin) / steps)
+            step = np.sign(step) * min(1.5 * abs(step), abs(end - first) / steps)
 
     def _crossing(
         self, kind: str, before: tuple[float, Vector], behind: tuple[float, Vector]
@@ -174,8 +174,8 @@ class _Branch:
             cycles = find_cycles(self.at(value), guess[None])
             return (cycles[0], True) if len(cycles) else (guess, False)
 
-        place = brentq(lambda value: self.test(kind, value, points(value)[0]), low, high, xtol=1e-15)
-        value = float(np.asarray(place))
+        crossing = brentq(lambda value: self.test(kind, value, points(value)[0]), low, high, xtol=1e-15)
+        value = float(np.asarray(crossing))
         cycle, solved = points(value)
         # where two branches cross Newton's method may fail or change over, and the sign with it
         largest = max(abs(self.test(kind, low, first)), abs(self.test(kind, high, last)))
@@ -193,9 +193,9 @@ class _Branch:
             return np.append(miss.ravel(), self.test("saddle-node", at, cycle))
 
         with np.errstate(all="ignore"):
-            found = root(equations, np.append(points.ravel(), value), method="hybr", options={"xtol": 1e-15})
-        cycle, at = found.x[:-1].reshape(shape), float(found.x[-1])
-        solved = np.abs(equations(found.x)).max() <= 1e-10
+            solution = root(equations, np.append(points.ravel(), value), method="hybr", options={"xtol": 1e-15})
+        cycle, at = solution.x[:-1].reshape(shape), float(solution.x[-1])
+        solved = np.abs(equations(solution.x)).max() <= 1e-10
         close = self.near(cycle, points, NEAR) and abs(at - value) <= 1e-2 * max(1.0, abs(value))
         if solved and close and not self.repeats(cycle, 1e-3):
             yield at, "saddle-node", self.system.wrapped(cycle)

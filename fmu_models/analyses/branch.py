@@ -12,7 +12,7 @@ from fmu_models.analyses.declaration import RANGE, Analysis, Option, Range
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured
-from fmu_models.continuation.branches import Branches, all_branches
+from fmu_models.continuation.branches import Branches, branches
 from fmu_models.continuation.curves.curve import Curve, Curves, closed_form_of
 from fmu_models.continuation.equilibrium_branch import EquilibriumBranch
 from fmu_models.families.execution import IN_MEMORY, Execution
@@ -40,7 +40,7 @@ class Followed(Pictured):
     def interrupted(self) -> bool:
         """Whether the keyboard ended it early."""
         curves = self.curves.curves if self.curves else ()
-        return self.branch.interrupted or any(kind == "interrupted" for curve in curves for kind, _ in curve.ends)
+        return self.branch.interrupted or any(curve.interrupted for curve in curves)
 
     @property
     def how(self) -> str:
@@ -99,16 +99,16 @@ def follow_branch(
     """Follow a periodic motion over a parameter, stable or not, through every bifurcation.
 
     Args:
-        others: as for ``all_branches``.
+        others: as for ``branches``.
         curve: name, least and largest value of a second parameter.
 
     Raises:
-        StickslipError: a closed form without curves, and as ``all_branches`` and ``Branches.curves``.
+        StickslipError: a closed form without curves, and as ``branches`` and ``Branches.curves``.
     """
     if closed_form and curve is None:
         raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
     formula = Formula.read(closed_form) if closed_form else None
-    branches = all_branches(
+    followed = branches(
         system,
         over,
         between,
@@ -121,11 +121,11 @@ def follow_branch(
         execution=execution,
         progress=progress,
     )
-    if curve is None or branches.interrupted:
-        return Followed(branches)
-    curves = branches.curves(curve[0], curve[1:])
+    if curve is None or followed.interrupted:
+        return Followed(followed)
+    curves = followed.curves(curve[0], curve[1:])
     form = closed_form_of(curves.curves[0], formula, {}) if formula else None
-    return Followed(branches, replace(curves, closed_form=form))
+    return Followed(followed, replace(curves, closed_form=form))
 
 
 def special_values(specials: Sequence[Any]) -> dict[str, float]:

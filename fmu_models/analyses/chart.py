@@ -31,7 +31,7 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -58,6 +58,7 @@ class Chart(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
+    COLUMNS: ClassVar = ("{axes}=axes", "{what}=names", "value=values")
     RECORD: ClassVar = ("model", "what", "axes", "classes", "labels", "runs", "failures=refused", "how")
 
     model: str
@@ -79,17 +80,12 @@ class Chart(Pictured):
     @property
     def refused(self) -> list[str]:
         """``failures`` in words."""
-        return [f"{place}: {why}" for place, why in self.failures.items()]
+        return [f"{index}: {why}" for index, why in self.failures.items()]
 
     @property
-    def frame(self) -> Any:
-        """One row per cell."""
-        import pandas
-
-        grid = np.meshgrid(*self.axes.values(), indexing="ij")
-        columns = {name: one.ravel() for name, one in zip(self.axes, grid, strict=True)}
-        names = np.array([*self.classes, ""], dtype=object)
-        return pandas.DataFrame({**columns, self.what: names[self.labels.ravel()], "value": self.values.ravel()})
+    def names(self) -> NDArray[Any]:
+        """The class of each cell; "" where it has none."""
+        return np.array([*self.classes, ""], dtype=object)[self.labels]
 
     def to_xarray(self) -> Any:
         """The grid with its axes."""
@@ -152,14 +148,14 @@ def chart(
         raise StickslipError(f"A chart is over two parameters, each with a list of finite values, found {list(axes)}.")
     if refine < 1 or refine & (refine - 1):
         raise StickslipError(f"The coarse grid is a power of two cells apart, found {refine}.")
-    for name, one in values.items():
-        system.check(name, one)
-    how = _Cells(what, system.start(start), transient, points, longest)
-    plan = {"analysis": "chart", **vars(how), "refine": refine, "axes": values}
+    for name, coordinates in values.items():
+        system.check(name, coordinates)
+    cells = _Cells(what, system.start(start), transient, points, longest)
+    plan = {"analysis": "chart", **vars(cells), "refine": refine, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
-        found = _charted(runner, system, how, refine, values)
-        runner.finish(found)
-    return found
+        result = _charted(runner, system, cells, refine, values)
+        runner.finish(result)
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,50 +180,50 @@ class _Cells:
 
 
 def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, values: Mapping[str, Vector]) -> Chart:
-    shape = tuple(one.size for one in values.values())
-    kept: dict[tuple[int, int], tuple[str, float]] = {}
+    shape = tuple(coordinates.size for coordinates in values.values())
+    computed: dict[tuple[int, int], tuple[str, float]] = {}
     failures: dict[tuple[int, int], str] = {}
 
     def run(cells: list[tuple[int, int]]) -> None:
         varied = {name: value[[cell[k] for cell in cells]] for k, (name, value) in enumerate(values.items())}
 
-        def take(begin: int, made: Rows) -> None:
-            end = begin + len(made.filled)
-            part = {name: numbers[begin:end] for name, numbers in varied.items()}
+        def take(first: int, chunk: RunRows) -> None:
+            end = first + len(chunk.filled)
+            subset = {name: numbers[first:end] for name, numbers in varied.items()}
             exponents = how.what == "exponent"
-            found = _signs(runner, system, made, part) if exponents else _classes(system, made, part, how)
-            for i, cell in enumerate(cells[begin:end]):
-                kept[cell] = found[i]
-                if made.outcomes[i] > families.ABSORBED:
-                    failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
+            found = _signs(runner, system, chunk, subset) if exponents else _classes(system, chunk, subset, how)
+            for i, cell in enumerate(cells[first:end]):
+                computed[cell] = found[i]
+                if chunk.outcomes[i] > families.ABSORBED:
+                    failures[cell] = chunk.messages.get(i) or families.OUTCOMES[int(chunk.outcomes[i])]
 
         runner.each(how.jobs(varied, len(cells)), take)
 
-    labels = _filled(shape, refine, kept, run)
+    labels = _filled(shape, refine, computed, run)
     classes = tuple(sorted({label for label in labels.ravel() if label}, key=_in_order))
     number = {label: i for i, label in enumerate(classes)}
     numbers = np.full(shape, np.nan)
-    made = np.zeros(shape, bool)
-    for cell, (_, value) in kept.items():
-        numbers[cell], made[cell] = value, True
+    chunk = np.zeros(shape, bool)
+    for cell, (_, value) in computed.items():
+        numbers[cell], chunk[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
     return Chart(
-        system.name, how.what, values, classes, indices, numbers, made, failures, system.how, runner.provenance
+        system.name, how.what, values, classes, indices, numbers, chunk, failures, system.how, runner.provenance
     )
 
 
 def _in_order(label: str) -> tuple[Any, ...]:
-    return tuple((0, int(part), "") if part.isdigit() else (1, 0, part) for part in label.split("-"))
+    return tuple((0, int(word), "") if word.isdigit() else (1, 0, word) for word in label.split("-"))
 
 
 def _filled(
     shape: tuple[int, ...],
     refine: int,
-    kept: Mapping[tuple[int, int], tuple[str, float]],
+    computed: Mapping[tuple[int, int], tuple[str, float]],
     run: Callable[[list[tuple[int, int]]], None],
 ) -> NDArray[np.object_]:
     """A label per cell, from runs of as few of them as tell where the classes meet."""
-    labels, made = np.full(shape, "", dtype=object), np.zeros(shape, bool)
+    labels, reached = np.full(shape, "", dtype=object), np.zeros(shape, bool)
     ticks = [np.unique(np.append(np.arange(0, size, refine), size - 1)) for size in shape]
     fresh = np.ones([tick.size for tick in ticks], bool)
     while True:
@@ -236,59 +232,68 @@ def _filled(
             cells = [(int(ticks[0][i]), int(ticks[1][j])) for i, j in np.argwhere(fresh)]
             run(cells)
             for cell in cells:
-                labels[cell], made[cell] = kept[cell][0], True
-            fresh = _beside_another(labels[grid]) & ~made[grid]
+                labels[cell], reached[cell] = computed[cell][0], True
+            fresh = _beside_another(labels[grid]) & ~reached[grid]
         if labels[grid].shape == shape:
             return labels
         finer = [np.union1d(tick, (tick[1:] + tick[:-1]) // 2) for tick in ticks]
         before = [tick[np.searchsorted(tick, new, side="right") - 1] for tick, new in zip(ticks, finer, strict=True)]
-        ticks, known = finer, labels[np.ix_(*before)]
-        labels[np.ix_(*ticks)] = known
-        fresh = _beside_another(known) & ~made[np.ix_(*ticks)]
+        ticks, coarse = finer, labels[np.ix_(*before)]
+        labels[np.ix_(*ticks)] = coarse
+        fresh = _beside_another(coarse) & ~reached[np.ix_(*ticks)]
 
 
 def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
     """Which cells have one of another class beside them, along either axis."""
     edges = np.zeros(labels.shape, bool)
-    for one, mark in ((labels, edges), (labels.T, edges.T)):
-        differs = one[1:] != one[:-1]
+    for grid, mark in ((labels, edges), (labels.T, edges.T)):
+        differs = grid[1:] != grid[:-1]
         mark[1:] |= differs
         mark[:-1] |= differs
     return edges
 
 
-def _signs(runner: Runner, system: SectionSystem, rows: Rows, varied: Mapping[str, Vector]) -> list[tuple[str, float]]:
+def _signs(
+    runner: Runner, system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector]
+) -> list[tuple[str, float]]:
     """Sign and value of the exponent of each run; no sign where it failed."""
-    found = [("", np.nan)] * len(rows.filled)
+    signs = [("", np.nan)] * len(rows.filled)
     sound = np.flatnonzero((rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
-    part = {name: values[sound] for name, values in varied.items()}
-    values, errors = largest_exponents(runner, system, rows.ends[sound], part)
+    subset = {name: values[sound] for name, values in varied.items()}
+    values, errors = largest_exponents(runner, system, rows.ends[sound], subset)
     for i, value, error in zip(sound.tolist(), values.tolist(), errors.tolist(), strict=True):
-        found[i] = (sign_of(value, error), value)
-    return found
+        signs[i] = (sign_of(value, error), value)
+    return signs
 
 
-def _classes(system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], how: _Cells) -> list[tuple[str, float]]:
+def _classes(
+    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], cells: _Cells
+) -> list[tuple[str, float]]:
     """Label and number of each run; no label where it failed."""
-    what, longest = how.what, how.longest
+    quantity, longest = cells.what, cells.longest
     sound = rows.outcomes <= families.ABSORBED
-    if what == "stick":
-        held = rows.held.sum(axis=1) > 0.0
-        names = [", ".join(n for n, one in zip(system.contacts, row, strict=True) if one) or "none" for row in held]
-        return [(name if good else "", float(row.sum())) for name, row, good in zip(names, held, sound, strict=True)]
+    if quantity == "stick":
+        sticking = rows.held.sum(axis=1) > 0.0
+        names = [
+            ", ".join(n for n, touched in zip(system.contacts, row, strict=True) if touched) or "none"
+            for row in sticking
+        ]
+        return [
+            (name if good else "", float(row.sum())) for name, row, good in zip(names, sticking, sound, strict=True)
+        ]
     motions = claimed(system, rows, varied, longest=longest).motions
-    found: list[tuple[str, float]] = []
+    classes: list[tuple[str, float]] = []
     for i, motion in enumerate(motions):
         if not sound[i]:
-            found.append(("", np.nan))
+            classes.append(("", np.nan))
             continue
         period, began = (motion.period, motion.began) if motion else _alike(system, rows, i, longest)
         word = "-".join(map(str, (period, *began))) if period else "0"
-        found.append((str(period) if what == "period" else word, float(period)))
-    return found
+        classes.append((str(period) if quantity == "period" else word, float(period)))
+    return classes
 
 
-def _alike(system: SectionSystem, rows: Rows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
+def _alike(system: SectionSystem, rows: RunRows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
     """Period and events of a run whose last points repeat themselves, though no stable motion was solved for."""
     points = rows.points[i, : rows.filled[i]]
     for n in range(1, min(longest, len(points) - 1) + 1):
@@ -297,9 +302,9 @@ def _alike(system: SectionSystem, rows: Rows, i: int, longest: int) -> tuple[int
     return 0, ()
 
 
-def _numbers(found: Chart) -> dict[str, float]:
-    values = {f"cells_{name}": float((found.labels == i).sum()) for i, name in enumerate(found.classes)}
-    return {**values, "runs": float(found.runs), "failed": float(len(found.failures))}
+def _numbers(result: Chart) -> dict[str, float]:
+    values = {f"cells_{name}": float((result.labels == i).sum()) for i, name in enumerate(result.classes)}
+    return {**values, "runs": float(result.runs), "failed": float(len(result.failures))}
 
 
 ANALYSIS = Analysis(

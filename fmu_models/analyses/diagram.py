@@ -30,7 +30,7 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ class Diagram(Pictured):
     @property
     def refused(self) -> list[str]:
         """``failures`` in words."""
-        return [f"{way}, {self.over} = {value:g}: {why}" for (way, value), why in self.failures.items()]
+        return [f"{direction}, {self.over} = {value:g}: {why}" for (direction, value), why in self.failures.items()]
 
     @property
     def frame(self) -> Any:
@@ -226,14 +226,14 @@ def orbit_diagram(
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:
-        found = _swept(runner, system, sweep, of or system.states[0])
-        runner.finish(found)
+        result = _swept(runner, system, sweep, of or system.states[0])
+        runner.finish(result)
     if branches:
         ends = (swept[0], swept[-1])
-        found = replace(found, branches=branches_through(system, over, _motions(found), ends, branches, of))
+        result = replace(result, branches=branches_through(system, over, _motions(result), ends, branches, of))
     if against_branches:
-        found = replace(found, lost=lost_motions(system, found, against_branches))
-    return found
+        result = replace(result, lost=lost_motions(system, result, against_branches))
+    return result
 
 
 def _motions(diagram: Diagram) -> Iterator[Motion]:
@@ -255,8 +255,8 @@ class _Sweep:
 
 
 def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
-    ways, m = sweep.directions, sweep.values.size
-    order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
+    directions, m = sweep.directions, sweep.values.size
+    order = np.concatenate([np.arange(m) if direction == "up" else np.arange(m)[::-1] for direction in directions])
     varied = {sweep.over: sweep.values[order]}
     jobs = Jobs(
         np.tile(sweep.start, (order.size, 1)),
@@ -267,25 +267,25 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
         longest=sweep.longest,
         settled=SETTLED,
     )
-    made = runner.make(jobs)
-    claims = claimed(system, made, varied, longest=sweep.longest)
-    kept = made.points[:, : sweep.points].copy()
+    rows = runner.make(jobs)
+    claims = claimed(system, rows, varied, longest=sweep.longest)
+    images = rows.points[:, : sweep.points].copy()
     began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
-    for cycles, which in claims.parts:
-        kept[which] = np.nan
-        kept[which, : cycles.period] = cycles.points[:, : sweep.points]
-        began[which] = cycles.began
+    for cycles, indices in claims.parts:
+        images[indices] = np.nan
+        images[indices, : cycles.period] = cycles.points[:, : sweep.points]
+        began[indices] = cycles.began
         with np.errstate(divide="ignore"):
-            growth[which] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
+            growth[indices] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
     errors = np.where(np.isnan(growth), np.inf, 0.0)
-    which = np.flatnonzero((claims.periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
-    if sweep.exponents and which.size:
-        part = {name: v[which] for name, v in varied.items()}
-        growth[which], errors[which] = largest_exponents(runner, system, made.ends[which], part)
-    back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
+    indices = np.flatnonzero((claims.periods == 0) & (rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
+    if sweep.exponents and indices.size:
+        subset = {name: v[indices] for name, v in varied.items()}
+        growth[indices], errors[indices] = largest_exponents(runner, system, rows.ends[indices], subset)
+    inverse = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(directions), m))]))
 
-    def shaped(one: NDArray[Any]) -> NDArray[Any]:
-        return one[back].reshape(len(ways), m, *one.shape[1:])
+    def shaped(array: NDArray[Any]) -> NDArray[Any]:
+        return array[inverse].reshape(len(directions), m, *array.shape[1:])
 
     return Diagram(
         system.name,
@@ -293,13 +293,13 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
         tuple(system.states),
         tuple(system.contacts),
         sweep.values,
-        ways,
-        shaped(kept),
+        directions,
+        shaped(images),
         shaped(claims.periods),
         shaped(began),
         shaped(growth),
-        _failures(made, order, sweep.values, ways),
-        int(made.steps.sum()),
+        _failures(rows, order, sweep.values, directions),
+        int(rows.steps.sum()),
         of,
         system.how,
         runner.provenance,
@@ -309,11 +309,13 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
 
 
 def _failures(
-    rows: Rows, order: NDArray[np.int64], values: Vector, ways: Sequence[str]
+    rows: RunRows, order: NDArray[np.int64], values: Vector, directions: Sequence[str]
 ) -> dict[tuple[str, float], str]:
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
-    said = (rows.messages.get(int(i)) or families.OUTCOMES[int(rows.outcomes[i])] for i in bad)
-    return {(ways[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}
+    reasons = (rows.messages.get(int(i)) or families.OUTCOMES[int(rows.outcomes[i])] for i in bad)
+    return {
+        (directions[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, reasons, strict=True)
+    }
 
 
 def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
@@ -321,14 +323,14 @@ def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
     lost = [motion.direction for motion in diagram.lost or ()]
     for i, value in enumerate(diagram.values.tolist()):
         values: dict[str, float] = {}
-        for d, way in enumerate(diagram.directions):
+        for d, direction in enumerate(diagram.directions):
             points = diagram.shown[d, i]
             if diagram.lost is not None and i == 0:
-                values[f"lost_{way}"] = float(lost.count(way))
-            values[f"period_{way}"] = float(diagram.periods[d, i])
+                values[f"lost_{direction}"] = float(lost.count(direction))
+            values[f"period_{direction}"] = float(diagram.periods[d, i])
             if np.isfinite(points).any():
                 extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
-                values |= {f"{diagram.of}_{what}_{way}": float(extreme) for what, extreme in extremes.items()}
+                values |= {f"{diagram.of}_{name}_{direction}": float(extreme) for name, extreme in extremes.items()}
         rows.append((value, values))
     return rows
 

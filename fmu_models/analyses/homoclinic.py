@@ -30,7 +30,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import Follower, Section, SectionPoint
+from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
 
 Vector = NDArray[np.float64]
 
@@ -57,6 +57,7 @@ class Homoclinic(Pictured):
         times, points: (m,) s, (m, n) of the motion, from beside the saddle to where it has come back.
     """
 
+    COLUMNS: ClassVar = ("[time]=times", "{states}=points")
     RECORD: ClassVar = ("model", "parameter", "value", "width", "states", "saddle", "eigenvalues", "saddle_quantity")
 
     model: str
@@ -74,14 +75,6 @@ class Homoclinic(Pictured):
         """Sum of the eigenvalues next to the imaginary axis: negative where a stable cycle is born, 1/s."""
         real = self.eigenvalues.real
         return float(real[real > 0.0].min() + real[real < 0.0].max())
-
-    @property
-    def frame(self) -> Any:
-        """One row per point of the motion."""
-        import pandas
-
-        columns = dict(zip(self.states, self.points.T, strict=True))
-        return pandas.DataFrame(columns, index=pandas.Index(self.times, name="time"))
 
     def _heading(self) -> str:
         return f"Homoclinic point of {self.model} at {self.parameter} = {self.value:.15g}"
@@ -111,7 +104,7 @@ def homoclinic(
     Raises:
         StickslipError: as ``saddle_of``; more than one direction to leave along, or no such value in the range.
     """
-    low, high = sorted(float(one) for one in between)
+    low, high = sorted(float(bound) for bound in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A range of '{over}' goes from one finite value to another, found {between}.")
     saddle = saddle_of(fmu, dict(start or {}), {**(parameters or {}), over: (low + high) / 2})
@@ -120,11 +113,11 @@ def homoclinic(
             f"The saddle of '{saddle.name}' has {(saddle.values.real > 0.0).sum()} directions along which motions "
             "leave; with one of them alone the motion that leaves is known."
         )
-    for distance, out, back in product(ARRIVALS, (1.0, -1.0), (1.0, -1.0)):
-        side = _Side(saddle, over, out, back, distance)
-        found = side.bracket(np.linspace(low, high, VALUES))
-        if found is not None:
-            return _told(side, *side.halved(*found))
+    for distance, out, arrival in product(ARRIVALS, (1.0, -1.0), (1.0, -1.0)):
+        side = _Side(saddle, over, out, arrival, distance)
+        bracket = side.bracket(np.linspace(low, high, VALUES))
+        if bracket is not None:
+            return _told(side, *side.halved(*bracket))
     raise StickslipError(
         f"No motion of '{saddle.name}' from that saddle comes back to it for {over} between {low:g} and {high:g}. Try "
         "another range, or look at the manifolds on both sides."
@@ -157,75 +150,75 @@ class _Side:
         if not len(times):
             return np.nan
         unstable = saddle.unstable[0]
-        left, rate = saddle.left(unstable), float(saddle.values[unstable].real)
-        begin = points[np.abs((points - saddle.point) @ left).argmin()]
+        left_vectors, rate = saddle.left(unstable), float(saddle.values[unstable].real)
+        nearest = points[np.abs((points - saddle.point) @ left_vectors).argmin()]
         at = np.linspace(0.0, LEAVES / rate, SAMPLES)
-        apart = (begin - saddle.point)[None] @ left
+        offset = (nearest - saddle.point)[None] @ left_vectors
         for share in (0.1, 0.3, 1.0):  # the rest of the way may go to infinity
             try:
-                run = simulate(saddle.fmu, share * float(at[-1]), output_times=share * at, **saddle.as_run(begin))
+                run = simulate(saddle.fmu, share * float(at[-1]), output_times=share * at, **saddle.as_run(nearest))
             except StickslipError:
                 break
             motion = np.column_stack([run[name] for name in saddle.fmu.states])
-            apart = (motion - saddle.point) @ left
-            if np.abs(apart).max() > self.distance:
+            offset = (motion - saddle.point) @ left_vectors
+            if np.abs(offset).max() > self.distance:
                 break
-        leaves = np.abs(apart) > self.distance
-        return float(np.sign(apart[leaves.argmax()])) if leaves.any() else 0.0
+        leaves = np.abs(offset) > self.distance
+        return float(np.sign(offset[leaves.argmax()])) if leaves.any() else 0.0
 
     def arrivals(self, saddle: Saddle) -> tuple[Vector, Vector]:
         """(m,) s and (m, n) where the motion passes the place of arrival."""
         slow = saddle.direction(saddle.stable[0])
         i = int(np.abs(slow).argmax())
         step = self.back * self.distance * slow[i] * saddle.sizes[i]
-        begin = saddle.point + self.out * BESIDE * saddle.direction(saddle.unstable[0]) * saddle.sizes
+        departure = saddle.point + self.out * BESIDE * saddle.direction(saddle.unstable[0]) * saddle.sizes
         slower = min(abs(saddle.values[k].real) for k in (saddle.unstable[0], saddle.stable[0]))
-        run = saddle.as_run(begin)
+        run = saddle.as_run(departure)
         section = Section(saddle.fmu.states[i], float(saddle.point[i] + step), -int(np.sign(step)))
-        follower = Follower(saddle.fmu, section, parameters=run["parameters"], inputs=run["inputs"])
-        met: list[SectionPoint] = []
+        follower = SectionFollower(saddle.fmu, section, parameters=run["parameters"], inputs=run["inputs"])
+        passages: list[SectionPoint] = []
         with suppress(StickslipError):  # later it may go to infinity
-            for one in islice(follower.follow(run["start"], GROWTH / slower), PASSAGES):
-                met.append(one)
-        times = np.array([one.time for one in met])
-        points = np.array([[*one.states.values()] for one in met]).reshape(-1, len(begin))
+            for passage in islice(follower.follow(run["start"], GROWTH / slower), PASSAGES):
+                passages.append(passage)
+        times = np.array([point.time for point in passages])
+        points = np.array([[*point.states.values()] for point in passages]).reshape(-1, len(departure))
         # those alone that come from the side of the stable eigenvector, not across the unstable one
-        near = np.abs((points - saddle.point) @ saddle.left(saddle.unstable[0])) < 3.0 * self.distance
-        return times[near], points[near]
+        close = np.abs((points - saddle.point) @ saddle.left(saddle.unstable[0])) < 3.0 * self.distance
+        return times[close], points[close]
 
     def bracket(self, values: Vector) -> tuple[float, float] | None:
         """Two values from which the motion leaves to different sides, first -1."""
-        found = [(value, self(value)) for value in values.tolist()]
-        for one, other in pairwise(found):
-            if one[1] * other[1] <= 0.0:
-                return (one[0], other[0]) if one[1] < other[1] else (other[0], one[0])
-            if np.isnan(one[1]) != np.isnan(other[1]):
-                kept = self._beside(*((*one, other[0]) if np.isnan(other[1]) else (*other, one[0])))
-                if kept is not None:
-                    return kept
+        misses = [(value, self(value)) for value in values.tolist()]
+        for first, second in pairwise(misses):
+            if first[1] * second[1] <= 0.0:
+                return (first[0], second[0]) if first[1] < second[1] else (second[0], first[0])
+            if np.isnan(first[1]) != np.isnan(second[1]):
+                bracket = self._beside(*((*first, second[0]) if np.isnan(second[1]) else (*second, first[0])))
+                if bracket is not None:
+                    return bracket
         return None
 
-    def _beside(self, known: float, side: float, beyond: float) -> tuple[float, float] | None:
+    def _beside(self, defined: float, side: float, beyond: float) -> tuple[float, float] | None:
         """The same between a value and one at which the motion does not come by: it still does so where it misses the
         saddle by little on the other side."""
         for _ in range(HALVINGS):
-            middle = (known + beyond) / 2.0
-            if middle in (known, beyond):
+            middle = (defined + beyond) / 2.0
+            if middle in (defined, beyond):
                 break
-            found = self(middle)
-            if found * side <= 0.0:
-                return (known, middle) if side < 0.0 else (middle, known)
-            known, beyond = (known, middle) if np.isnan(found) else (middle, beyond)
+            miss = self(middle)
+            if miss * side <= 0.0:
+                return (defined, middle) if side < 0.0 else (middle, defined)
+            defined, beyond = (defined, middle) if np.isnan(miss) else (middle, beyond)
         return None
 
     def halved(self, minus: float, plus: float) -> tuple[float, float]:
         """Until nothing but rounding lies between."""
         for _ in range(HALVINGS):
             middle = (minus + plus) / 2.0
-            found = self(middle)
-            if middle in (minus, plus) or found == 0.0 or np.isnan(found):
+            miss = self(middle)
+            if middle in (minus, plus) or miss == 0.0 or np.isnan(miss):
                 break
-            minus, plus = (middle, plus) if found < 0.0 else (minus, middle)
+            minus, plus = (middle, plus) if miss < 0.0 else (minus, middle)
         return (minus + plus) / 2.0, abs(plus - minus)
 
 
@@ -233,9 +226,9 @@ def _told(side: _Side, value: float, width: float) -> Homoclinic:
     saddle = side.saddle.at(**{side.over: value})
     times, points = side.arrivals(saddle)
     nearest = int(np.abs((points - saddle.point) @ saddle.left(saddle.unstable[0])).argmin())
-    begin = saddle.point + side.out * BESIDE * saddle.direction(saddle.unstable[0]) * saddle.sizes
+    departure = saddle.point + side.out * BESIDE * saddle.direction(saddle.unstable[0]) * saddle.sizes
     at = np.linspace(0.0, float(times[nearest]), SAMPLES)
-    run = simulate(saddle.fmu, float(at[-1]), output_times=at, **saddle.as_run(begin))
+    run = simulate(saddle.fmu, float(at[-1]), output_times=at, **saddle.as_run(departure))
     motion = np.column_stack([run[name] for name in saddle.fmu.states])
     names = tuple(saddle.fmu.states)
     return Homoclinic(saddle.name, side.over, value, names, saddle.point, saddle.values, width, run.time, motion)

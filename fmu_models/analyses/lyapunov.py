@@ -31,7 +31,7 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -83,6 +83,13 @@ class Exponents(Pictured):
         provenance: what it was made of; see ``Execution``.
     """
 
+    COLUMNS: ClassVar = (
+        "[exponent]=numbers",
+        "per_step=values",
+        "error=errors",
+        "per_time",
+        "per_time_error=per_time_errors",
+    )
     RECORD: ClassVar = (
         *("model", "exponents=values", "errors", "per_time", "per_time_errors", "unit", "steps", "zero", "identity"),
         *("lost", "shares", "transient", "how"),
@@ -121,22 +128,18 @@ class Exponents(Pictured):
         return k + (total / abs(float(values[k])) if np.isfinite(values[k]) else 0.0)
 
     @property
-    def frame(self) -> Any:
-        """One row per exponent."""
-        import pandas
-
-        columns = {"per_step": self.values, "error": self.errors}
-        columns |= {"per_time": self.per_time, "per_time_error": self.per_time_errors}
-        return pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(self.values) + 1, name="exponent"))
+    def numbers(self) -> range:
+        """Those of the exponents, from 1."""
+        return range(1, len(self.values) + 1)
 
     def to_xarray(self) -> Any:
         """The table, with its unit and where it comes from."""
         return super().to_xarray().assign_attrs({"unit": self.unit, PROVENANCE: told(self.provenance)})
 
     def _contents(self) -> Mapping[str, Any]:
-        known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
+        contents = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
         told_ = {"identity": self.identity, "transient": self.transient, "how": self.how or None}
-        return {**known, "steps": self.steps, "zero": self.zero, **told_}
+        return {**contents, "steps": self.steps, "zero": self.zero, **told_}
 
     def _heading(self) -> str:
         return f"{len(self.values)} Lyapunov exponents"
@@ -174,29 +177,29 @@ def lyapunov(
         raise StickslipError(
             f"Exponents of {motions} motions over {periods} steps: take at least 2 motions and 1 step."
         )
-    begin = system.start(start)
-    sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
+    point = system.start(start)
+    sizes = np.where(np.isfinite(system.sizes()) & (point != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
-    starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
+    starts = point + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(point)))
     # a power of two: a mean over whole periods of what has doubled its period is exact
     batch = 1 << (-(-steps // BATCHES) - 1).bit_length()
     rows = steps // batch
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
-    plan = {"analysis": "lyapunov", "start": begin, "periods": periods, "transient": transient, "motions": motions}
+    plan = {"analysis": "lyapunov", "start": point, "periods": periods, "transient": transient, "motions": motions}
     plan["seed"] = seed
     with Runner(system, plan, execution, progress) as runner:
-        found = _followed(runner, system, jobs)
-        runner.finish(found)
-    return found
+        result = _followed(runner, system, jobs)
+        runner.finish(result)
+    return result
 
 
 def _followed(runner: Runner, system: SectionSystem, jobs: Jobs) -> Exponents:
     rows = runner.make(jobs)
     _check(system, jobs.starts[0], rows)
-    found = _exponents(system, rows, jobs.batch)
+    exponents = _exponents(system, rows, jobs.batch)
     identity = _identity(runner, system, rows.ends[:1], jobs.tangents)
-    return dataclasses.replace(found, identity=identity, provenance=runner.provenance)
+    return dataclasses.replace(exponents, identity=identity, provenance=runner.provenance)
 
 
 def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: int) -> float | None:
@@ -211,39 +214,39 @@ def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: in
     return float(abs(growth / volumes.sum() - 1.0))
 
 
-def _check(system: SectionSystem, begin: Vector, rows: Rows) -> None:
+def _check(system: SectionSystem, point: Vector, rows: RunRows) -> None:
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
     if not bad.size:
         return
-    place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
+    coordinates = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, point, strict=True))
     outcome, steps = int(rows.outcomes[bad[0]]), int(rows.steps[bad[0]])
-    said = rows.messages.get(int(bad[0]), families.OUTCOMES[outcome])
-    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({said})"
+    reason = rows.messages.get(int(bad[0]), families.OUTCOMES[outcome])
+    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({reason})"
     raise StickslipError(
-        f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
-        "or change the parameters."
+        f"{system.name}: the motion from {coordinates} {why} after {steps} steps, so it has no exponents. Start "
+        "elsewhere, or change the parameters."
     )
 
 
-def _exponents(system: SectionSystem, rows: Rows, batch: int) -> Exponents:
+def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     growth, times = rows.growth, rows.times
     begins, transient = _changes(growth[..., 0] if not system.autonomous else growth.sum(axis=-1), times, batch)
-    kept = np.arange(times.shape[1]) >= begins[:, None]
+    used = np.arange(times.shape[1]) >= begins[:, None]
     if transient is not None:
-        kept &= (begins > 0)[:, None]
+        used &= (begins > 0)[:, None]
     values, errors, per_time, per_time_errors = (np.empty(growth.shape[-1]) for _ in range(4))
-    steps = int(kept.sum()) * batch
+    steps = int(used.sum()) * batch
     ones = np.full_like(times, float(batch))
     for i in range(growth.shape[-1]):
-        values[i], errors[i] = _mean(growth[..., i], ones, kept)
-        per_time[i], per_time_errors[i] = _mean(growth[..., i], times, kept)
+        values[i], errors[i] = _mean(growth[..., i], ones, used)
+        per_time[i], per_time_errors[i] = _mean(growth[..., i], times, used)
     order = np.argsort(-values, kind="stable")
     # where differences grow, rounding turns the one that begins along the motion towards the one that grows most
     zero = int(np.abs(values[order]).argmin()) if system.autonomous else None
-    total = float(times[kept].sum())
-    shares = {name: float(rows.held[..., c][kept].sum()) / total for c, name in enumerate(system.contacts)}
+    total = float(times[used].sum())
+    shares = {name: float(rows.held[..., c][used].sum()) / total for c, name in enumerate(system.contacts)}
     return Exponents(
-        *(one[order] for one in (values, errors, per_time, per_time_errors)),
+        *(column[order] for column in (values, errors, per_time, per_time_errors)),
         unit=system.unit,
         steps=steps,
         zero=zero,
@@ -255,33 +258,33 @@ def _exponents(system: SectionSystem, rows: Rows, batch: int) -> Exponents:
     )
 
 
-def _mean(growth: Vector, weights: Vector, kept: NDArray[np.bool_]) -> tuple[float, float]:
+def _mean(growth: Vector, weights: Vector, used: NDArray[np.bool_]) -> tuple[float, float]:
     """Growth (motions, batches) per weight over what is kept, and its standard error."""
-    if not np.isfinite(growth[kept]).all():
+    if not np.isfinite(growth[used]).all():
         return -np.inf, 0.0
-    whole = float(weights[kept].sum())
-    value = float(growth[kept].sum()) / whole
+    total = float(weights[used].sum())
+    value = float(growth[used].sum()) / total
     if len(growth) >= MANY:
-        lengths = (weights * kept).sum(axis=1)
-        rest = (growth * kept).sum(axis=1) - value * lengths
-        return value, float(np.sqrt((rest @ rest) * len(rest) / (len(rest) - 1)) / whole)
-    series = [(g - value * w)[k] for g, w, k in zip(growth, weights, kept, strict=True)]
-    series = [one for one in series if one.size > 1]
-    count = sum(one.size for one in series)
+        lengths = (weights * used).sum(axis=1)
+        residuals = (growth * used).sum(axis=1) - value * lengths
+        return value, float(np.sqrt((residuals @ residuals) * len(residuals) / (len(residuals) - 1)) / total)
+    series = [(g - value * w)[k] for g, w, k in zip(growth, weights, used, strict=True)]
+    series = [segment for segment in series if segment.size > 1]
+    count = sum(segment.size for segment in series)
     if not count:
         return value, float("nan")
-    variance = sum(float(one @ one) for one in series) / count
-    return value, float(np.sqrt(count * variance * _memory(series)) / whole)
+    variance = sum(float(segment @ segment) for segment in series) / count
+    return value, float(np.sqrt(count * variance * _memory(series)) / total)
 
 
 def _memory(series: list[Vector]) -> float:
     """Integrated autocorrelation time of batches of mean zero, in batches: 1 where they know nothing of each other."""
-    shortest = min(one.size for one in series)
+    shortest = min(segment.size for segment in series)
     lags = max(2, min(shortest // 2, 200))
     covariance = np.zeros(lags)
-    for one in series:
-        size = 1 << int(2 * one.size - 1).bit_length()
-        spectrum = np.fft.rfft(one, size)
+    for segment in series:
+        size = 1 << int(2 * segment.size - 1).bit_length()
+        spectrum = np.fft.rfft(segment, size)
         covariance += np.fft.irfft(spectrum * spectrum.conj(), size)[:lags]
     if covariance[0] <= 0.0:
         return 1.0
@@ -301,14 +304,17 @@ def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int6
     at = np.arange(SHORTEST, n - SHORTEST)
     for i in range(m):
         g, total = growth[i] / times[i], np.cumsum(growth[i] / times[i])
-        left, right = total[at - 1] / at, (total[-1] - total[at - 1]) / (n - at)
-        place = int(np.argmax(at * (n - at) * (left - right) ** 2))
-        cut = int(at[place])
-        parts = [g[:cut] - g[:cut].mean(), g[cut:] - g[cut:].mean()]
+        left_mean, right = total[at - 1] / at, (total[-1] - total[at - 1]) / (n - at)
+        index = int(np.argmax(at * (n - at) * (left_mean - right) ** 2))
+        cut = int(at[index])
+        segments = [g[:cut] - g[:cut].mean(), g[cut:] - g[cut:].mean()]
         # the larger of the two scatters for both: a short part tells little of its own, a periodic one has none
-        error = np.sqrt(max(float(one @ one) / one.size * _memory([one]) for one in parts) * (1 / cut + 1 / (n - cut)))
-        rounding = 1e-9 * (abs(left[place]) + abs(right[place]))
-        if abs(left[place] - right[place]) > CHANGED * error + rounding:
+        error = np.sqrt(
+            max(float(segment @ segment) / segment.size * _memory([segment]) for segment in segments)
+            * (1 / cut + 1 / (n - cut))
+        )
+        rounding = 1e-9 * (abs(left_mean[index]) + abs(right[index]))
+        if abs(left_mean[index] - right[index]) > CHANGED * error + rounding:
             begins[i] = cut
             before.append(float(growth[i, :cut].sum() / times[i, :cut].sum()))
             passed.append(cut * batch)

@@ -141,15 +141,15 @@ def manifolds(
     if not (length > 0.0 and spacing > 0.0 and np.isfinite([length, spacing]).all()):
         raise StickslipError(f"Length and spacing of a manifold are positive numbers, found {length} and {spacing}.")
     if isinstance(system, Fmu):
-        found = _of_equilibrium(saddle_of(system, dict(start or {}), parameters), length, spacing)  # type: ignore[arg-type]
+        result = _of_equilibrium(saddle_of(system, dict(start or {}), parameters), length, spacing)  # type: ignore[arg-type]
     else:
         if parameters:
             system = system.at(**parameters)
-        found = _of_motion(system, system.start(start), period, length, spacing)
-    shown = tuple(of) or found.states[:2]
-    if unknown := [name for name in shown if name not in found.states]:
-        raise StickslipError(f"'{found.model}' has no state '{unknown[0]}'; a picture shows two of {found.states}.")
-    return Manifolds(found.model, found.states, found.saddle, found.eigenvalues, found.curves, shown)
+        result = _of_motion(system, system.start(start), period, length, spacing)
+    axes = tuple(of) or result.states[:2]
+    if unknown := [name for name in axes if name not in result.states]:
+        raise StickslipError(f"'{result.model}' has no state '{unknown[0]}'; a picture shows two of {result.states}.")
+    return Manifolds(result.model, result.states, result.saddle, result.eigenvalues, result.curves, axes)
 
 
 def _of_equilibrium(saddle: Saddle, length: float, spacing: float) -> Manifolds:
@@ -158,59 +158,59 @@ def _of_equilibrium(saddle: Saddle, length: float, spacing: float) -> Manifolds:
     for kind, indices in (("unstable", saddle.unstable), ("stable", saddle.stable)):
         for i in indices:
             for side in (1.0, -1.0):
-                begin = saddle.point + side * BESIDE * saddle.direction(i) * sizes
+                departure = saddle.point + side * BESIDE * saddle.direction(i) * sizes
                 rate = float(saddle.values[i].real)
                 follow = _forward if kind == "unstable" else _backward
                 points, end = np.empty((0, len(sizes))), UNFINISHED
                 for longer in LONGER:
                     if end == UNFINISHED:
                         duration = longer * GROWTH / abs(rate)
-                        points, end = _cut(*follow(saddle, begin, duration), sizes, length, spacing)
+                        points, end = _cut(*follow(saddle, departure, duration), sizes, length, spacing)
                 curves.append(Manifold(kind, rate, np.vstack([saddle.point, points]), end))
     return Manifolds(saddle.name, names, saddle.point[None], saddle.values, tuple(curves), ())
 
 
-def _forward(saddle: Saddle, begin: Vector, duration: float) -> tuple[Vector, str]:
+def _forward(saddle: Saddle, departure: Vector, duration: float) -> tuple[Vector, str]:
     """(m, n) the motion from a point, as long as the engine can follow it."""
-    said = UNFINISHED
+    ending = UNFINISHED
     for _ in range(8):
         try:
             times = np.linspace(0.0, duration, SAMPLES)
-            run = simulate(saddle.fmu, duration, output_times=times, **saddle.as_run(begin))
-            return np.column_stack([run[name] for name in saddle.fmu.states]), said
+            run = simulate(saddle.fmu, duration, output_times=times, **saddle.as_run(departure))
+            return np.column_stack([run[name] for name in saddle.fmu.states]), ending
         except StickslipError as error:
-            said, duration = str(error), duration / 2.0
-    raise StickslipError(f"The unstable manifold cannot be followed: {said}")
+            ending, duration = str(error), duration / 2.0
+    raise StickslipError(f"The unstable manifold cannot be followed: {ending}")
 
 
-def _backward(saddle: Saddle, begin: Vector, duration: float) -> tuple[Vector, str]:
+def _backward(saddle: Saddle, departure: Vector, duration: float) -> tuple[Vector, str]:
     """(m, n) the motion that leads to a point, as long as there is one."""
     why = UNFINISHED
 
     def rates(time: float, x: Vector) -> Vector:
         nonlocal why
         try:
-            there = saddle.field.at(x)
+            sample = saddle.field.at(x)
         except StickslipError as error:
             why = str(error)
             return np.full_like(x, np.nan)
-        if STICK in there.contacts:
+        if STICK in sample.contacts:
             why = "it sticks there, and several pasts lead to the same point"
             return np.full_like(x, np.nan)
-        return -there.rates
+        return -sample.rates
 
     def far(time: float, x: Vector) -> float:
         return float(np.abs((x - saddle.point) / saddle.sizes).max()) - 1e6
 
     far.terminal = True  # type: ignore[attr-defined] # as solve_ivp reads it
     with np.errstate(all="ignore"):
-        found = solve_ivp(
-            rates, (0.0, duration), begin, method="DOP853", rtol=1e-12, atol=1e-14 * float(saddle.sizes.min()),
+        solution = solve_ivp(
+            rates, (0.0, duration), departure, method="DOP853", rtol=1e-12, atol=1e-14 * float(saddle.sizes.min()),
             dense_output=True, events=far,
         )  # fmt: skip
-    kept = found.y[:, np.isfinite(found.y).all(axis=0)]
-    times = np.linspace(0.0, found.t[kept.shape[1] - 1], SAMPLES)
-    return found.sol(times).T, why
+    finite = solution.y[:, np.isfinite(solution.y).all(axis=0)]
+    times = np.linspace(0.0, solution.t[finite.shape[1] - 1], SAMPLES)
+    return solution.sol(times).T, why
 
 
 def _cut(points: Vector, end: str, sizes: Vector, length: float, spacing: float) -> tuple[Vector, str]:
@@ -222,8 +222,8 @@ def _cut(points: Vector, end: str, sizes: Vector, length: float, spacing: float)
         points, along, end = points[: many + 1], along[: many + 1], "it has the length that was asked for"
     elif along[-1] - along[len(along) * 9 // 10] < 1e-3 * spacing:
         end = "it comes to rest"
-    _, kept = np.unique(np.floor(along / (0.2 * spacing)), return_index=True)
-    return points[np.append(kept, len(points) - 1)], end
+    _, indices = np.unique(np.floor(along / (0.2 * spacing)), return_index=True)
+    return points[np.append(indices, len(points) - 1)], end
 
 
 def _of_motion(system: SectionSystem, point: Vector, period: int, length: float, spacing: float) -> Manifolds:
@@ -244,8 +244,10 @@ def _of_motion(system: SectionSystem, point: Vector, period: int, length: float,
     multipliers = np.asarray(motion.stability.eigenvalues)
     size = np.abs(multipliers)
     if not (size.max() > 1.0 > size.min()):
-        said = ", ".join(f"{multiplier:.4g}" for multiplier in multipliers)
-        raise StickslipError(f"The motion of '{system.name}' near that start is no saddle: its multipliers are {said}.")
+        listing = ", ".join(f"{multiplier:.4g}" for multiplier in multipliers)
+        raise StickslipError(
+            f"The motion of '{system.name}' near that start is no saddle: its multipliers are {listing}."
+        )
     at = _Return(system, period)
     eigen: Any = np.linalg.eig(at(cycles[0][0])[1])
     values, vectors = eigen
@@ -305,22 +307,22 @@ class _Curve:
         """(m, n) the curve and why it ends."""
         shares = [0.0, 1.0]
         pieces = [[self._first(share) for share in shares]]
-        points, whole = [self.saddle, *pieces[0]], 0.0
+        points, total = [self.saddle, *pieces[0]], 0.0
         while True:
             piece = [pieces[-1][-1]]
             i = 1
             while i < len(shares):
-                near = self._image(pieces[-1][i], piece[-1])
-                apart = np.inf if near is None else self._apart(near, piece[-1])
-                if near is None or apart > spacing:
+                image = self._image(pieces[-1][i], piece[-1])
+                distance = np.inf if image is None else self._apart(image, piece[-1])
+                if image is None or distance > spacing:
                     if shares[i] - shares[i - 1] < FINEST:
                         return np.array(points), "it is torn there, or several pasts lead to the same point"
                     self._insert(shares, pieces, i)
                     continue
-                piece.append(near)
-                points.append(near)
-                whole += apart
-                if whole > length:
+                piece.append(image)
+                points.append(image)
+                total += distance
+                if total > length:
                     return np.array(points), "it has the length that was asked for"
                 i += 1
             if self._apart(piece[-1], piece[0]) < 1e-3 * BESIDE:
@@ -341,25 +343,25 @@ class _Curve:
             image = self._image(before[i], piece[i - 1])
             piece.insert(i, piece[i - 1] if image is None else image)
 
-    def _image(self, x: Vector, known: Vector) -> Vector | None:
+    def _image(self, x: Vector, neighbour: Vector) -> Vector | None:
         """The next point after x, near a known one; None where there is none."""
         for _ in range(2 if self.twice else 1):
             try:
                 if not self.inverse:
                     x = self.at(x)[0]
                     continue
-                found = self._past(x, known)
+                image = self._past(x, neighbour)
             except (StickslipError, np.linalg.LinAlgError):
                 return None
-            if found is None:
+            if image is None:
                 return None
-            x = found
+            x = image
         return x
 
-    def _past(self, x: Vector, known: Vector) -> Vector | None:
+    def _past(self, x: Vector, neighbour: Vector) -> Vector | None:
         """y with P(y) = x, near a known one."""
         difference = self.at.system.difference
-        y = known
+        y = neighbour
         for _ in range(STEPS):
             image, derivative = self.at(y)
             step = np.linalg.solve(derivative, difference(x - image))
@@ -391,8 +393,8 @@ def grow_manifolds(
         return manifolds(subject, start, parameters=parameters, period=steps, length=length, spacing=spacing)
     if not isinstance(subject, Fmu):
         raise StickslipError("A homoclinic point is that of an equilibrium of an oscillator: leave the section out.")
-    near: Any = start
-    return locate_homoclinic(subject, homoclinic[0], homoclinic[1:], start=near, parameters=parameters)
+    guess: Any = start
+    return locate_homoclinic(subject, homoclinic[0], homoclinic[1:], start=guess, parameters=parameters)
 
 
 def _numbers(grown: Manifolds) -> dict[str, float]:

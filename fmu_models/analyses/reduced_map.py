@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,8 @@ class ReducedMap(Pictured):
         units: of the states.
     """
 
+    COLUMNS: ClassVar = ("{states}=points", "{of}_after=images", "slope=slopes")
+
     model: str
     of: str
     states: tuple[str, ...]
@@ -55,20 +57,12 @@ class ReducedMap(Pictured):
     fixed_slopes: Vector
     units: Mapping[str, str] = field(default_factory=dict)
 
-    @property
-    def frame(self) -> Any:
-        """One row per place."""
-        import pandas
-
-        columns = {name: self.points[:, i] for i, name in enumerate(self.states)}
-        return pandas.DataFrame({**columns, f"{self.of}_after": self.images, "slope": self.slopes})
-
     def _heading(self) -> str:
         return f"Reduced map of {self.model} over {self.of}: {len(self.values)} places, {len(self.fixed)} fixed points"
 
     def _contents(self) -> Mapping[str, Any]:
-        place = self.states.index(self.of)
-        return {self.of: self.values, "after": self.images, "fixed": self.fixed[:, place], "slopes": self.fixed_slopes}
+        index = self.states.index(self.of)
+        return {self.of: self.values, "after": self.images, "fixed": self.fixed[:, index], "slopes": self.fixed_slopes}
 
 
 def reduced_map(
@@ -95,22 +89,22 @@ def reduced_map(
     if places.ndim != 1 or places.size < 2 or not np.isfinite(places).all() or (np.diff(places) <= 0.0).any():
         raise StickslipError(f"The values of '{of}' must be finite and ascending, two at least, found {places.shape}.")
     curve = _Curve(system, system.states.index(of))
-    begin = curve.at(system.start(start))
-    if begin is None:
+    middle_point = curve.at(system.start(start))
+    if middle_point is None:
         raise StickslipError(
             f"No motion of {system.name} was found near that start whose other states are after a step as before. "
             "Start nearer, on a periodic motion for one."
         )
-    middle = float(begin[0][curve.place])
-    found = [*reversed([*curve.followed(begin, places[places <= middle][::-1])])]
-    found += curve.followed(begin, places[places > middle])
-    if len(found) < 2:
+    middle = float(middle_point[0][curve.place])
+    curve_points = [*reversed([*curve.followed(middle_point, places[places <= middle][::-1])])]
+    curve_points += curve.followed(middle_point, places[places > middle])
+    if len(curve_points) < 2:
         raise StickslipError(f"The curve at {of} = {middle:g} reaches none of the values from {places[0]:g} on.")
-    fixed = [*curve.fixed(found)]
-    points, after, slopes = (np.array(one) for one in zip(*found, strict=True))
+    fixed = [*curve.fixed(curve_points)]
+    points, after, slopes = (np.array(column) for column in zip(*curve_points, strict=True))
     return ReducedMap(
         system.name, of, tuple(system.states), points[:, curve.place], after, slopes, points,
-        np.array([one[0] for one in fixed]).reshape(-1, points.shape[1]), np.array([one[2] for one in fixed]),
+        np.array([point[0] for point in fixed]).reshape(-1, points.shape[1]), np.array([point[2] for point in fixed]),
         {name: system.unit_of(name) for name in system.states},
     )  # fmt: skip
 
@@ -122,14 +116,14 @@ _Place = tuple[Vector, float, float]
 class _Curve:
     """Where all states but one are after a step as before."""
 
-    def __init__(self, system: SectionSystem, place: int) -> None:
-        self.system, self.place = system, place
-        self.others = np.delete(np.arange(len(system.states)), place)
+    def __init__(self, system: SectionSystem, index: int) -> None:
+        self.system, self.place = system, index
+        self.others = np.delete(np.arange(len(system.states)), index)
 
-    def at(self, point: Vector, whole: bool = False) -> _Place | None:
+    def at(self, point: Vector, complete: bool = False) -> _Place | None:
         """The point of the curve near a point, at its x, by Newton's method; of the motion that repeats itself if it is
         to be the whole point that does."""
-        moved = np.arange(len(point)) if whole else self.others
+        moved = np.arange(len(point)) if complete else self.others
         sizes, x = self.system.sizes(), point.copy()
         for _ in range(STEPS):
             step = self.system.step(x[None])
@@ -137,31 +131,31 @@ class _Curve:
                 return None
             matrix = step.derivatives[0]
             residual = self.system.difference(step.points[0] - x)[moved]
-            left = np.eye(len(moved)) - matrix[np.ix_(moved, moved)]
+            reduced = np.eye(len(moved)) - matrix[np.ix_(moved, moved)]
             if np.abs(residual / sizes[moved]).max(initial=0.0) < ROOT:
                 return x, float(step.points[0, self.place]), self._slope(matrix)
             try:
-                x[moved] += np.linalg.solve(left, residual)
+                x[moved] += np.linalg.solve(reduced, residual)
             except np.linalg.LinAlgError:
                 return None
         return None
 
     def _slope(self, matrix: Vector) -> float:
         y, x = self.others, self.place
-        left = np.eye(len(y)) - matrix[np.ix_(y, y)]
-        return float(matrix[x, x] + matrix[x, y] @ np.linalg.lstsq(left, matrix[y, x])[0])
+        reduced = np.eye(len(y)) - matrix[np.ix_(y, y)]
+        return float(matrix[x, x] + matrix[x, y] @ np.linalg.lstsq(reduced, matrix[y, x])[0])
 
-    def followed(self, begin: _Place, values: Vector) -> Iterator[_Place]:
+    def followed(self, first: _Place, values: Vector) -> Iterator[_Place]:
         """Places of the curve at values, from the nearest on, as far as it goes."""
-        last, before = begin, None
+        last, before = first, None
         for value in values:
             for _ in range(HALVINGS):
-                found = self._towards(last, before, value)
-                if found is None:
+                following = self._towards(last, before, value)
+                if following is None:
                     return
-                last, before = found, last
-                if found[0][self.place] == value:
-                    yield found
+                last, before = following, last
+                if following[0][self.place] == value:
+                    yield following
                     break
 
     def _towards(self, last: _Place, before: _Place | None, value: float) -> _Place | None:
@@ -173,17 +167,17 @@ class _Curve:
             if before is not None and before[0][self.place] != x:
                 guess += (goal - x) / (x - before[0][self.place]) * (last[0] - before[0])
             guess[self.place] = goal
-            found = self.at(guess)
-            if found is not None and np.abs(found[0] - guess).max() <= max(10.0 * abs(goal - x), 1e-9):
-                return found
+            point = self.at(guess)
+            if point is not None and np.abs(point[0] - guess).max() <= max(10.0 * abs(goal - x), 1e-9):
+                return point
         return None
 
     def fixed(self, places: Sequence[_Place]) -> Iterator[_Place]:
         """Periodic motions between places."""
-        for (one, image, _), (other, other_image, _) in pairwise(places):
-            rise, other_rise = image - one[self.place], other_image - other[self.place]
+        for (first, image, _), (second, other_image, _) in pairwise(places):
+            rise, other_rise = image - first[self.place], other_image - second[self.place]
             if rise * other_rise > 0.0 or rise == other_rise:
                 continue
-            found = self.at(one + rise / (rise - other_rise) * (other - one), whole=True)
-            if found is not None:
-                yield found
+            fixed_point = self.at(first + rise / (rise - other_rise) * (second - first), complete=True)
+            if fixed_point is not None:
+                yield fixed_point

@@ -83,17 +83,17 @@ def rotation_number(
     # each turn is known up to a whole one: take all within half a turn of their middle on the circle
     middle = np.angle(np.exp(2j * np.pi * turns).mean()) / (2.0 * np.pi)
     turns = middle + np.mod(turns - middle + 0.5, 1.0) - 0.5
-    whole, half = _mean(turns), _mean(turns[: len(turns) // 2])
-    value = float(np.mod(whole, 1.0))
+    mean, half = _mean(turns), _mean(turns[: len(turns) // 2])
+    value = float(np.mod(mean, 1.0))
     named = (round(locked * value) % locked, locked) if locked else None
-    return RotationNumber(value if named is None else named[0] / named[1], abs(whole - half), steps, named)
+    return RotationNumber(value if named is None else named[0] / named[1], abs(mean - half), steps, named)
 
 
 def _place(system: SectionSystem, about: Mapping[str, float]) -> Vector:
-    place = np.zeros(len(system.states))
+    position = np.zeros(len(system.states))
     for name, value in about.items():
-        place[list(system.states).index(name)] = value
-    return place
+        position[list(system.states).index(name)] = value
+    return position
 
 
 def _mean(turns: Vector) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import check_names, check_value
 
 Vector = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Saddle:
     """
 
     fmu: Fmu
-    field: Field
+    field: VectorField
     given: Mapping[str, float]
     point: Vector
     slopes: Vector
@@ -84,8 +84,8 @@ class Saddle:
     def as_run(self, point: Vector) -> dict[str, Any]:
         """Arguments of ``simulate`` for the motion from a point (n,)."""
         options: dict[str, Any] = {
-            kind: {name: value for name, value in self.given.items() if name in known}
-            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+            kind: {name: value for name, value in self.given.items() if name in names}
+            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
         }
         return {**options, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
 
@@ -95,10 +95,10 @@ class Saddle:
         Raises:
             StickslipError: it is no longer there.
         """
-        given = {**self.given, **values}
-        field = Field(self.fmu, given)
+        constants = {**self.given, **values}
+        field = VectorField(self.fmu, constants)
         point, slopes = _rest(self.fmu, field, self.point)
-        return _checked(replace(self, field=field, given=given, point=point, slopes=slopes))
+        return _checked(replace(self, field=field, given=constants, point=point, slopes=slopes))
 
 
 def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] | None = None) -> Saddle:
@@ -121,7 +121,7 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     check_names(fmu, "state", start, fmu.states)
     for name, value in {**given, **start}.items():
         check_value(fmu, name, value)
-    field = Field(fmu, given)
+    field = VectorField(fmu, given)
     point = np.array([float(start.get(name, fmu.variables[name].start or 0.0)) for name in fmu.states])
     point, slopes = _rest(fmu, field, point)
     return _checked(Saddle(fmu, field, given, point, slopes))
@@ -132,7 +132,7 @@ def sizes_of(fmu: Fmu) -> Vector:
     return np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
 
 
-def _rest(fmu: Fmu, field: Field, point: Vector) -> tuple[Vector, Vector]:
+def _rest(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
     """The equilibrium near a point by Newton's method, and the derivative of the rates there."""
     sizes = sizes_of(fmu)
     for _ in range(STEPS):
@@ -151,8 +151,9 @@ def _rest(fmu: Fmu, field: Field, point: Vector) -> tuple[Vector, Vector]:
 
 def _checked(saddle: Saddle) -> Saddle:
     if not (saddle.unstable and saddle.stable):
-        said = ", ".join(f"{value:.4g}" for value in saddle.values)
+        listing = ", ".join(f"{value:.4g}" for value in saddle.values)
         raise StickslipError(
-            f"The equilibrium of '{saddle.name}' near that start is no saddle with real eigenvalues: they are {said}."
+            f"The equilibrium of '{saddle.name}' near that start is no saddle with real "
+            f"eigenvalues: they are {listing}."
         )
     return saddle

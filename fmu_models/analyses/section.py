@@ -32,6 +32,7 @@ class PoincareSection(Pictured):
         how: of ``SectionSystem``.
     """
 
+    COLUMNS: ClassVar = ("{states}=points", "time=times", "{contacts}_began=began")
     RECORD: ClassVar = ("model", "states", "points", "how")
 
     model: str
@@ -41,15 +42,6 @@ class PoincareSection(Pictured):
     times: Vector
     began: NDArray[np.int32]
     how: str = ""
-
-    @property
-    def frame(self) -> Any:
-        """One row per point."""
-        import pandas
-
-        columns = {name: self.points[:, i] for i, name in enumerate(self.states)}
-        columns |= {"time": self.times, **{f"{c}_began": self.began[:, i] for i, c in enumerate(self.contacts)}}
-        return pandas.DataFrame(columns)
 
     def _heading(self) -> str:
         return f"Section of {self.model}: {len(self.points)} points"
@@ -92,12 +84,12 @@ def poincare_section(
     )
 
 
-def _numbers(found: PoincareSection) -> dict[str, float]:
+def _numbers(result: PoincareSection) -> dict[str, float]:
     values: dict[str, float] = {}
-    for name, column in zip(found.states, found.points.T, strict=True):
+    for name, column in zip(result.states, result.points.T, strict=True):
         extremes = {"min": column.min(), "max": column.max(), "mean": column.mean()}
-        values |= {f"{name}_{what}": float(extreme) for what, extreme in extremes.items()}
-    return {**values, "time_mean": float(found.times.mean())}
+        values |= {f"{name}_{extreme_name}": float(extreme) for extreme_name, extreme in extremes.items()}
+    return {**values, "time_mean": float(result.times.mean())}
 
 
 ANALYSIS = Analysis(

@@ -58,6 +58,7 @@ class Spectrum(Pictured):
         model: its name.
     """
 
+    COLUMNS: ClassVar = ("[frequency]=frequency", "{measure}=amplitude", "low", "high", "phase")
     RECORD: ClassVar = (
         *("model", "of", "lines", "period", "mean_square", "frequency", "amplitude", "low", "high", "how"),
     )
@@ -76,13 +77,9 @@ class Spectrum(Pictured):
     model: str = ""
 
     @property
-    def frame(self) -> Any:
-        """One row per frequency."""
-        import pandas
-
-        name = "amplitude" if self.lines else "density"
-        columns = {name: self.amplitude, "low": self.low, "high": self.high, "phase": self.phase}
-        return pandas.DataFrame(columns, index=pandas.Index(self.frequency, name="frequency"))
+    def measure(self) -> str:
+        """What the amplitudes are: of lines, or a density."""
+        return "amplitude" if self.lines else "density"
 
     def _heading(self) -> str:
         return f"Spectrum of {self.of}: {'lines' if self.lines else 'density'}"
@@ -113,14 +110,14 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
     if lines < 1:
         raise StickslipError(f"At least one line is computed, found {lines}.")
     count = lines * motion.period * system.every
-    begin = motion.points[0]
-    events = system.trajectory(begin, np.array([motion.time])).events
+    point = motion.points[0]
+    events = system.trajectory(point, np.array([motion.time])).events
     edges = np.unique([0.0, motion.time, *(e.time for e in events if 0.0 < e.time < motion.time)])
     times, weights = _nodes(edges, motion.time / count * PANELS)
-    values = system.trajectory(begin, np.append(times, motion.time))[name][:-1]
+    values = system.trajectory(point, np.append(times, motion.time))[name][:-1]
     turns = np.exp(-2j * np.pi * np.outer(np.arange(count + 1), times / motion.time))
-    found = (turns * weights) @ values / motion.time
-    amplitude = np.abs(found) * np.where(np.arange(count + 1) > 0, 2.0, 1.0)
+    coefficients = (turns * weights) @ values / motion.time
+    amplitude = np.abs(coefficients) * np.where(np.arange(count + 1) > 0, 2.0, 1.0)
     return Spectrum(
         name,
         str(system.fmu.variables[name].unit or "1"),
@@ -128,7 +125,7 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
         amplitude,
         amplitude,
         amplitude,
-        np.angle(found),
+        np.angle(coefficients),
         float(weights @ values**2 / motion.time),
         lines=True,
         period=motion.period,
@@ -141,10 +138,10 @@ def _nodes(edges: Vector, longest: float) -> tuple[Vector, Vector]:
     with a root makes the motion smooth there to a few orders only."""
     x, w = np.polynomial.legendre.leggauss(NODES)
     places, weights = [], []
-    for begin, end in pairwise(edges):
-        count = max(4, int(np.ceil((end - begin) / longest)))
+    for first, end in pairwise(edges):
+        count = max(4, int(np.ceil((end - first) / longest)))
         inner = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count + 1)))
-        ticks = begin + (end - begin) * inner
+        ticks = first + (end - first) * inner
         middle, half = 0.5 * (ticks[1:] + ticks[:-1]), 0.5 * np.diff(ticks)
         places.append((middle[:, None] + half[:, None] * x).ravel())
         weights.append((half[:, None] * w).ravel())
@@ -219,8 +216,8 @@ def motion_spectrum(
     """
     if not isinstance(system, Strobe):
         raise StickslipError(f"'{system.name}' is a map, whose steps have no spectrum in Hz. Name an oscillator.")
-    begin = system.start(start)
-    rows = system.make(Jobs(begin[None], transient=transient, rows=2 * LONGEST, longest=LONGEST), progress=progress)
+    point = system.start(start)
+    rows = system.make(Jobs(point[None], transient=transient, rows=2 * LONGEST, longest=LONGEST), progress=progress)
     motion = claimed(system, rows, longest=LONGEST).motions[0]
     if motion is not None:
         return replace(line_spectrum(system, motion, of, lines=lines), model=system.name)
@@ -231,14 +228,14 @@ def motion_spectrum(
     return replace(density_spectrum(system.trajectory(rows.ends[0], times), of), model=system.name)
 
 
-def _numbers(found: Spectrum) -> dict[str, float]:
-    if not found.lines:
+def _numbers(result: Spectrum) -> dict[str, float]:
+    if not result.lines:
         raise StickslipError(
             f"The motion has no lines: it does not repeat itself within {LONGEST} periods. Run longer, or ask "
             "'stickslip spectrum' for its density."
         )
-    lines = {f"line{k}": float(amplitude) for k, amplitude in enumerate(found.amplitude)}
-    return {"period": 1.0 / float(found.frequency[1]), "mean_square": found.mean_square, **lines}
+    lines = {f"line{k}": float(amplitude) for k, amplitude in enumerate(result.amplitude)}
+    return {"period": 1.0 / float(result.frequency[1]), "mean_square": result.mean_square, **lines}
 
 
 ANALYSIS = Analysis(

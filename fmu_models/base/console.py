@@ -43,6 +43,14 @@ Trust = Annotated[
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Parameter in SI units; repeat for several.")
 ]
+Inputs = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--input",
+        metavar="NAME=VALUE|LOG:COLUMN",
+        help="Input: a constant, or a column of a log (speed.csv:w), its unit converted; repeat for several.",
+    ),
+]
 Contacts = Annotated[
     str | None,
     typer.Option(metavar="NAMES", help="Contacts to keep, separated by commas; 'none' for a free body (default: all)."),
@@ -215,9 +223,10 @@ def assignments(given: Sequence[str] | None, what: str) -> dict[str, float]:
 
 
 def settings(
-    given: Sequence[str] | None, what: str, is_text: Callable[[str], bool] = lambda _: False
+    given: Sequence[str] | None, what: str, is_text: Callable[[str], bool] = lambda _: False, columns: bool = False
 ) -> dict[str, float | str]:
-    """Numbers from arguments ``NAME=VALUE``, and texts for the names of which ``is_text`` says so.
+    """Numbers from arguments ``NAME=VALUE``, and texts for the names of which ``is_text`` says so; where ``columns``
+    also columns ``LOG:COLUMN`` of logs, as texts.
 
     Raises:
         StickslipError: not of that form, not a number, or a name twice.
@@ -227,12 +236,15 @@ def settings(
         name, equals, value = text.partition("=")
         name = name.strip()
         try:
-            number = value if is_text(name) else float(value)
+            number = value if is_text(name) or (columns and ":" in value) else float(value)
         except ValueError:
             equals = ""
             number = 0.0
         if not equals or not name:
-            raise StickslipError(f"A {what} is given as NAME=VALUE with a number, for example J=0.05; found '{text}'.")
+            article, column = ("An", ", or NAME=LOG:COLUMN from a log") if columns else ("A", "")
+            raise StickslipError(
+                f"{article} {what} is given as NAME=VALUE with a number, for example J=0.05{column}; found '{text}'."
+            )
         if name in values:
             raise StickslipError(f"The {what} '{name}' is given twice. Give it once.")
         values[name] = number

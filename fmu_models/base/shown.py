@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import html
 import os
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cached_property, singledispatch
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from fmu_models.base.columns import frame_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import save_figure
 from fmu_models.base.printable import in_line
@@ -70,13 +70,15 @@ class Shown:
         return f"<table><caption>{html.escape(self._heading())}</caption><tbody>{rows}</tbody></table>"
 
 
-class Tabular(Shown, ABC):
-    """A value that is a table too."""
+class Tabular(Shown):
+    """A value that is a table too: its class names the columns in ``COLUMNS``, or has a ``frame`` of its own."""
+
+    COLUMNS: ClassVar[tuple[str, ...]] = ()
 
     @property
-    @abstractmethod
     def frame(self) -> pandas.DataFrame:
         """It as a table; units by column in ``frame.attrs["units"]`` where they differ from column to column."""
+        return frame_of(self)
 
     def _repr_html_(self) -> str:
         return f"<p>{html.escape(self._heading())}</p>{self.frame.to_html(max_rows=LINES)}"

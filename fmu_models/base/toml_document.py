@@ -142,13 +142,13 @@ class Document:
             raise self.fault(f"'{key}' must be a whole number from {least} on, found {found!r}.", *place, key)
         return found
 
-    def numbers(self, *place: str | int) -> dict[str, float]:
-        """A table of numbers without units."""
+    def numbers(self, *place: str | int, texts: bool = False) -> dict[str, Any]:
+        """A table of numbers without units; texts: as they are, rather than refused."""
         table = self.table(*place)
         for name, found in table.items():
-            if isinstance(found, str):
+            if isinstance(found, str) and not texts:
                 raise self.fault(f"'{name}' must be a finite number, found {found!r}.", *place, name)
-        return {name: self.value(found, "1", *place, name) for name, found in table.items()}
+        return {n: v if isinstance(v, str) else self.value(v, "1", *place, n) for n, v in table.items()}
 
     def values(self, raw: Any, unit: str, *place: str | int) -> list[float]:
         """A list of values; or as many as ``count``, evenly spaced, ``{ from = ..., to = ..., count = ... }``."""

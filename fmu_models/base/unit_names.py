@@ -34,6 +34,10 @@ _TOKEN = re.compile(
 # what pint does not take as a name; U/min on German recorders is turns, where pint means units of an enzyme
 _NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF", "U": "turn"}
 
+# how to state an angle or its rate: 1/min, Hz and 1 may count turns as well as radians
+_ANGLES = {"rad": "rad, deg or turn", "rad/s": "rad/s, deg/s, turn/s or rpm"}
+_DEGREE_OR_GON = re.compile(r"\b[gG]rad\b")
+
 
 @lru_cache(maxsize=1024)
 def parse_unit(unit: str) -> Any:
@@ -97,6 +101,33 @@ def conversion_factor(unit: str, to: str) -> float:
     factor = _kept(found, unit, to)
     if isinstance(factor, str):
         raise OtherDimensionError(factor)
+    return factor
+
+
+def conversion(unit: str, expected: str, where: str) -> float:
+    """Factor from one unit to another.
+
+    Raises:
+        StickslipError: the unit is unknown, has another dimension, or leaves open which angle it means (1/min, Grad);
+            the message begins with ``where``.
+    """
+    if unit == expected:
+        return 1.0
+    expectation = _ANGLES.get(expected, f"{expected} or a multiple of it")
+    if "rad" in expected and _DEGREE_OR_GON.search(unit):
+        raise StickslipError(f"{where} is in '{unit}', which may be degrees or gon. Write deg or gon.")
+    try:
+        factor = conversion_factor(unit, expected)
+        counts_angles = "radian" in dict(base_units(unit).powers)
+    except OtherDimensionError as error:
+        raise StickslipError(
+            f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "
+            "mixed up."
+        ) from error
+    except ValueError as error:
+        raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expectation}.") from error
+    if expected in _ANGLES and not counts_angles:
+        raise StickslipError(f"{where} is in '{unit}', which counts radians or whole turns. Write {expectation}.")
     return factor
 
 

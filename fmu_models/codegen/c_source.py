@@ -397,6 +397,7 @@ def _facts(system: HybridSystem) -> list[str]:
         "rooted": (c.rooted for c in system.contacts),
         "resets": (c.reset_sides for c in system.contacts),
         "impulsive": (c.kind.impulsive for c in system.contacts),
+        "tangential": (not c.kind.normal for c in system.contacts),
         "poisson": (c.poisson for c in system.contacts),
         "clocks": (c.kind.ticks for c in system.contacts),
     }

@@ -28,9 +28,9 @@ def command_of(name: str) -> Callable[..., None]:
     files: Any = f.StoredFiles if analysis.stores else f.Files
     without = (*analysis.without, *(OF_SECTION if analysis.subject == OSCILLATOR else ()))
     parts: dict[str, Any] = {
-        "section": Annotated[f.Section, Without(*without)],
+        "section": Annotated[f.SectionOptions, Without(*without)],
         **{declared.name: _option(declared) for declared in analysis.options.values()},
-        "runs": Annotated[f.Runs, Without(*without)],
+        "runs": Annotated[f.FamilyRuns, Without(*without)],
         "files": files if analysis.page else Annotated[files, Without("interactive")],
     }
     if analysis.axes:
@@ -74,15 +74,15 @@ def _option(declared: Declared) -> Any:
     option, kind = declared.option, declared.type
     plain = kind is bool and option.words is None
     flags = (f"--{(option.flag or declared.name).replace('_', '-')}",)
-    shown: Any = option.default or (declared.default is not None and not plain and str(declared.default))
-    how: dict[str, Any] = {"help": option.help, "min": option.minimum, "metavar": option.metavar}
+    default: Any = option.default or (declared.default is not None and not plain and str(declared.default))
+    settings: dict[str, Any] = {"help": option.help, "min": option.minimum, "metavar": option.metavar}
     if option.words:
-        kind, shown = str, option.words[bool(declared.default)]
-        how["parser"] = partial(_worded, flags[0], option.words)
+        kind, default = str, option.words[bool(declared.default)]
+        settings["parser"] = partial(_worded, flags[0], option.words)
     if declared.range:
         kind = str
-        how |= {"parser": f.one_range, "metavar": "NAME=FROM:TO"}
-    return Annotated[kind | None, typer.Option(*flags, show_default=shown, **how)]
+        settings |= {"parser": f.one_range, "metavar": "NAME=FROM:TO"}
+    return Annotated[kind | None, typer.Option(*flags, show_default=default, **settings)]
 
 
 def _worded(flag: str, words: tuple[str, str], text: str) -> bool:
@@ -101,7 +101,7 @@ def summaries() -> dict[str, str]:
 
     The declaration names the function, whose docstring begins with the summary.
     """
-    found = {}
+    texts = {}
     for member in ANALYSES.members():
         spec = find_spec(f"{ANALYSES.package}.{member}")
         assert spec is not None and spec.origin is not None
@@ -109,8 +109,8 @@ def summaries() -> dict[str, str]:
         functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Analysis":
-                words = {one.arg: one.value for one in node.keywords}
+                words = {keyword.arg: keyword.value for keyword in node.keywords}
                 function = functions[words["function"].id]  # type: ignore[attr-defined]
                 text = ast.get_docstring(function) or ""
-                found[member] = " ".join(text.split("\n\n")[0].split())
-    return found
+                texts[member] = " ".join(text.split("\n\n")[0].split())
+    return texts

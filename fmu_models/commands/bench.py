@@ -39,7 +39,7 @@ def bench(
     from fmu_models.base.errors import StickslipError
     from fmu_models.validation.bench.output import as_json, print_table, write_csv, write_page
     from fmu_models.validation.bench.problems import problem
-    from fmu_models.validation.bench.run import Comparison, compare
+    from fmu_models.validation.bench.run import MethodComparison, compare
     from fmu_models.validation.methods.catalogue import chosen
 
     names = scenes or DEFAULT
@@ -51,26 +51,26 @@ def bench(
         if len(names) > 1:
             raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
     methods = chosen(method)
-    made: list[Comparison] = []
+    comparisons: list[MethodComparison] = []
     stopped = False
     for i, name in enumerate(names):
         try:
             with console.progress(f"{name} ({i + 1} of {len(names)})") as advance:
-                made.append(compare(problem(name, until), methods, advance))
+                comparisons.append(compare(problem(name, until), methods, advance))
         except KeyboardInterrupt:
             stopped = True
-        if stopped or made[-1].interrupted:
+        if stopped or comparisons[-1].interrupted:
             stopped = True
             break
     if csv:
-        write_csv(made, csv, overwrite=overwrite)
+        write_csv(comparisons, csv, overwrite=overwrite)
     if page:
-        write_page(made, page, overwrite=overwrite)
-    if figure and made:
+        write_page(comparisons, page, overwrite=overwrite)
+    if figure and comparisons:
         from fmu_models.base.figures import save_figure
         from fmu_models.validation.bench.diagram import draw
 
-        save_figure(draw(made[0]), figure, overwrite=overwrite)
-    console.say(json, as_json(made), lambda out: print_table(made, out))
+        save_figure(draw(comparisons[0]), figure, overwrite=overwrite)
+    console.say(json, as_json(comparisons), lambda out: print_table(comparisons, out))
     if stopped:
         raise KeyboardInterrupt

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.console import Inputs, Json, Overwrite
+from fmu_models.base.figures import save_figure
+from fmu_models.commands.arguments import Besides, Figure, Plots, Within, check_asked
 
 SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
 
@@ -24,7 +25,12 @@ def couple(
     solver: Annotated[str | None, typer.Option(help=f"How to run it: {SOLVERS} (default: what it says).")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
+    inputs: Inputs = None,
     samples: Annotated[int | None, typer.Option(help="Number of output times.", min=2)] = None,
+    figure: Figure = None,
+    plot: Plots = None,
+    beside: Besides = None,
+    within: Within = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
@@ -36,25 +42,43 @@ def couple(
     Where all have Model Exchange they are integrated as one, with common events; otherwise, or by --solver jacobi and
     gauss-seidel, they are stepped one by one.
 
+    Example: stickslip couple disc_rig_motors --input motor0.w_set=log.csv:speed --beside rig.theta=log.csv:angle
+
     Example: stickslip couple data/systems/disc_rig_motors.toml -o rig.csv
     """
     import numpy as np
 
     from fmu_models.coupling import run
     from fmu_models.coupling.toml_system import read_system
-    from fmu_models.report import coupled_summary
-    from fmu_models.simulation.results import check_suffix
+    from fmu_models.report import beside_summary, coupled_summary
+    from fmu_models.simulation.beside import Beside, deviations, times_beside
 
-    refuse_existing(output, overwrite=overwrite)
-    check_suffix(output)
+    check_asked(output, figure, plot, beside, within, overwrite)
+    logs = [Beside.read(text) for text in beside or ()]
     system = read_system(path)
     changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
     system = system.changed(**{name: value for name, value in changes.items() if value is not None})
-    times = np.linspace(system.start_time, system.stop_time, samples) if samples else None
+    system = system.with_inputs(console.settings(inputs, "input", columns=True))
+    exact = bool(logs) and system.integrates  # the steps of a co-simulation would follow the times of the logs
+    times = np.linspace(system.start_time, system.stop_time, samples or 1001) if samples or exact else None
+    if exact and times is not None:
+        times = times_beside(logs, times)
     with console.output_of_libraries(), console.progress("simulating") as advance:
         recording = run.recorded(system, output_times=times, progress=advance)
+    measured = [deviation for log in logs for deviation in log.match(recording.trajectory)]
+    drawn = None
+    if figure:
+        from fmu_models.report.trajectory_figure import trajectory_figure
+
+        drawn = trajectory_figure(recording.trajectory, system.fmus, plot or (), measured, system.name)
     if output:
         recording.write(output, overwrite=overwrite)
     content = coupled_summary.summary(system, recording)
-    content["files"] = [str(output)] if output else []
+    if figure and drawn:
+        save_figure(drawn, figure, overwrite=overwrite)
+    content["files"] = [str(path) for path in (output, figure) if path]
+    if logs:
+        content["beside"] = beside_summary.summary(deviations(recording.trajectory, measured), within)
     console.say(json, content, lambda out: coupled_summary.print_summary(content, out))
+    if logs and content["beside"]["within"] is False:
+        raise typer.Exit(1)

@@ -31,10 +31,10 @@ def data(context: typer.Context, json: Json = False) -> None:
     items = shipped.items()
 
     def show(out: Console) -> None:
-        made = console.table("name", "what it is")
+        listing = console.table("name", "what it is")
         for name, path in items.items():
-            made.add_row(name, _title(path))
-        out.print(made)
+            listing.add_row(name, _title(path))
+        out.print(listing)
         out.print("Copy one:  stickslip data copy NAME")
 
     console.say(json, {"items": [{"name": name, "title": _title(path)} for name, path in items.items()]}, show)

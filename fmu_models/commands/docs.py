@@ -38,10 +38,10 @@ def docs(
 
     if folder is not None and (folder.is_file() or (folder.is_dir() and any(folder.iterdir()))):
         raise StickslipError(f"'{folder}' holds something already. Choose another folder for the manual.")
-    begin = time.monotonic()
+    start = time.monotonic()
     with console.progress("building the manual") as progress:
         site = manual_site(progress=progress)
-    seconds = time.monotonic() - begin
+    seconds = time.monotonic() - start
     if folder is not None:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with temporary_folder("manual", folder.parent) as work:
@@ -50,20 +50,20 @@ def docs(
                 folder.rmdir()
             (work / "site").rename(folder)
         site = Site(folder, site.built)
-    shown = opened and webbrowser.open(site.index.resolve().as_uri())
+    displayed = opened and webbrowser.open(site.index.resolve().as_uri())
     content = {
         "index": str(site.index),
         "pages": site.pages,
         "built": site.built,
         "seconds": round(seconds, 3),
-        "opened": shown,
+        "opened": displayed,
     }
 
     def show(out: Console) -> None:
         out.print(
             f"[bold]{site.index}[/bold]: {site.pages} pages" + (f", built in {seconds:.0f} s" if site.built else "")
         )
-        if not shown:
+        if not displayed:
             out.print("Open it in a browser; it needs no network.")
 
     console.say(json, content, show)

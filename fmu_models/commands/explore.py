@@ -58,8 +58,8 @@ def explore(
 
     def show(out: Console) -> None:
         planes = ", ".join(f"{y} over {x}" for x, y in page.planes)
-        said = f"{target}: {page.name}, {content['bytes'] / 1000:.0f} kB, draws {planes}"
-        out.print(console.plain(said))
+        message = f"{target}: {page.name}, {content['bytes'] / 1000:.0f} kB, draws {planes}"
+        out.print(console.plain(message))
         out.print("Open it in a browser; it needs no network.")
 
     for note in page.notes:

@@ -111,7 +111,7 @@ def export(
         "file": str(written),
         "fmi_version": fmi,
         "kinds": ["Model Exchange", "Co-Simulation"],
-        "platforms": [one.fmi2 if fmi == "2.0" else one.fmi3 for one in built],
+        "platforms": [package.fmi2 if fmi == "2.0" else package.fmi3 for package in built],
         "bytes": written.stat().st_size,
         "states": fmu.states,
         "inputs": fmu.inputs,
@@ -124,8 +124,8 @@ def export(
         out.print(
             f"[bold]{written}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB"
         )
-        for what in ("platforms", "states", "inputs", "outputs", "contacts", "parameters"):
-            out.print(f"  {what:10s} {', '.join(content[what]) or 'none'}")
+        for heading in ("platforms", "states", "inputs", "outputs", "contacts", "parameters"):
+            out.print(f"  {heading:10s} {', '.join(content[heading]) or 'none'}")
 
     console.say(json, content, show)
 
@@ -156,9 +156,9 @@ def _export_one(
             raise StickslipError(f"{declared.name} is a map: it has no contacts to choose or to expose.")
         return export_map(declared, path or folder / f"{declared.name}.fmu", values=values, **options)
     name = model if kept_by_name(no_fmu(model)) else MODELS.load(model).name
-    kept = console.chosen(contacts)
-    path = path or folder / ("_".join([name, *(kept or [])]) + ".fmu")
-    return write_fmu(model, path, contacts=kept, values=values, expose=expose, **options)
+    selected = console.chosen(contacts)
+    path = path or folder / ("_".join([name, *(selected or [])]) + ".fmu")
+    return write_fmu(model, path, contacts=selected, values=values, expose=expose, **options)
 
 
 def _map(name: str) -> Map | None:
@@ -191,9 +191,9 @@ def _pack(
                 )
             system = read_system(model, fmi_version=fmi)
         else:
-            one = Fmu.open(_export_one(model, None, fmi_version=fmi, overwrite=overwrite, folder=folder, **chosen))
-            name = str(one.description.modelName)
-            system = CoupledSystem(name, {name: Unit(one)})
+            package = Fmu.open(_export_one(model, None, fmi_version=fmi, overwrite=overwrite, folder=folder, **chosen))
+            name = str(package.description.modelName)
+            system = CoupledSystem(name, {name: Unit(package)})
         path = ssp_writer.check_path(path or Path(f"{system.name}.ssp"))
         refuse_existing(path, overwrite=overwrite)
         sets = ssp_writer.parameter_sets(system, fitted)
@@ -203,7 +203,7 @@ def _pack(
         "fmi_version": fmi,
         "bytes": path.stat().st_size,
         "units": {name: unit.fmu.path.name for name, unit in system.units.items()},
-        "connections": [str(one) for one in system.connections],
+        "connections": [str(connection) for connection in system.connections],
         "parameters": {
             name: {kind: {e.name: e.value for e in entries} for kind, entries in sets[name].items()} for name in sets
         },
@@ -224,12 +224,14 @@ def _print_system(content: dict[str, Any], out: Console) -> None:
 def _verify(path: str, json: bool) -> None:
     from fmu_models.fmu.verification import verify
 
-    found = verify(path)
-    content = {"file": path, "entries": found.entries, "differences": list(found.differences)}
-    if found.differences:
+    verification = verify(path)
+    content = {"file": path, "entries": verification.entries, "differences": list(verification.differences)}
+    if verification.differences:
         console.say(json, content, lambda out: None)
-        raise StickslipError(f"'{path}' is not what its model gives:\n" + "\n".join(found.differences))
-    console.say(json, content, lambda out: out.print(f"{path}: all {found.entries} files are what its model gives"))
+        raise StickslipError(f"'{path}' is not what its model gives:\n" + "\n".join(verification.differences))
+    console.say(
+        json, content, lambda out: out.print(f"{path}: all {verification.entries} files are what its model gives")
+    )
 
 
 def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options: Any) -> None:

@@ -44,7 +44,7 @@ SUFFIXES, STORE = (".csv", ".nc"), ".zarr"
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionOptions:
     """A model and the section that its motions are looked at: what every command about families takes."""
 
     model: Annotated[
@@ -123,28 +123,30 @@ class Section:
         from fmu_models.scene.kinds.kind import section_of
         from fmu_models.scene.reduce import built_scene
 
-        how: dict[str, Any] = {}
+        computation: dict[str, Any] = {}
         if self.level and self.impacts:
             raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
         if self.level or self.impacts:
             level = console.assignments([self.level], "level") if self.level else {}
-            how = {"level": level, "down": self.down, "impacts": self.impacts}
+            computation = {"level": level, "down": self.down, "impacts": self.impacts}
         if self.forcing in scene.fixed and self.forcing != scene.compute.forcing:
             raise StickslipError(
                 f"'{self.forcing}' is a constant of scene '{scene.name}'. Move it to [free] there for a strobe of it."
             )
         if self.forcing or self.period:
-            how |= {"forcing": self.forcing, "period": self.period}
+            computation |= {"forcing": self.forcing, "period": self.period}
         if self.forcing and self.period:
             raise StickslipError(f"The period follows from '{self.forcing}'; leave out --period, or --forcing.")
-        how |= {"periods": self.every} if self.every > 1 else {}
-        how |= {"autonomous": True} if self.autonomous else {}
-        changed = replace(scene, compute=replace(scene.compute, **how))
+        computation |= {"periods": self.every} if self.every > 1 else {}
+        computation |= {"autonomous": True} if self.autonomous else {}
+        changed = replace(scene, compute=replace(scene.compute, **computation))
         drives = {name: value for name, value in values.items() if name in scene.drives}
         free = {name: value for name, value in values.items() if name not in drives}
-        given = arguments(scene, None, parameters=free, inputs=drives)
-        found = section_of(changed, Fmu.open(built_scene(scene)), given["parameters"], given["inputs"])
-        return found.stepped_by(self.stepper)
+        run_arguments = arguments(scene, None, parameters=free, inputs=drives)
+        section = section_of(
+            changed, Fmu.open(built_scene(scene)), run_arguments["parameters"], run_arguments["inputs"]
+        )
+        return section.stepped_by(self.stepper)
 
     def oscillator(self) -> tuple[Fmu, dict[str, float]]:
         """The model itself, without a section, and values of its parameters and inputs.
@@ -172,8 +174,8 @@ class Section:
 
     def starts(self) -> dict[str, float]:
         """Start values that are given, and what a scene says beside them."""
-        given = console.assignments(self.start, "start value") | (_orbit(self.begin) if self.begin else {})
-        return {**self._scene.start, **given} if self._scene is not None else given
+        values = console.assignments(self.start, "start value") | (_orbit(self.begin) if self.begin else {})
+        return {**self._scene.start, **values} if self._scene is not None else values
 
     def subject(self, kind: str) -> tuple[SectionSystem | Fmu, dict[str, Any]]:
         """What an analysis is of, and the values of parameters that it takes beside it.
@@ -210,10 +212,13 @@ class Section:
         """
         import numpy as np
 
-        how = self._same(kind)
-        if over or how is None:
+        computation = self._same(kind)
+        if over or computation is None:
             return ranges(over or (), count)
-        return {name: np.array(values) for name, values in (how.axes or {str(how.over): how.values}).items()}
+        return {
+            name: np.array(values)
+            for name, values in (computation.axes or {str(computation.over): computation.values}).items()
+        }
 
     def range(self, kind: str, over: Sequence[str] | None) -> dict[str, tuple[float, float]]:
         """Least and largest value of a parameter; those of a scene of the same kind where none are given.
@@ -228,11 +233,11 @@ class Section:
         name, low, high = one_range(over[0])
         return {name: (low, high)}
 
-    def options(self, kind: str, **given: int | str | None) -> dict[str, Any]:
+    def options(self, kind: str, **options: int | str | None) -> dict[str, Any]:
         """Arguments of the analysis that are given, or that a scene of the same kind says."""
-        how = self._same(kind)
-        said = {} if how is None else how.settings
-        return {**said, **{name: value for name, value in given.items() if value is not None}}
+        computation = self._same(kind)
+        settings = {} if computation is None else computation.settings
+        return {**settings, **{name: value for name, value in options.items() if value is not None}}
 
     def _same(self, kind: str) -> Compute | None:
         """What a scene computes, if it is of this kind."""
@@ -275,26 +280,26 @@ class Files:
 
             check_page(self.interactive)
 
-    def tell(self, found: Pictured, content: dict[str, Any], section: Section | None = None) -> None:
+    def tell(self, result: Pictured, content: dict[str, Any], section: SectionOptions | None = None) -> None:
         """Write what was found, and say it. section: whose motions a click in the page shows."""
         if self.output is not None and self.output.suffix.lower() != STORE:
             with write_whole(self.output, overwrite=self.overwrite) as temporary:
                 if self.output.suffix.lower() == ".csv":
-                    found.frame.to_csv(temporary, float_format="%.17g")
+                    result.frame.to_csv(temporary, float_format="%.17g")
                 else:
-                    found.to_xarray().to_netcdf(temporary, engine="scipy")
+                    result.to_xarray().to_netcdf(temporary, engine="scipy")
         if self.figure is not None:
-            found.figure(self.figure, overwrite=self.overwrite)
+            result.figure(self.figure, overwrite=self.overwrite)
         if self.interactive is not None:
             from fmu_models.report.interactive import write_page
 
             motion = None if section is None else section.motion()
-            write_page(found, self.interactive, overwrite=self.overwrite, motion=motion)
-        content["how"] = getattr(found, "how", "")
+            write_page(result, self.interactive, overwrite=self.overwrite, motion=motion)
+        content["how"] = getattr(result, "how", "")
         content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
         def show(out: Console) -> None:
-            out.print(found.summary(), markup=False, highlight=False)
+            out.print(result.summary(), markup=False, highlight=False)
             for row in content.get("failures", [])[:10]:
                 out.print(f"failed: {row}", markup=False)
             for path in content["files"]:
@@ -336,7 +341,7 @@ class StoredFiles(Files):
 
 
 @dataclass(frozen=True)
-class Runs:
+class FamilyRuns:
     """Who makes the runs."""
 
     workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None
@@ -349,17 +354,17 @@ class Runs:
         return files.execution(self.workers, self.scheduler)
 
 
-def one_range(given: str) -> Range:
+def one_range(text: str) -> Range:
     """Name, least and largest value of NAME=FROM:TO.
 
     Raises:
         StickslipError: not of that form.
     """
-    name, _, values = given.partition("=")
+    name, _, values = text.partition("=")
     try:
         low, high = (float(value) for value in values.split(":"))
     except ValueError:
-        raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{given}'.") from None
+        raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{text}'.") from None
     return name.strip(), low, high
 
 
@@ -369,15 +374,15 @@ def _orbit(path: Path) -> dict[str, float]:
 
     try:
         read = json.loads(path.read_text("utf-8"))
-        given: Any = read.get("start", read) if isinstance(read, dict) else None
-        return {str(name): float(value) for name, value in given.items()}
+        start: Any = read.get("start", read) if isinstance(read, dict) else None
+        return {str(name): float(value) for name, value in start.items()}
     except (OSError, ValueError, AttributeError, TypeError) as error:
         raise StickslipError(
             f"'{path}' holds no start values: {error}. Write one JSON object with a number per state."
         ) from error
 
 
-def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:
+def ranges(texts: Sequence[str], count: int | None) -> dict[str, np.ndarray]:
     """Values by name from arguments NAME=FROM:TO:COUNT.
 
     Raises:
@@ -385,20 +390,20 @@ def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:
     """
     import numpy as np
 
-    found: dict[str, np.ndarray] = {}
-    for text in given:
+    axes: dict[str, np.ndarray] = {}
+    for text in texts:
         name, _, values = text.partition("=")
-        parts = values.split(":")
+        fields = values.split(":")
         try:
-            low, high, number = float(parts[0]), float(parts[1]), int(parts[2])
-            found[name.strip()] = np.linspace(low, high, number)
+            low, high, number = float(fields[0]), float(fields[1]), int(fields[2])
+            axes[name.strip()] = np.linspace(low, high, number)
         except (IndexError, ValueError):
             raise StickslipError(
                 f"A range is given as NAME=FROM:TO:COUNT, as omega=0.8:1:200; found '{text}'."
             ) from None
-        if number < 1 or len(parts) != 3:
+        if number < 1 or len(fields) != 3:
             raise StickslipError(f"A range has three parts, and one value at least; found '{text}'.")
-    if len(found) != (count or max(1, len(found))):
+    if len(axes) != (count or max(1, len(axes))):
         needed = "1 range is" if count == 1 else f"{count} ranges are" if count else "A range for each axis is"
-        raise StickslipError(f"{needed} needed, found {len(found)}: --over NAME=FROM:TO:COUNT")
-    return found
+        raise StickslipError(f"{needed} needed, found {len(axes)}: --over NAME=FROM:TO:COUNT")
+    return axes

@@ -21,8 +21,8 @@ def listed(members: Registry[T], row: Callable[[str, T], dict[str, Any]]) -> lis
         StickslipError: a member cannot be loaded.
     """
     root = Path(__file__).parents[1]
-    files = [file for part in ("base", "commands", "language") for file in sorted((root / part).rglob("*.py"))]
+    files = [file for folder in ("base", "commands", "language") for file in sorted((root / folder).rglob("*.py"))]
     key = digest(members.kind, *(file.read_bytes() for file in files), *members.sources())
-    kept = cache_folder() / "lists" / f"{key}.json"
-    text = sealed_text(kept, lambda: json.dumps([row(name, members.load(name)) for name in members.names()]))
+    cached = cache_folder() / "lists" / f"{key}.json"
+    text = sealed_text(cached, lambda: json.dumps([row(name, members.load(name)) for name in members.names()]))
     return json.loads(text)

@@ -69,7 +69,10 @@ def show_map(
 def _motion(iteration: Iteration, motion: PeriodicMotion) -> dict[str, Any]:
     return {
         "points": [dict(zip(iteration.states, point, strict=True)) for point in motion.points.tolist()],
-        "eigenvalues": [{"real": float(one.real), "imag": float(one.imag)} for one in motion.stability.eigenvalues],
+        "eigenvalues": [
+            {"real": float(eigenvalue.real), "imag": float(eigenvalue.imag)}
+            for eigenvalue in motion.stability.eigenvalues
+        ],
         "classes": list(motion.stability.classes),
         "stable": motion.stability.stable,
         "hyperbolic": motion.stability.hyperbolic,
@@ -87,12 +90,13 @@ def _bifurcations(iteration: Iteration, vary: str, period: int) -> list[dict[str
     from fmu_models.analyses.bifurcation import find_bifurcations
 
     ((parameter, end),) = console.assignments([vary], "parameter").items()
-    found: tuple[Bifurcation, ...] = find_bifurcations(
+    bifurcations: tuple[Bifurcation, ...] = find_bifurcations(
         iteration, parameter, iteration.values.get(parameter, 0.0), end, period=period
     )
     return [
-        {"parameter": one.parameter, "value": one.value, "kind": one.kind} | _motion(iteration, one.motion)
-        for one in found
+        {"parameter": bifurcation.parameter, "value": bifurcation.value, "kind": bifurcation.kind}
+        | _motion(iteration, bifurcation.motion)
+        for bifurcation in bifurcations
     ]
 
 
@@ -100,10 +104,10 @@ def _exponents(iteration: Iteration, start: dict[str, float]) -> dict[str, Any]:
     from fmu_models.analyses.lyapunov import lyapunov
 
     with console.progress("exponents") as advance:
-        found = lyapunov(iteration, start, periods=1_000_000, motions=256, progress=advance)
+        exponents = lyapunov(iteration, start, periods=1_000_000, motions=256, progress=advance)
     return {
         # JSON has no infinity: null where every difference is lost in one step
-        "exponents": [console.finite(value) for value in found.values.tolist()],
-        "standard_errors": found.errors.tolist(),
-        "steps": found.steps,
+        "exponents": [console.finite(value) for value in exponents.values.tolist()],
+        "standard_errors": exponents.errors.tolist(),
+        "steps": exponents.steps,
     }

@@ -24,22 +24,22 @@ def maps(json: Json = False) -> None:
     rows = listed(MAPS, _row)
 
     def show(out: Console) -> None:
-        made = console.table("map", "what it is", "states", "parameters", "source")
+        listing = console.table("map", "what it is", "states", "parameters", "source")
         for row in rows:
             values = ", ".join(f"{name} {value:g}" for name, value in row["parameters"].items())
-            made.add_row(row["name"], row["title"], ", ".join(row["states"]), values, row["source"])
-        out.print(made)
+            listing.add_row(row["name"], row["title"], ", ".join(row["states"]), values, row["source"])
+        out.print(listing)
         out.print("Look at one:  stickslip map MAP")
 
     console.say(json, {"maps": rows}, show)
 
 
-def _row(name: str, one: Map) -> dict[str, Any]:
+def _row(name: str, map_: Map) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "title": one.title,
-        "states": [state.name for state in one.states],
-        "parameters": {p.name: p.value for p in one.parameters},
-        "inverse": one.inverse is not None,
-        "source": one.source,
+        "name": map_.name,
+        "title": map_.title,
+        "states": [state.name for state in map_.states],
+        "parameters": {p.name: p.value for p in map_.parameters},
+        "inverse": map_.inverse is not None,
+        "source": map_.source,
     }

@@ -30,11 +30,11 @@ def models(json: Json = False) -> None:
             for row in rows
         }
         for paper in dict.fromkeys(papers.values()):
-            made = console.table("model", "what it is", "contacts", title=paper)
+            listing = console.table("model", "what it is", "contacts", title=paper)
             for row in rows:
                 if papers[row["name"]] == paper:
-                    made.add_row(row["name"], row["title"], ", ".join(row["contacts"]))
-            out.print(made)
+                    listing.add_row(row["name"], row["title"], ", ".join(row["contacts"]))
+            out.print(listing)
         out.print("Look at one:  stickslip show MODEL, also of your own: stickslip show my_model.py")
 
     console.say(json, {"models": rows}, show)

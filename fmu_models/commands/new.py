@@ -43,7 +43,7 @@ def law(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
     Example: stickslip new law my_law
     """
     name = _checked(name)
-    values = {"name": name, "kind": "".join(part[:1].upper() + part[1:] for part in name.split("_"))}
+    values = {"name": name, "kind": "".join(word[:1].upper() + word[1:] for word in name.split("_"))}
     following = f"stickslip fit LOGS --law {name}.py"
     _write({"law.py": f"{name}.py", "test_law.py": f"test_{name}.py"}, values, following, overwrite, json)
 

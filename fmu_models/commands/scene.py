@@ -72,8 +72,8 @@ def scene(
             {"at": row.at, "values": {name: console.finite(value) for name, value in row.values.items()}}
             for row in rows
         ],
-        "comparisons": [{**dataclasses.asdict(one), "passed": one.passed} for one in comparisons],
-        "passed": all(one.passed for one in comparisons),
+        "comparisons": [{**dataclasses.asdict(comparison), "passed": comparison.passed} for comparison in comparisons],
+        "passed": all(comparison.passed for comparison in comparisons),
         "explained": savings,
         "files": [str(file) for file in (csv, figure) if file],
     }
@@ -100,10 +100,10 @@ def _list(as_json: bool) -> None:
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
 
     def show(out: Console) -> None:
-        made = console.table("scene", "what it is", "model", "source")
+        listing = console.table("scene", "what it is", "model", "source")
         for row in rows:
-            made.add_row(row["name"], row["title"], row["model"], row["source"])
-        out.print(made)
+            listing.add_row(row["name"], row["title"], row["model"], row["source"])
+        out.print(listing)
         out.print("Run one:  stickslip scene SCENE")
 
     console.say(as_json, {"scenes": rows}, show)

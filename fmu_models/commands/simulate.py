@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,17 +12,17 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.child_process import MEMORY, TIME
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
+from fmu_models.base.console import Contacts, Inputs, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.figures import check_format, save_figure
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import save_figure
 from fmu_models.base.shipped import is_scene
-from fmu_models.commands.arguments import NAMED, scene_of
+from fmu_models.commands.arguments import NAMED, Besides, Figure, Plots, Within, check_asked, scene_of
 
 if TYPE_CHECKING:
     from fmu_models.base.child_process import Limits
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.importer.experiment import Experiment
+    from fmu_models.importer.experiment import FmuExperiment
+    from fmu_models.simulation.beside import Beside
 
 MANY = 20_000  # variables from which checking a description takes seconds
 UNTIL = 20.0  # s, end of a run of our own models unless told otherwise
@@ -43,7 +44,7 @@ def simulate(
     ] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
-    inputs: Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input.")] = None,
+    inputs: Inputs = None,
     contacts: Contacts = None,
     samples: Annotated[
         int | None,
@@ -73,13 +74,10 @@ def simulate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
-    figure: Annotated[
-        Path | None, typer.Option(help="Draw phase portrait and time series of each coordinate (png, svg, pdf).")
-    ] = None,
-    plot: Annotated[
-        list[str] | None,
-        typer.Option(metavar="X,V|X:V", help="Draw these over time (x,v), or one over another (x:v); repeat for more."),
-    ] = None,
+    figure: Figure = None,
+    plot: Plots = None,
+    beside: Besides = None,
+    within: Within = None,
     error: Annotated[
         bool, typer.Option("--error", help="Check the defect, run again four times otherwise, and estimate the error.")
     ] = False,
@@ -106,28 +104,27 @@ def simulate(
 
     Example: stickslip simulate woodpecker --until 0.5 --figure run.png --plot y,phi_M,phi_S --plot phi_S:w_S
 
+    Example: stickslip simulate disc_rig --contacts disc0 --input w0=log.csv:speed --beside log.csv --within 0.05
+
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
     from fmu_models.importer.experiment import perform, perform_with_error
     from fmu_models.importer.second_run import perform_twice
-    from fmu_models.report import run_summary
-    from fmu_models.simulation.results import check_suffix
+    from fmu_models.report import beside_summary, run_summary
+    from fmu_models.simulation.beside import Beside, deviations
 
-    refuse_existing(output, figure, overwrite=overwrite)
-    check_suffix(output)
-    if figure:
-        check_format(figure)
-    if plot and not figure:
-        raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
+    check_asked(output, figure, plot, beside, within, overwrite)
     if error and second_run:
         raise StickslipError("--error and --second-run are two answers to how far a run can be trusted; choose one.")
     limits = _limits(isolate, time_limit, memory_limit)
+    logs = [Beside.read(text) for text in beside or ()]
     changed = {"parameters": (settings, "parameter"), "start": (start, "start value"), "inputs": (inputs, "input")}
     fmu, given = _to_run(model, contacts, until, changed)
     experiment = _experiment(
         fmu,
         given.pop("stop_time"),
         samples,
+        logs,
         **given,
         **{"tolerance": tolerance, "method": method, "step": step, "on_zeno": on_zeno, "max_step": max_step},
     )
@@ -139,11 +136,12 @@ def simulate(
             recording, second = perform_twice(fmu, experiment, limits=limits, progress=advance)
         else:
             recording = perform(fmu, experiment, limits=limits, progress=advance)
+    measured = [deviation for log in logs for deviation in log.match(recording.trajectory)]
     drawn = None
     if figure:
         from fmu_models.report.trajectory_figure import trajectory_figure
 
-        drawn = trajectory_figure(recording.trajectory, fmu, plot or ())
+        drawn = trajectory_figure(recording.trajectory, fmu, plot or (), measured)
     if output:
         recording.write(output, overwrite=overwrite)
         if recording.trajectory.texts and output.suffix.lower() == ".csv":
@@ -154,8 +152,10 @@ def simulate(
     for name, time in content["not_finite"].items():
         console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
     content["files"] = [str(path) for path in (output, figure) if path]
+    if logs:
+        content["beside"] = beside_summary.summary(deviations(recording.trajectory, measured), within)
     console.say(json, content, lambda out: run_summary.print_summary(content, out))
-    if second and not second.agrees:
+    if (second and not second.agrees) or (logs and content["beside"]["within"] is False):
         raise typer.Exit(1)
 
 
@@ -170,11 +170,12 @@ def _to_run(
         from fmu_models.scene.compute import arguments
         from fmu_models.scene.reduce import built_scene
 
-        numbers = {name: console.assignments(*given) for name, given in changed.items()}
+        numbers: dict[str, Any] = {n: console.settings(*texts, columns=n == "inputs") for n, texts in changed.items()}
         scene = scene_of(model, contacts)
         return Fmu.open(built_scene(scene)), arguments(scene, until, **numbers)
     fmu = _opened(model, contacts)
-    values = {name: console.settings(*given, partial(is_text, fmu)) for name, given in changed.items()}
+    text = partial(is_text, fmu)
+    values = {name: console.settings(*texts, text, columns=name == "inputs") for name, texts in changed.items()}
     return fmu, {"stop_time": until, **values}
 
 
@@ -204,14 +205,20 @@ def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None)
     )
 
 
-def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any) -> Experiment:
+def _experiment(
+    fmu: Fmu, until: float | None, samples: int | None, logs: Sequence[Beside], **options: Any
+) -> FmuExperiment:
     """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
     import numpy as np
 
-    from fmu_models.importer.experiment import Experiment
+    from fmu_models.importer.experiment import FmuExperiment
+    from fmu_models.simulation.beside import times_beside
 
-    begin, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
-    experiment = Experiment(end if until is None else until, begin, **asked)
-    if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
+    start, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
+    experiment = FmuExperiment(end if until is None else until, start, **options)
+    if not experiment.stop_time > start or (samples is None and experiment.is_co_simulation(fmu)):
         return experiment
-    return replace(experiment, output_times=np.linspace(begin, experiment.stop_time, samples or SAMPLES))
+    times = np.linspace(start, experiment.stop_time, samples or SAMPLES)
+    if not experiment.is_co_simulation(fmu):  # whose steps would follow them
+        times = times_beside(logs, times)
+    return replace(experiment, output_times=times)

@@ -13,7 +13,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 
 if TYPE_CHECKING:
-    from fmu_models.validation.stress.judge import Cell
+    from fmu_models.validation.stress.judge import StressCell
 
 SEED = 0
 
@@ -68,7 +68,7 @@ def stress(
         raise StickslipError("A seed is what random cases are drawn from. Say how many: --random 500")
     if random is not None and (case is not None or quick):
         raise StickslipError("--case and --quick choose from the cases that are listed; leave them out with --random.")
-    cells: list[Cell] = []
+    cells: list[StressCell] = []
     interrupted = False
     # the children import what they need while the cases are made here
     with judges(processes) as pool, console.progress("stressing") as advance:

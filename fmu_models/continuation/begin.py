@@ -18,13 +18,13 @@ from fmu_models.sections.cycles import last_cycle
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.ensemble import Runs
+from fmu_models.simulation.ensemble import EnsembleRuns
 from fmu_models.simulation.run import simulate
 
 # periods of a run that settles to its motion
 SETTLE = 400
 # a motion farther out than this goes to infinity, as the engine has it for runs over a section
-FAR = Runs.bound
+FAR = EnsembleRuns.bound
 
 
 def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
@@ -36,11 +36,11 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
             "to a value in that range."
         )
     point = system.start(start)
-    told = problem if isinstance(problem, FlowProblem) and not isinstance(problem, ImportedProblem) else None
-    if settle and told is not None and told.autonomous:
-        z = _last_cycle(told, point, value)
+    flow_problem = problem if isinstance(problem, FlowProblem) and not isinstance(problem, ImportedProblem) else None
+    if settle and flow_problem is not None and flow_problem.autonomous:
+        z = _last_cycle(flow_problem, point, value)
     else:
-        problem, point = _placed(system, problem, told, point, value, settle)
+        problem, point = _placed(system, problem, flow_problem, point, value, settle)
         z = point[: len(problem.states)]
         if isinstance(problem, FlowProblem) and problem.autonomous:
             z = np.append(z, problem.strobe.period or 0.0)
@@ -61,19 +61,22 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
 
 
 def _placed(
-    system: SectionSystem, problem: Problem, told: FlowProblem | None, point: Vector, value: float, settle: bool
+    system: SectionSystem, problem: Problem, flow_problem: FlowProblem | None, point: Vector, value: float, settle: bool
 ) -> tuple[Problem, Vector]:
-    """The start, or where a run from it settles, and the problem at a phase where nothing holds; ``told``: the problem,
-    if it tells of events."""
+    """The start, or where a run from it settles, and the problem at a phase where nothing holds.
+
+    Args:
+        flow_problem: The problem, if it tells of events.
+    """
     try:
         point = _settled(system, point) if settle else point
     except StickslipError as error:
         # what rests against a contact at the end of a period does not begin there
-        if told is None:
+        if flow_problem is None:
             raise
-        return _settled_free(told, point, value, error)
-    if told is not None and (told.autonomous or point[len(told.states) :].any()):
-        return _freed(told, point, value)
+        return _settled_free(flow_problem, point, value, error)
+    if flow_problem is not None and (flow_problem.autonomous or point[len(flow_problem.states) :].any()):
+        return _freed(flow_problem, point, value)
     return problem, point
 
 
@@ -118,13 +121,13 @@ def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProbl
     events = strobe.trajectory(point, np.array([length])).events
     if not held_at_start(events):
         return problem, point
-    held, begin, pause = pauses(events, length)[0]
-    if held and point[len(problem.states) :].any():
+    holding, pause_start, pause = pauses(events, length)[0]
+    if holding and point[len(problem.states) :].any():
         raise StickslipError(
             f"The motion of '{strobe.name}' near that start is never free of a stop that remembers its speed of entry: "
             "start where it is."
         )
-    middle = (begin + pause / 2) % length
+    middle = (pause_start + pause / 2) % length
     moved = strobe.trajectory(point, np.array([middle]))
     phase = problem.phase if problem.autonomous else middle / length * strobe.every
     return replace(problem, phase=phase), np.array([float(moved[name][0]) for name in problem.states])
@@ -148,8 +151,8 @@ def _settled_free(
     ]
     if not events:
         raise failure
-    _, begin, pause = pauses(events, length)[0]
-    middle = (begin + pause / 2) % length
+    _, pause_start, pause = pauses(events, length)[0]
+    middle = (pause_start + pause / 2) % length
     moved = strobe.trajectory(start, np.array([late + middle]))
     point = np.array([float(moved[name][0]) for name in problem.states])
     if not (np.abs(point) < FAR).all():
@@ -161,15 +164,15 @@ def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
     """z of the cycle that a run from a point ends in, in the middle of its longest pause between events, free of held
     contacts if there is one."""
     strobe = problem.strobe.at(**{problem.over: value})
-    run: dict[str, Any] = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
+    run: dict[str, Any] = {name: argument for name, argument in strobe.as_run(point).items() if name != "start_time"}
     cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
     if cycle is None:
         raise StickslipError(
             f"'{strobe.name}' does not settle to a cycle with events in {SETTLE} times {strobe.period:g} s. Start on "
             "the cycle, or choose other values."
         )
-    _, begin, pause = pauses(cycle.events, cycle.period)[0]
-    middle = begin + pause / 2
+    _, pause_start, pause = pauses(cycle.events, cycle.period)[0]
+    middle = pause_start + pause / 2
     moved = simulate(strobe.fmu, middle, output_times=[middle], **run)
     return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
 

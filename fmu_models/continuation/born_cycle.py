@@ -50,10 +50,10 @@ def cycles_from_hopf(node: Node, frequency: float, between: tuple[float, float],
             return float(direction @ (z / scales - u)) - amplitude, direction / scales
 
         try:
-            begin = solved(problem, scales, u + amplitude * direction, border, towards=direction)
+            cycle = solved(problem, scales, u + amplitude * direction, border, towards=direction)
         except Lost:
             continue
-        return (followed_from(begin, between, points),)
+        return (followed_from(cycle, between, points),)
     return ()
 
 
@@ -70,11 +70,11 @@ def cycles_from_boundary(
             at = solved(side.problem, side.scales, guess, parameter(guess[-1] * side.scales[-1]), word=side.word)
         except Lost:
             continue
-        begin = _around(at, boundary, float(shares[0]), frequency)
-        if begin is None:
+        cycle = _around(at, boundary, float(shares[0]), frequency)
+        if cycle is None:
             continue
         away = np.sign(at.value - boundary.z[-1])
-        followed.append(followed_from(begin if begin.tangent[-1] * away > 0.0 else begin.turned(), between, points))
+        followed.append(followed_from(cycle if cycle.tangent[-1] * away > 0.0 else cycle.turned(), between, points))
     return tuple(followed)
 
 
@@ -99,11 +99,11 @@ def _around(at: Node, boundary: Boundary, share: float, frequency: float) -> Nod
         try:
             if turn(low)[0] * turn(high)[0] >= 0.0:
                 continue
-            size: Any = brentq(lambda one: turn(one)[0], low, high, xtol=1e-9)
+            size: Any = brentq(lambda radius: turn(radius)[0], low, high, xtol=1e-9)
             length = turn(size)[1]
-            problem, whole = _cycles(at, length), _with_period(at.scales, length)
+            problem, cycle_scales = _cycles(at, length), _with_period(at.scales, length)
             z = np.concatenate([(centre + size * out) * scales, [length, at.value]])
-            return solved(problem, whole, z / whole, parameter(at.value))
+            return solved(problem, cycle_scales, z / cycle_scales, parameter(at.value))
         except (Lost, StickslipError):
             continue
     return None
@@ -116,31 +116,33 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
         StickslipError: it does not.
     """
     problem = _equilibrium(at)
-    fmu, given = problem.field.fmu, {**problem.strobe.values, **problem.values(at.z)}
+    fmu, constants = problem.field.fmu, {**problem.strobe.values, **problem.values(at.z)}
     if not fmu.ours:
         raise StickslipError(f"'{fmu.description.modelName}' is not of this suite: no turn around its surface is made.")
-    sense = int(np.sign(problem.field.at(x, given).rates[i]))
+    sense = int(np.sign(problem.field.at(x, constants).rates[i]))
     name = fmu.states[i]
-    found = crossings(
+    passages = crossings(
         fmu, name, level=float(x[i]), direction=sense, stop_time=within, most=1,
         start=dict(zip(fmu.states, x.tolist(), strict=True)),
-        parameters={key: value for key, value in given.items() if key in fmu.parameters},
-        inputs={key: value for key, value in given.items() if key in fmu.inputs},
+        parameters={key: value for key, value in constants.items() if key in fmu.parameters},
+        inputs={key: value for key, value in constants.items() if key in fmu.inputs},
     )  # fmt: skip
-    if not len(found):
+    if not len(passages):
         raise StickslipError(f"The motion does not come back to {name} = {x[i]:g}.")
-    return float(found.times[0]), np.array([found.states[state][0] for state in fmu.states])
+    return float(passages.times[0]), np.array([passages.states[state][0] for state in fmu.states])
 
 
 def _plane(j: Vector, scales: Vector) -> Vector:
     """(2, n) unit vectors of u: real and imaginary part of the eigenvector of the pair next to the imaginary axis."""
     eigen: Any = np.linalg.eig(j)
     values, vectors = eigen
-    place = np.where(values.imag > 0.0, np.abs(values.real), np.inf).argmin()
-    parts = np.stack([vectors[:, place].real, vectors[:, place].imag]) / scales
+    pair = np.where(values.imag > 0.0, np.abs(values.real), np.inf).argmin()
+    components = np.stack([vectors[:, pair].real, vectors[:, pair].imag]) / scales
     # the two are at right angles for one phase, and no part vanishes then
-    phase = 0.5 * np.arctan2(2.0 * parts[0] @ parts[1], parts[0] @ parts[0] - parts[1] @ parts[1])
-    turned = np.array([[np.cos(phase), np.sin(phase)], [-np.sin(phase), np.cos(phase)]]) @ parts
+    phase = 0.5 * np.arctan2(
+        2.0 * components[0] @ components[1], components[0] @ components[0] - components[1] @ components[1]
+    )
+    turned = np.array([[np.cos(phase), np.sin(phase)], [-np.sin(phase), np.cos(phase)]]) @ components
     return turned / np.linalg.norm(turned, axis=1)[:, None]
 
 

@@ -21,7 +21,7 @@ Semantics.
                  "unresolved"  says why
 
     begin   correct the start by Newton's method; move the strobe into a free arc
-    follow  forward and, unless that closed, backward (follow.py)
+    follow  forward and, unless that closed, backward (step/follow.py)
     switch  at a flip: twice the period, along the eigenvector of -1; at a branch point: along the other null vector;
             where the word changes: the motion of twice the period that has the event in one of its halves alone
 
@@ -40,7 +40,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.shown import Pictured
+from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.imported import ImportedProblem
@@ -57,7 +57,7 @@ MULTIPLIER, PERIOD = "multiplier", "period"
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(Pictured):
+class Branch(Ended):
     """Of m points, n states.
 
     Attributes:
@@ -78,6 +78,14 @@ class Branch(Pictured):
         units: of states and of the parameter.
     """
 
+    COLUMNS: ClassVar = (
+        "{over}=values",
+        "{states}=points",
+        "period=periods",
+        "stable",
+        "multiplier{}=multipliers",
+        "word=texts",
+    )
     RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
 
     model: str
@@ -100,28 +108,14 @@ class Branch(Pictured):
     between: tuple[float, float] = (-np.inf, np.inf)
 
     @property
-    def named_ends(self) -> list[dict[str, str]]:
-        """``ends`` with names."""
-        return [{"kind": kind, "why": why} for kind, why in self.ends]
-
-    @property
     def count(self) -> int:
         """Number of points."""
         return len(self.values)
 
     @property
-    def frame(self) -> Any:
-        """One row per point."""
-        import pandas
-
-        columns: dict[str, Any] = {self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        columns |= {"period": self.periods, "stable": self.stable}
-        for i in range(self.multipliers.shape[1]):
-            columns[f"multiplier{i + 1}_real"] = self.multipliers[:, i].real
-            columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
-        columns["word"] = [word_text(word) for word in self.words]
-        return pandas.DataFrame(columns)
+    def texts(self) -> list[str]:
+        """The word of each point, in a line."""
+        return [word_text(word) for word in self.words]
 
     @property
     def of(self) -> str:
@@ -136,16 +130,16 @@ class Branch(Pictured):
         others = [[state_at(node, float(turn)) for node in self.nodes] for turn in range(1, self.every)]
         return np.stack([self.points, *np.array(others)])
 
-    def passes(self, other: Branch) -> bool:
+    def passes(self, branch: Branch) -> bool:
         """Whether this branch runs through the middle of another one."""
-        return passes(self.nodes, other.nodes[len(other.nodes) // 2])
+        return passes(self.nodes, branch.nodes[len(branch.nodes) // 2])
 
     def _heading(self) -> str:
         return f"Branch of {self.model} over {self.over}: {len(self.values)} motions, {len(self.special)} special"
 
     def _contents(self) -> Mapping[str, Any]:
-        met = [f"{one.kind} {one.value:.9g}" for one in self.special]
-        return {self.over: self.values, "special": met, "ends": [kind for kind, _ in self.ends]}
+        specials = [f"{special.kind} {special.value:.9g}" for special in self.special]
+        return {self.over: self.values, "special": specials, "ends": [kind for kind, _ in self.ends]}
 
 
 def word_text(word: Word) -> str:
@@ -159,20 +153,23 @@ def joined(
     """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
     was met the other way round), both ends."""
     nodes = list(forward.nodes)
-    found = [(place, one, False) for place, one in forward.found]
-    both = forward.end[0] in ("closed", "interrupted")
-    first = forward.end if both else ("start", "where it leaves another branch")
+    findings = [(count, finding, False) for count, finding in forward.found]
+    complete = forward.end[0] in ("closed", "interrupted")
+    first = forward.end if complete else ("start", "where it leaves another branch")
     if backward is not None:
         first, k = backward.end, len(backward.nodes)
         nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        turned = [(k - place, replace(one, before=one.after, after=one.before), True) for place, one in backward.found]
-        found = list(reversed(turned)) + [(place + k - 1, one, False) for place, one, _ in found]
-    return nodes, found, (first, forward.end)
+        turned = [
+            (k - count, replace(finding, before=finding.after, after=finding.before), True)
+            for count, finding in backward.found
+        ]
+        findings = list(reversed(turned)) + [(count + k - 1, finding, False) for count, finding, _ in findings]
+    return nodes, findings, (first, forward.end)
 
 
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, found, ends = joined(forward, backward)
+    nodes, findings, ends = joined(forward, backward)
     autonomous = problem.autonomous
     states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
@@ -185,8 +182,8 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         np.array([node.multipliers for node in nodes]),
         np.array([node.stable for node in nodes]),
         tuple(node.word for node in nodes),
-        tuple(special_of(one, between, _switched) for _, one, _ in found),
-        tuple(place for place, *_ in found),
+        tuple(special_of(finding, between, _switched) for _, finding, _ in findings),
+        tuple(count for count, *_ in findings),
         ends,
         problem.turns,
         seconds,
@@ -202,16 +199,16 @@ def _shown(node: Node, autonomous: bool) -> Vector:
 
 
 def _switched(special: Special, points: int) -> tuple[Branch, ...]:
-    return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
+    return tuple(followed_from(node, special.between, points) for node in leaving(special))
 
 
-def follower_of(begin: Node) -> type[Follower]:
+def follower_of(node: Node) -> type[Follower]:
     """What follows motions of its kind."""
-    return ImportedFollower if isinstance(begin.problem, ImportedProblem) else Follower
+    return ImportedFollower if isinstance(node.problem, ImportedProblem) else Follower
 
 
-def followed_from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
+def followed_from(node: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
-    way = follower_of(begin)(begin, between, points, pieces=keeper.pieces() if keeper else None).follow()
-    return made(begin.problem, way, None, between, time.process_time() - clock)
+    path = follower_of(node)(node, between, points, pieces=keeper.pieces() if keeper else None).follow()
+    return made(node.problem, path, None, between, time.process_time() - clock)

@@ -31,35 +31,20 @@ def branch(
     system: SectionSystem,
     over: str,
     between: tuple[float, float],
-    *,
-    start: Mapping[str, float] | Sequence[float] | None = None,
-    settle: bool = False,
-    points: int = 2000,
-    execution: Execution = IN_MEMORY,
-    progress: Callable[[float], Any] = lambda fraction: None,
+    **options: Any,
 ) -> Branch:
-    """Follow the periodic motion near a start over a parameter, both ways.
+    """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it.
 
     Args:
-        system: a strobe, whose parameters are those of the start, or a map. ``every`` of the strobe is the number of
-            periods of the forcing in one of the motion; where nothing forces the motion, ``period`` is about its own.
-        over: name of a parameter or input.
-        between: its least and largest value.
-        start: states at phase 0 near the motion; as the declaration says what is left out.
-        settle: run for a while from the start first.
-        points: motions in each direction, at most.
-        execution: Where they are kept as they are found.
-        progress: called with the share of the range that is behind, or less.
+        system, over, between, options: As for ``branches``.
 
     Raises:
-        StickslipError: no such parameter, a range that is none or does not hold its value at the start, a section that
-            is no strobe, or no motion near the start; as ``Runner``.
+        StickslipError: As ``branches``.
     """
-    how: dict[str, Any] = {"start": start, "settle": settle, "points": points, "progress": progress}
-    return all_branches(system, over, between, switch=False, execution=execution, **how).branches[0]
+    return branches(system, over, between, **{**options, "switch": False}).branches[0]
 
 
-def all_branches(
+def branches(
     system: SectionSystem,
     over: str,
     between: tuple[float, float],
@@ -73,15 +58,28 @@ def all_branches(
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Branches:
-    """The branch of the motion near a start, and all that leave it and one another.
+    """Follow the periodic motion near a start over a parameter, both ways, and all that leave it and one another.
 
     Args:
-        others: of ``branch`` and ``branches``.
+        system: A strobe, whose parameters are those of the start, or a map. ``every`` of the strobe is the number of
+            periods of the forcing in one of the motion; where nothing forces the motion, ``period`` is about its own.
+        over: Name of a parameter or input.
+        between: Its least and largest value.
+        start: States at phase 0 near the motion. Defaults to those of the declaration.
+        settle: Run for a while from the start first.
+        points: Motions of a branch in each direction, at most.
+        switch: Whether branches that leave one another are followed. Without, there is the first alone.
+        longest: Period of a motion that is still followed, in periods of the forcing.
+        of: The state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
+            Defaults to that of the first branch.
+        execution: Where they are kept as they are found.
+        progress: Called with the share of the range that is behind, or less.
 
     Raises:
-        StickslipError: as these.
+        StickslipError: no such parameter or state, a range that is none or does not hold its value at the start, a
+            section that is no strobe, or no motion near the start; as ``Runner``.
     """
-    low, high = sorted(float(one) for one in between)
+    low, high = sorted(float(bound) for bound in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     system.check(over, np.array([low, high]))
@@ -99,16 +97,16 @@ def all_branches(
         def tell(node: Node) -> None:
             progress((node.value - low) / (high - low))
 
-        begin = first_piece.known[0]
-        forward = follower_of(begin)(begin, (low, high), points, tell, keeper.pieces()).follow()
+        start_node = first_piece.known[0]
+        forward = follower_of(start_node)(start_node, (low, high), points, tell, keeper.pieces()).follow()
         backward = None
         if forward.end[0] not in ("closed", "interrupted"):
-            backward = follower_of(begin)(begin.turned(), (low, high), points, tell, keeper.pieces()).follow()
-        first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
-        found = _with_others(first, longest, points, of, switch, keeper)
-        if not found.interrupted:
-            runner.finish(found)
-    return found
+            backward = follower_of(start_node)(start_node.turned(), (low, high), points, tell, keeper.pieces()).follow()
+        first = made(start_node.problem, forward, backward, (low, high), time.process_time() - clock)
+        result = _with_others(first, longest, points, of, switch, keeper)
+        if not result.interrupted:
+            runner.finish(result)
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,21 +145,23 @@ class Branches(Pictured):
         """One row per point; ``branch`` is the number of its branch."""
         import pandas
 
-        return pandas.concat([one.frame.assign(branch=i) for i, one in enumerate(self.branches)], ignore_index=True)
+        return pandas.concat(
+            [member.frame.assign(branch=i) for i, member in enumerate(self.branches)], ignore_index=True
+        )
 
     @property
     def special(self) -> tuple[Special, ...]:
         """Of all branches."""
-        return tuple(special for one in self.branches for special in one.special)
+        return tuple(special for member in self.branches for special in member.special)
 
     def to_xarray(self) -> Any:
         """The points, and what is special beside them."""
-        of = [i for i, one in enumerate(self.branches) for _ in one.special]
-        places = [place for one in self.branches for place in one.places]
+        of = [i for i, member in enumerate(self.branches) for _ in member.special]
+        places = [count for member in self.branches for count in member.places]
         columns = {
-            "kind": np.array([one.kind for one in self.special], dtype=object),
-            "value": np.array([one.value for one in self.special]),
-            "contact": np.array([one.contact for one in self.special], dtype=object),
+            "kind": np.array([special.kind for special in self.special], dtype=object),
+            "value": np.array([special.value for special in self.special]),
+            "contact": np.array([special.contact for special in self.special], dtype=object),
             "branch": np.array(of, dtype=int),
             "place": np.array(places, dtype=int),
         }
@@ -180,55 +180,38 @@ class Branches(Pictured):
             StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
                 present value.
         """
-        found: list[Curve] = []
+        curves: list[Curve] = []
         failures: list[str] = []
-        known: list[Special] = []
-        for one in self.special:
-            if only is not None and one.kind != only:
+        tried: list[Special] = []
+        for special in self.special:
+            if only is not None and special.kind != only:
                 continue
-            if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
+            if any(
+                special.contact == earlier.contact and abs(special.value - earlier.value) <= SAME for earlier in tried
+            ):
                 continue
-            known.append(one)
+            tried.append(special)
             try:
-                found.append(one.curve(second, between, points))
+                curves.append(special.curve(second, between, points))
             except StickslipError as error:
-                failures.append(f"{one.kind} at {self.over} = {one.value:.9g}: {error}")
+                failures.append(f"{special.kind} at {self.over} = {special.value:.9g}: {error}")
                 continue
-            if any(kind == "interrupted" for kind, _ in found[-1].ends):
+            if curves[-1].interrupted:
                 break
-        if failures and not found:
+        if failures and not curves:
             raise StickslipError(failures[0])
-        if not found:
-            kinds = ", ".join(sorted({one.kind for one in self.special})) or "none"
+        if not curves:
+            kinds = ", ".join(sorted({special.kind for special in self.special})) or "none"
             raise StickslipError(
                 f"There is no {only or 'special point'} of {self.model} to follow over '{second}'; it has: {kinds}."
             )
-        return Curves(tuple(found), failures=tuple(failures))
+        return Curves(tuple(curves), failures=tuple(failures))
 
     def _heading(self) -> str:
         return f"{len(self.branches)} branches of {self.model} over {self.over}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {f"branch {i}": f"{len(one.values)} motions" for i, one in enumerate(self.branches)}
-
-
-def branches(
-    first: Branch, *, longest: int = 8, points: int = 2000, of: str | None = None, switch: bool = True
-) -> Branches:
-    """A branch and all that leave it and one another, up to a period of so many of the forcing.
-
-    Args:
-        longest: period of a motion, in periods of the forcing.
-        points: of each, at most.
-        of: the state that a picture shows; that of the first branch if left out. "multiplier": the real part of the
-            largest one that may change; "period".
-        switch: without, the branch alone.
-
-    Raises:
-        StickslipError: no such state.
-    """
-    _check_shown(of, first.states, first.model)
-    return _with_others(first, longest, points, of, switch)
+        return {f"branch {i}": f"{len(member.values)} motions" for i, member in enumerate(self.branches)}
 
 
 def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
@@ -238,40 +221,34 @@ def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
         )
 
 
-def _with_others(
-    first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper | None = None
-) -> Branches:
-    known = [first]
-    interrupted = spread(known, longest, points, keeper) if switch else _interrupted(first)
-    return Branches(of or first.of, tuple(known), interrupted)
+def _with_others(first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper) -> Branches:
+    followed = [first]
+    interrupted = spread(followed, longest, points, keeper) if switch else first.interrupted
+    return Branches(of or first.of, tuple(followed), interrupted)
 
 
-def spread(known: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:
+def spread(followed: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:
     """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
-    if _interrupted(known[-1]):
+    if followed[-1].interrupted:
         return True
     try:
-        for one in _switched_at(known, longest, points, keeper):
-            known.append(one)
-            if _interrupted(one):
+        for member in _switched_at(followed, longest, points, keeper):
+            followed.append(member)
+            if member.interrupted:
                 return True
     except KeyboardInterrupt:
         return True
     return False
 
 
-def _interrupted(one: Branch) -> bool:
-    return any(kind == "interrupted" for kind, _ in one.ends)
-
-
 def _switched_at(followed: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:
     """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
-    for one in islice(followed, len(followed) - 1, None):
-        for special in one.special:
-            if one.every * (2 if special.kind == "flip" else 1) > longest:
+    for member in islice(followed, len(followed) - 1, None):
+        for special in member.special:
+            if member.every * (2 if special.kind == "flip" else 1) > longest:
                 continue
-            for begin in leaving(special):
-                if begin.problem.turns <= longest and not any(
-                    other.every == begin.problem.turns and passes(other.nodes, begin) for other in followed
+            for node in leaving(special):
+                if node.problem.turns <= longest and not any(
+                    earlier.every == node.problem.turns and passes(earlier.nodes, node) for earlier in followed
                 ):
-                    yield followed_from(begin, one.between, points, keeper)
+                    yield followed_from(node, member.between, points, keeper)

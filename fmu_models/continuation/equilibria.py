@@ -1,8 +1,8 @@
 """Branches of equilibria: followed over a parameter, stable or not, with the paths of their eigenvalues.
 
-    smooth  folds, branch points, Hopf points (with the first Lyapunov coefficient), as for motions (smooth.py)
-    where the branch meets a switching surface (boundary.py) the eigenvalues are a set, (1 - q) J- + q J+, and what
-    crosses the imaginary axis names the point:
+    smooth  folds, branch points, Hopf points (with the first Lyapunov coefficient), as for motions (special/smooth.py)
+    where the branch meets a switching surface (special/boundary.py) the eigenvalues are a set, (1 - q) J- + q J+, and
+    what crosses the imaginary axis names the point:
 
         "discontinuous Hopf"    a pair
         "discontinuous fold"    one through zero
@@ -10,7 +10,7 @@
         "boundary equilibrium"  none: the equilibrium changes sides
         "end at a surface"      the rates jump there, and no equilibrium goes on
 
-    where a contact sticks the equilibria beside one are as good: the branch is one of sets (sticking_set.py)
+    where a contact sticks the equilibria beside one are as good: the branch is one of sets (special/sticking_set.py)
 
 Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2; Kuznetsov, Elements of
 Applied Bifurcation Theory (2004), chapters 5 and 10.
@@ -78,7 +78,7 @@ def equilibria(
             equilibrium near the start, or none that stands alone.
     """
     clock = time.process_time()
-    low, high = sorted(float(one) for one in between)
+    low, high = sorted(float(bound) for bound in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     problem, z = start_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
@@ -92,35 +92,39 @@ def equilibria(
     with suppress(Lost):  # nothing sticks, or what does has no such set
         sticking = set_at(problem, scales, z)
     if sticking is not None:
-        found = _sets(sticking, (low, high), points, tell, clock)
-        return replace(found, of=of or found.of)
-    begin = begin_of(problem, z, scales)
-    forward = EquilibriumFollower(begin, (low, high), points, tell).follow()
+        branch = _sets(sticking, (low, high), points, tell, clock)
+        return replace(branch, of=of or branch.of)
+    first = begin_of(problem, z, scales)
+    forward = EquilibriumFollower(first, (low, high), points, tell).follow()
     backward = None
     if forward.end[0] not in ("closed", "interrupted"):
-        backward = EquilibriumFollower(begin.turned(), (low, high), points, tell).follow()
-    found = branch_of_ways(forward, backward, (low, high), time.process_time() - clock)
-    return replace(found, of=of or found.of)
+        backward = EquilibriumFollower(first.turned(), (low, high), points, tell).follow()
+    branch = branch_of_ways(forward, backward, (low, high), time.process_time() - clock)
+    return replace(branch, of=of or branch.of)
 
 
 def _sets(
-    begin: StickingSet, between: tuple[float, float], points: int, tell: Callable[[Node], None], clock: float
+    first_set: StickingSet, between: tuple[float, float], points: int, tell: Callable[[Node], None], clock: float
 ) -> EquilibriumBranch:
     """The branch of the sets of what sticks, from one of them both ways.
 
     Raises:
         StickslipError: they are there at one value of the parameter alone.
     """
-    forward, last = followed(begin, between, 1.0, points, tell)
-    backward, first = ([begin], last) if last[0] == "interrupted" else followed(begin, between, -1.0, points, tell)
+    forward, last = followed(first_set, between, 1.0, points, tell)
+    backward, first = (
+        ([first_set], last) if last[0] == "interrupted" else followed(first_set, between, -1.0, points, tell)
+    )
     if len(forward) == len(backward) == 1 and {first[0], last[0]} == {"unresolved"}:
-        problem = begin.middle.problem
-        held = ", ".join(name for name, state, _ in begin.middle.seen.word if state == STICK)
-        names = [one for one, e in zip(problem.states, begin.along, strict=True) if abs(e) > ZERO]
-        ends = ["; ".join(f"{one} = {end[problem.states.index(one)]:.9g}" for one in names) for end in begin.ends]
+        problem = first_set.middle.problem
+        sticking = ", ".join(name for name, state, _ in first_set.middle.seen.word if state == STICK)
+        names = [axis for axis, e in zip(problem.states, first_set.along, strict=True) if abs(e) > ZERO]
+        ends = [
+            "; ".join(f"{name} = {end[problem.states.index(name)]:.9g}" for name in names) for end in first_set.ends
+        ]
         raise StickslipError(
-            f"The equilibrium of '{problem.name}' at the start does not stand alone: {held} sticks, from {ends[0]} to "
-            f"{ends[1]}, and it does so at {problem.over} = {begin.middle.value:g} alone. Follow it over another "
-            "parameter."
+            f"The equilibrium of '{problem.name}' at the start does not stand alone: {sticking} sticks, from {ends[0]} "
+            f"to {ends[1]}, and it does so at {problem.over} = {first_set.middle.value:g} alone. Follow it over "
+            "another parameter."
         )
     return branch_of_sets([*reversed(backward[1:]), *forward], (first, last), time.process_time() - clock)

@@ -11,7 +11,7 @@ from fmu_models.continuation.problem.node import Lost, Node, look, parameter, sc
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import check_names, check_value
 
 # condition number beyond which an equilibrium does not stand alone
@@ -33,10 +33,10 @@ def start_of(
     """
     check_names(fmu, "parameter or input", constants, numbers_of(fmu))
     check_names(fmu, "state", start, fmu.states)
-    for one, value in {**constants, **start}.items():
-        check_value(fmu, one, value)
+    for name, value in {**constants, **start}.items():
+        check_value(fmu, name, value)
     point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
-    field = (Field if fmu.ours else ImportedField)(fmu, constants)
+    field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     value = problem.present(over)
     if not between[0] <= value <= between[1]:
@@ -66,14 +66,14 @@ def _why(problem: EquilibriumProblem, z: Vector) -> str:
     """What there is instead of an equilibrium that stands alone."""
     seen, n = look(problem, z), len(problem.states)
     if seen is not None and np.abs(seen.residual / problem.scales(z, (0.0, 1.0))[:n]).max() < 1e-9:
-        held = [name for name, state, _ in seen.word if state == STICK]
-        stuck = f": {', '.join(held)} sticks, and the equilibria around are as good" if held else ""
+        sticking = [name for name, state, _ in seen.word if state == STICK]
+        stuck = f": {', '.join(sticking)} sticks, and the equilibria around are as good" if sticking else ""
         return (
             f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
             "needs one that does: start where it slips, or free it."
         )
     missed = (
-        "" if seen is None else f" (rates there: {', '.join(f'{one:.3g}' for one in seen.residual / problem.share)})"
+        "" if seen is None else f" (rates there: {', '.join(f'{rate:.3g}' for rate in seen.residual / problem.share)})"
     )
     name = problem.name
     return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Pictured, Shown
+from fmu_models.base.shown import Shown
 from fmu_models.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
 from fmu_models.continuation.branch import Branch, joined
 from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.equilibrium import still
 from fmu_models.continuation.curves.trace import curve_of
+from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.leaving import beside_branch_point
 from fmu_models.continuation.normal_forms.cubic import UNKNOWN, Coefficient, coefficient, criticality
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, eigenvalues_of
@@ -121,23 +122,23 @@ class SpecialEquilibrium(Shown):
         Raises:
             StickslipError: none leaves at a point of this kind, or none was found.
         """
-        found: tuple[Branch | EquilibriumBranch, ...] = ()
+        branches: tuple[Branch | EquilibriumBranch, ...] = ()
         if self.kind == "Hopf":
-            found = cycles_from_hopf(self.node, self.frequency, self.between, points)
+            branches = cycles_from_hopf(self.node, self.frequency, self.between, points)
         elif self.boundary is not None and self._pairs:
-            found = cycles_from_boundary(self.boundary, self.frequency, self.between, points)
+            branches = cycles_from_boundary(self.boundary, self.frequency, self.between, points)
         elif self.kind in ("pitchfork", "branch point"):
             begins = beside_branch_point(self.node)
-            found = tuple(
-                branch_of_ways(EquilibriumFollower(begin, self.between, points).follow(), None, self.between)
-                for begin in begins
+            branches = tuple(
+                branch_of_ways(EquilibriumFollower(node, self.between, points).follow(), None, self.between)
+                for node in begins
             )
-        if not found:
+        if not branches:
             raise StickslipError(
                 f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: cycles "
                 "leave at Hopf points and discontinuous ones, equilibria at pitchforks and branch points."
             )
-        return found
+        return branches
 
     def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
         """The point as a curve in two parameters, as ``Special.curve``; its multipliers are eigenvalues, and its
@@ -152,17 +153,17 @@ class SpecialEquilibrium(Shown):
         return still(curve_of(self.kind, self.node, None, second, between, self.between, points))
 
     def _contents(self) -> dict[str, object]:
-        shown: dict[str, object] = {
+        contents: dict[str, object] = {
             "kind": self.kind,
             self.parameter: self.value,
             "criticality": self.criticality or None,
         }
-        shown |= {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
-        return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        contents |= {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
+        return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumBranch(Pictured):
+class EquilibriumBranch(Ended):
     """Of m equilibria, n states.
 
     Attributes:
@@ -186,6 +187,14 @@ class EquilibriumBranch(Pictured):
         how: where rates come from and how near derivatives are, where that is not a matter of course.
     """
 
+    COLUMNS: ClassVar = (
+        "{over}=values",
+        "{states}=points",
+        "{states}_from=intervals.0",
+        "{states}_to=intervals.1",
+        "stable",
+        "eigenvalue{}=eigenvalues",
+    )
     RECORD: ClassVar = (
         "model",
         "over",
@@ -216,11 +225,6 @@ class EquilibriumBranch(Pictured):
     how: str = ""
 
     @property
-    def named_ends(self) -> list[dict[str, str]]:
-        """``ends`` with names."""
-        return [{"kind": kind, "why": why} for kind, why in self.ends]
-
-    @property
     def rows(self) -> list[dict[str, Any]]:
         """Value, state, eigenvalues and stability of each point."""
         names = ("value", "state", "eigenvalues", "stable")
@@ -239,17 +243,17 @@ class EquilibriumBranch(Pictured):
 
     @property
     def interrupted(self) -> bool:
-        """By the keyboard."""
-        return any(kind == "interrupted" for one in (self, *self.cycles) for kind, _ in one.ends)
+        """Whether the keyboard ended it, or a branch of its cycles, early."""
+        return super().interrupted or any(cycles.interrupted for cycles in self.cycles)
 
     def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
         """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair
         of eigenvalues jumps over the imaginary axis."""
         followed: list[Branch] = []
-        for one in self.special:
-            if np.isfinite(one.frequency):
+        for special in self.special:
+            if np.isfinite(special.frequency):
                 with suppress(StickslipError):  # a pair that jumps need not beget a cycle
-                    followed.extend(one.switch(points))  # type: ignore[arg-type]
+                    followed.extend(special.switch(points))  # type: ignore[arg-type]
         return replace(self, cycles=tuple(followed))
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
@@ -258,26 +262,10 @@ class EquilibriumBranch(Pictured):
         Raises:
             StickslipError: there is none, no such parameter, a range that does not hold its present value.
         """
-        found = tuple(one.curve(second, between, points) for one in self.special if one.boundary is None)
-        if not found:
+        curves = tuple(special.curve(second, between, points) for special in self.special if special.boundary is None)
+        if not curves:
             raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
-        return found
-
-    @property
-    def frame(self) -> Any:
-        """One row per equilibrium."""
-        import pandas
-
-        columns: dict[str, Any] = {self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        if self.intervals is not None:
-            for place, name in enumerate(("from", "to")):
-                columns |= {f"{state}_{name}": self.intervals[:, place, i] for i, state in enumerate(self.states)}
-        columns["stable"] = self.stable
-        for i in range(self.eigenvalues.shape[1]):
-            columns[f"eigenvalue{i + 1}_real"] = self.eigenvalues[:, i].real
-            columns[f"eigenvalue{i + 1}_imag"] = self.eigenvalues[:, i].imag
-        return pandas.DataFrame(columns)
+        return curves
 
     def _heading(self) -> str:
         if self.intervals is not None:
@@ -285,22 +273,22 @@ class EquilibriumBranch(Pictured):
         return f"Equilibria of {self.model} over {self.over}: {len(self.values)} points, {len(self.special)} special"
 
     def _contents(self) -> Mapping[str, Any]:
-        met = [f"{one.kind} {one.value:.9g}" for one in self.special]
-        return {self.over: self.values, "special": met, "ends": [kind for kind, _ in self.ends]}
+        specials = [f"{special.kind} {special.value:.9g}" for special in self.special]
+        return {self.over: self.values, "special": specials, "ends": [kind for kind, _ in self.ends]}
 
 
 def branch_of_ways(
     forward: Way, backward: Way | None, between: tuple[float, float], seconds: float = 0.0
 ) -> EquilibriumBranch:
     """The branch of one way, or of two from the same begin."""
-    nodes, found, ends = joined(forward, backward)
+    nodes, findings, ends = joined(forward, backward)
     eigenvalues = np.array([eigenvalues_of(node) for node in nodes])
     return _branch(
         nodes,
         eigenvalues,
         np.asarray((eigenvalues.real < 0.0).all(axis=1)),
-        special=tuple(_special(one, between, turned) for _, one, turned in found),
-        places=tuple(place for place, *_ in found),
+        special=tuple(_special(finding, between, turned) for _, finding, turned in findings),
+        places=tuple(count for count, *_ in findings),
         ends=ends,
         seconds=seconds,
     )
@@ -310,12 +298,12 @@ def branch_of_sets(
     sets: Sequence[StickingSet], ends: tuple[tuple[str, str], tuple[str, str]], seconds: float
 ) -> EquilibriumBranch:
     """The branch of intervals of equilibria, in the order of the parameter."""
-    nodes = [one.middle for one in sets]
+    nodes = [sticking.middle for sticking in sets]
     eigenvalues = np.array([eigenvalues_of(node) for node in nodes])
     neutral = np.abs(eigenvalues) == np.abs(eigenvalues).min(axis=1, keepdims=True)
     eigenvalues[neutral] = 0.0
     stable = ((eigenvalues.real < 0.0) | neutral).all(axis=1)
-    intervals = np.array([one.ends[:, :-1] for one in sets])
+    intervals = np.array([sticking.ends[:, :-1] for sticking in sets])
     return _branch(nodes, eigenvalues, stable, special=(), places=(), ends=ends, intervals=intervals, seconds=seconds)
 
 
@@ -338,16 +326,16 @@ def _branch(nodes: Sequence[Node], eigenvalues: Complex, stable: NDArray[np.bool
     )
 
 
-def _special(found: Found, between: tuple[float, float], turned: bool) -> SpecialEquilibrium:
+def _special(finding: Found, between: tuple[float, float], turned: bool) -> SpecialEquilibrium:
     """What was found, told; turned round, where it was met from the other end of the branch."""
-    node, problem = found.node, found.node.problem
+    node, problem = finding.node, finding.node.problem
     assert isinstance(problem, EquilibriumProblem)
-    if not isinstance(found, AtSurface) or found.boundary is None:
-        kind = {"Neimark-Sacker": "Hopf", "branch point": ""}.get(found.kind, found.kind) or branch_kind(node)
+    if not isinstance(finding, AtSurface) or finding.boundary is None:
+        kind = {"Neimark-Sacker": "Hopf", "branch point": ""}.get(finding.kind, finding.kind) or branch_kind(node)
         state = dict(zip(problem.states, node.z.tolist(), strict=False))
         common: dict[str, Any] = {"node": node, "between": between}
         return SpecialEquilibrium(kind, problem.over, node.value, state, eigenvalues_of(node), **common)
-    boundary = found.boundary
+    boundary = finding.boundary
     sides = [problem.eigenvalues(boundary.jacobian), None]
     if boundary.jacobian_after is not None:
         sides[1] = problem.eigenvalues(boundary.jacobian_after)

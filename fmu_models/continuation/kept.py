@@ -41,23 +41,23 @@ class Keeper:
     def told(self, value: Any) -> Any:
         """As JSON."""
         if isinstance(value, Node):
-            place = self._place(value)
-            return {"is": "Node", "of": place, "z": self.told(value.z), "tangent": self.told(value.tangent),
+            index = self._place(value)
+            return {"is": "Node", "of": index, "z": self.told(value.z), "tangent": self.told(value.tangent),
                     "iterations": value.iterations}  # fmt: skip
         if is_dataclass(value):
-            told = {field.name: self.told(getattr(value, field.name)) for field in fields(value)}
-            return {"is": type(value).__name__, **told}
+            content = {field.name: self.told(getattr(value, field.name)) for field in fields(value)}
+            return {"is": type(value).__name__, **content}
         if isinstance(value, np.ndarray):
             return {"is": "array", "values": value.tolist()}
-        return [self.told(one) for one in value] if isinstance(value, list | tuple) else value
+        return [self.told(item) for item in value] if isinstance(value, list | tuple) else value
 
-    def made(self, told: Any) -> Any:
+    def made(self, content: Any) -> Any:
         """What was told so."""
-        if isinstance(told, list):
-            return tuple(self.made(one) for one in told)
-        if not isinstance(told, dict) or "is" not in told:
-            return told
-        kind, inner = told["is"], {name: self.made(one) for name, one in told.items() if name != "is"}
+        if isinstance(content, list):
+            return tuple(self.made(item) for item in content)
+        if not isinstance(content, dict) or "is" not in content:
+            return content
+        kind, inner = content["is"], {name: self.made(item) for name, item in content.items() if name != "is"}
         if kind == "array":
             return np.array(inner["values"], dtype=float)
         return self._node(**inner) if kind == "Node" else KINDS[kind](**inner)
@@ -73,8 +73,8 @@ class Keeper:
 
     def _node(self, of: Any, z: Any, tangent: Any, iterations: int) -> Node:
         if isinstance(of, dict):
-            one = of["problem"]
-            problem = self._problems[one][0] if isinstance(one, int) else self.family.like(one)
+            family = of["problem"]
+            problem = self._problems[family][0] if isinstance(family, int) else self.family.like(family)
             self._problems.append((problem, np.array(of["scales"])))
             of = len(self._problems) - 1
         problem, scales = self._problems[of]

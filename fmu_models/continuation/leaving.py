@@ -30,17 +30,17 @@ def _at_touch(special: Special) -> list[Node]:
     if repeats(special.touch.node):  # they leave its parent, and are found there
         return []
     rigid = not np.isnan(special.slope)
-    found = [node for node in other_words(special.touch) if node.word not in special.words]
+    nodes = [node for node in other_words(special.touch) if node.word not in special.words]
     for times, crossing in ((2, "-1"), (3, "circle")):
         if rigid or crossing in special.crossings:
-            found += other_words(special.touch, times)
-    return found
+            nodes += other_words(special.touch, times)
+    return nodes
 
 
 def beside_branch_point(node: Node) -> list[Node]:
     """Motions on both sides of the branch that crosses at a branch point."""
     direction = other_direction(node)
-    return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
+    return [neighbour for neighbour in (_aside(node, direction), _aside(node, -direction)) if neighbour is not None]
 
 
 def _doubled(node: Node) -> list[Node]:
@@ -56,7 +56,7 @@ def _doubled(node: Node) -> list[Node]:
     along /= scales
     along /= np.linalg.norm(along)
     at = Node(problem, scales, z, seen, tangent_of(seen, scales))
-    return [one for one in (_aside(at, along), _aside(at, -along)) if one is not None]
+    return [neighbour for neighbour in (_aside(at, along), _aside(at, -along)) if neighbour is not None]
 
 
 def _aside(node: Node, direction: Vector) -> Node | None:

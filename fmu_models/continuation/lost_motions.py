@@ -88,13 +88,13 @@ def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tup
     motions = _motions(system, diagram, points)
     branches = branches_through(strobe, diagram.over, motions, between, longest, None).branches
     lost: list[LostMotion] = []
-    for d, way in enumerate(diagram.directions):
-        order = list(range(len(diagram.values)))[:: 1 if way == "up" else -1]
+    for d, direction in enumerate(diagram.directions):
+        order = list(range(len(diagram.values)))[:: 1 if direction == "up" else -1]
         for i, k in pairwise(order):
             value, onward = float(diagram.values[i]), float(diagram.values[k])
-            here, there = points[d, i], points[d, k]
-            if any(_leaves(branch, value, here, onward, there) for branch in branches):
-                lost.append(LostMotion(way, value, onward, float(diagram.shown[d, i, 0])))
+            before, after = points[d, i], points[d, k]
+            if any(_leaves(branch, value, before, onward, after) for branch in branches):
+                lost.append(LostMotion(direction, value, onward, float(diagram.shown[d, i, 0])))
     return tuple(lost)
 
 
@@ -106,8 +106,8 @@ def _strobe(system: Section) -> Strobe | Iteration:
         raise StickslipError(
             f"Branches are compared with sweeps of what is forced, or of maps; nothing forces '{system.name}' here."
         )
-    given = {"forcing": system.forcing, "period": system.period, "parameters": system.values}
-    return Strobe(system.fmu, **given, tolerance=system.tolerance, stepper=system.stepper)
+    settings = {"forcing": system.forcing, "period": system.period, "parameters": system.values}
+    return Strobe(system.fmu, **settings, tolerance=system.tolerance, stepper=system.stepper)
 
 
 def _whole(point: Vector) -> bool:
@@ -137,28 +137,28 @@ def _at_phase_0(system: Section, over: str, value: float, point: Vector) -> Vect
     return np.array([float(moved[name][-1]) for name in at.states[:-1]])
 
 
-def _leaves(branch: Branch, value: float, here: list[Vector], onward: float, there: list[Vector]) -> bool:
+def _leaves(branch: Branch, value: float, before: list[Vector], onward: float, after: list[Vector]) -> bool:
     """Whether a motion on a branch at a value is not on it at the next one, though the branch goes on."""
-    for segment in segments_near(branch, value, here):
+    for segment in segments_near(branch, value, before):
         ahead = _stable_ahead(branch, segment, value, onward)
         if ahead is not None:
-            return ahead not in segments_near(branch, onward, there)
+            return ahead not in segments_near(branch, onward, after)
     return False
 
 
 def _stable_ahead(branch: Branch, segment: int, value: float, onward: float) -> int | None:
     """The segment between two points of a branch that holds the next value, if all from here to there is stable."""
-    way = np.sign(onward - value)
+    sense = np.sign(onward - value)
     if not (branch.stable[segment] and branch.stable[segment + 1]):
         return None
-    step = 1 if (branch.values[segment + 1] - branch.values[segment]) * way > 0 else -1
+    step = 1 if (branch.values[segment + 1] - branch.values[segment]) * sense > 0 else -1
     k = segment + (step > 0)
-    while (onward - branch.values[k]) * way > 0:
+    while (onward - branch.values[k]) * sense > 0:
         k += step
         if (
             not 0 <= k < len(branch.values)
             or not branch.stable[k]
-            or (branch.values[k] - branch.values[k - step]) * way <= 0
+            or (branch.values[k] - branch.values[k - step]) * sense <= 0
         ):
             return None
     return min(k, k - step)

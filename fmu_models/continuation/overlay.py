@@ -38,7 +38,11 @@ def branches_through(
     interrupted = False
     every = system.every if isinstance(system, Strobe) else 1
     for value, period, point in motions:
-        if interrupted or period > longest or any(_is_on(one, value, period * every, point) for one in followed):
+        if (
+            interrupted
+            or period > longest
+            or any(_is_on(candidate, value, period * every, point) for candidate in followed)
+        ):
             continue
         section = system.at(**{over: value})
         if isinstance(section, Strobe):
@@ -52,25 +56,25 @@ def branches_through(
             continue
         interrupted = spread(followed, longest * every, POINTS)
     if not followed:
-        said = f": {why}" if why else f": none of period {longest} or less was found"
-        raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{said}.")
+        reason = f": {why}" if why else f": none of period {longest} or less was found"
+        raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{reason}.")
     return Branches(of or system.states[0], tuple(followed), interrupted)
 
 
-def _is_on(one: Branch, value: float, every: int, point: Vector) -> bool:
+def _is_on(candidate: Branch, value: float, every: int, point: Vector) -> bool:
     """Whether a motion is one of a branch, as near as its points tell."""
-    return one.every == every and bool(segments_near(one, value, [point]))
+    return candidate.every == every and bool(segments_near(candidate, value, [point]))
 
 
-def segments_near(one: Branch, value: float, points: Sequence[Vector]) -> list[int]:
+def segments_near(candidate: Branch, value: float, points: Sequence[Vector]) -> list[int]:
     """Between which neighbours of a branch, by the number of the first, all points at a value lie near it."""
-    n = len(one.states)
-    size = np.ptp(one.images, axis=(0, 1)) + np.abs(one.images).max(axis=(0, 1)) * 1e-3 + 1e-300
-    low, high = one.values[:-1], one.values[1:]
-    near: list[int] = []
+    n = len(candidate.states)
+    size = np.ptp(candidate.images, axis=(0, 1)) + np.abs(candidate.images).max(axis=(0, 1)) * 1e-3 + 1e-300
+    low, high = candidate.values[:-1], candidate.values[1:]
+    segments: list[int] = []
     for i in np.flatnonzero((low - value) * (high - value) <= 0.0).tolist():
         share = (value - low[i]) / (high[i] - low[i]) if high[i] != low[i] else 0.0
-        between = (1.0 - share) * one.images[:, i] + share * one.images[:, i + 1]
+        between = (1.0 - share) * candidate.images[:, i] + share * candidate.images[:, i + 1]
         if points and all((np.abs(between - p[:n]) <= NEAR * size).all(axis=1).any() for p in points):
-            near.append(i)
-    return near
+            segments.append(i)
+    return segments

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.codegen.c_structures import declarations
-from fmu_models.coupling.order import Port, Stage, discrete, stages
+from fmu_models.coupling.order import CouplingStage, Port, discrete, stages
 from fmu_models.coupling.wiring import unit_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
@@ -31,8 +31,8 @@ Coupling = _C.structure("Coupling")
 @cache
 def library() -> ctypes.CDLL:
     """The compiled master with the functions of the coupled system declared."""
-    made = instance.master_library()
-    made.coupling_fill.restype, made.coupling_fill.argtypes = None, (POINTER(instance.FmuInstance), POINTER(Coupling))
+    dll = instance.master_library()
+    dll.coupling_fill.restype, dll.coupling_fill.argtypes = None, (POINTER(instance.FmuInstance), POINTER(Coupling))
     for name, arguments in {
         "exchange": (POINTER(Coupling), c_int32),
         "read": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
@@ -41,9 +41,9 @@ def library() -> ctypes.CDLL:
         "update": (POINTER(instance.FmuInstance), c_void_p),
         "do_step": (POINTER(instance.FmuInstance), c_double, c_double, c_void_p),
     }.items():
-        function = getattr(made, f"coupling_{name}")
+        function = getattr(dll, f"coupling_{name}")
         function.restype, function.argtypes = c_int32, arguments
-    return made
+    return dll
 
 
 def types_of(fmu: Fmu) -> Mapping[str, int]:
@@ -75,13 +75,13 @@ class Composite:
             self.close()
             raise
         units = list(zip(self.names, self.instances, strict=True))
-        self.states = [f"{unit}.{x}" for unit, one in units for x in one.states]
-        self.derivatives = [f"{unit}.{x}" for unit, one in units for x in one.derivatives]
+        self.states = [f"{unit}.{x}" for unit, unit_instance in units for x in unit_instance.states]
+        self.derivatives = [f"{unit}.{x}" for unit, unit_instance in units for x in unit_instance.derivatives]
         self.log = SimpleNamespace(count=0, message=b"")
         self.calls = instance.FmuInstance()
         self.c = Coupling(failed_unit=-1, failed_stage=-1)
         self.arrays: dict[str, np.ndarray] = {}
-        all_calls = [one.calls for one in self.instances]
+        all_calls = [unit_instance.calls for unit_instance in self.instances]
         pointers = POINTER(instance.FmuInstance) * len(all_calls)
         self._pointers = pointers(*(ctypes.pointer(calls) for calls in all_calls))
         self.c.n_units, self.c.fmus = len(all_calls), ctypes.addressof(self._pointers)
@@ -99,8 +99,8 @@ class Composite:
 
     def close(self) -> None:
         """Free all instances."""
-        for one in self.instances:
-            one.close()
+        for unit_instance in self.instances:
+            unit_instance.close()
 
     def message(self) -> str:
         """What went wrong between the units, or what the unit that failed said last."""
@@ -113,8 +113,8 @@ class Composite:
             )
         if self.c.failed_unit < 0:
             return ""
-        said = self.instances[self.c.failed_unit].message()
-        return f"unit '{self.names[self.c.failed_unit]}'" + (f": {said}" if said else "")
+        message = self.instances[self.c.failed_unit].message()
+        return f"unit '{self.names[self.c.failed_unit]}'" + (f": {message}" if message else "")
 
     def _put(self, name: str, values: Any, kind: Any) -> None:
         # one more, so that an empty array has an address too
@@ -123,16 +123,16 @@ class Composite:
         setattr(self.c, name, array.ctypes.data)
         self.arrays[name] = array
 
-    def _wire(self, made: Sequence[Stage]) -> None:
+    def _wire(self, order: Sequence[CouplingStage]) -> None:
         """The arrays of outputs, inputs, groups and stages."""
         fmus = self.system.fmus
-        self.stages = list(made)
-        self.ports = [port for stage in made for port in stage.outputs]
-        self.wires = [wire for stage in made for wire in stage.wires]
+        self.stages = list(order)
+        self.ports = [port for stage in order for port in stage.outputs]
+        self.wires = [wire for stage in order for wire in stage.wires]
         targets = [wire.target for wire in self.wires]
         reads, writes, rows = [], [], []
         matrix = first_output = first_input = 0
-        for stage in made:
+        for stage in order:
             row = [int(stage.loop), len(reads), 0, len(writes), 0, first_input, len(stage.wires), matrix, 0]
             reads += self._groups(stage.outputs, first_output)
             writes += self._groups([wire.target for wire in stage.wires], first_input)
@@ -141,7 +141,7 @@ class Composite:
             first_output += len(stage.outputs)
             first_input += len(stage.wires)
             matrix += len(stage.wires) ** 2 if stage.loop else 0
-        self.c.n_stages, self.c.n_inputs = len(made), len(targets)
+        self.c.n_stages, self.c.n_inputs = len(order), len(targets)
         self._put("stages", np.array(rows, dtype=STAGE), STAGE)
         self._put("reads", np.array(reads, dtype=GROUP), GROUP)
         self._put("writes", np.array(writes, dtype=GROUP), GROUP)
@@ -157,7 +157,7 @@ class Composite:
             ("outputs", len(self.ports)),
             *((name, len(targets)) for name in ("inputs", "scale", "step")),
             ("matrix", matrix),
-            ("rates", max(len(one.states) for one in self.instances)),
+            ("rates", max(len(unit_instance.states) for unit_instance in self.instances)),
         ):
             self._put(name, np.zeros(length), np.float64)
         self._put("pivot", np.zeros(len(targets)), np.int32)
@@ -208,22 +208,28 @@ class Composite:
         self.fmu = Fmu(Path(self.system.name), Path(), description, variables)  # pyright: ignore[reportArgumentType]
 
     def _derivatives(self, variables: Mapping[str, Any]) -> list[SimpleNamespace]:
-        found = []
+        derivatives = []
         for unit, fmu in self.system.fmus.items():
             for unknown in fmu.description.derivatives:
                 name = f"{unit}.{unknown.variable.name}" if unknown.variable is not None else ""
                 if name in variables:
-                    found.append(SimpleNamespace(variable=variables[name]))
-        return found
+                    derivatives.append(SimpleNamespace(variable=variables[name]))
+        return derivatives
 
     def _indicators(self, variables: Mapping[str, Any]) -> list[SimpleNamespace]:
         """Names of the indicators: those of the unit (FMI 3), or their numbers in it."""
-        found = []
-        for unit, one in zip(self.names, self.instances, strict=True):
-            named = one.fmu.description.eventIndicators
-            for i in range(one.calls.n_indicators):
-                own = named[i] if i < len(named) else None
-                text = str(own.variable.name) if own is not None and own.variable else f"indicator {i}"
-                depends = [variables.get(f"{unit}.{v.name}") for v in (own.dependencies if own else None) or []]
-                found.append(SimpleNamespace(variable=SimpleNamespace(name=f"{unit}.{text}"), dependencies=depends))
-        return found
+        indicators = []
+        for unit, unit_instance in zip(self.names, self.instances, strict=True):
+            named = unit_instance.fmu.description.eventIndicators
+            for i in range(unit_instance.calls.n_indicators):
+                indicator = named[i] if i < len(named) else None
+                text = (
+                    str(indicator.variable.name) if indicator is not None and indicator.variable else f"indicator {i}"
+                )
+                depends = [
+                    variables.get(f"{unit}.{v.name}") for v in (indicator.dependencies if indicator else None) or []
+                ]
+                indicators.append(
+                    SimpleNamespace(variable=SimpleNamespace(name=f"{unit}.{text}"), dependencies=depends)
+                )
+        return indicators

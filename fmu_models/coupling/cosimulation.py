@@ -25,10 +25,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite, library
-from fmu_models.coupling.stepper import Stepper
+from fmu_models.coupling.stepper import UnitStepper
 from fmu_models.importer import instance, request
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.simulation.inputs import signals_of
+from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -57,7 +59,7 @@ def co_simulate(
                 f"The unit '{name}' has no Co-Simulation, which '{solver}' needs. "
                 "Where all units have Model Exchange, choose the solver 'auto'."
             )
-    run = _Run(system, solver)
+    run = _CoSimulation(system, solver)
     try:
         times = (
             None if output_times is None else request.output_times(output_times, system.start_time, system.stop_time)
@@ -67,7 +69,7 @@ def co_simulate(
         run.composite.close()
 
 
-class _Run:
+class _CoSimulation:
     """The units between two communication points, and what has been recorded."""
 
     def __init__(self, system: CoupledSystem, solver: str) -> None:
@@ -75,14 +77,14 @@ class _Run:
         self.composite = Composite(system, co_simulation=True)
         self.events: list[ForeignEvent] = []
         instances = zip(self.composite.names, self.composite.instances, strict=True)
-        self.steppers = [Stepper(name, one, self._note) for name, one in instances]
-        self.fixed = [one.name for one in self.steppers if not one.puts_back]
+        self.steppers = [UnitStepper(name, unit_instance, self._note) for name, unit_instance in instances]
+        self.fixed = [stepper.name for stepper in self.steppers if not stepper.puts_back]
         if system.adaptive and self.fixed:
             raise StickslipError(
                 f"Steps are controlled by trying them, but the unit '{self.fixed[0]}' cannot be put back "
                 "(canGetAndSetFMUState). Leave 'adaptive' out and choose a step."
             )
-        stiff = [one.name for one in self.steppers if not one.any_step]
+        stiff = [stepper.name for stepper in self.steppers if not stepper.any_step]
         if system.adaptive and stiff:
             raise StickslipError(f"The unit '{stiff[0]}' takes steps of one length only. Leave 'adaptive' out.")
         self.adaptive = system.adaptive if system.adaptive is not None else not (self.fixed or stiff or system.step)
@@ -120,15 +122,23 @@ class _Run:
         self.nominal = np.array([self._nominal(name) for name in states])
         self.largest = np.zeros(len(states) + self.y.size)
         self.steps = self.rejected = self.forced = 0
+        inputs = {f"{name}.{k}": v for name, unit in system.units.items() for k, v in unit.inputs.items()}
+        span = system.start_time, system.stop_time
+        self.inputs = signals_of(fmu, inputs, *span)
+        moving = {name: signal for name, signal in self.inputs.items() if isinstance(signal, Signal)}
+        self.driven = request.table(fmu, moving, *span)
+        # an input whose rate is given too: the unit itself follows it
+        names = self.driven.inputs.names
+        self.follows = np.array([f"{name}_rate" in names for name in names], dtype=bool)
 
     def _fed(self, sources: list[str]) -> list[NDArray[np.int_]]:
         """The inputs that each unit feeds and that are expected ahead, by their places."""
-        place = {name: unit for unit, name in enumerate(self.composite.names)}
-        found: list[list[int]] = [[] for _ in self.steppers]
+        unit_index = {name: unit for unit, name in enumerate(self.composite.names)}
+        fed_inputs: list[list[int]] = [[] for _ in self.steppers]
         for i, source in enumerate(sources):
             if self.expected[i]:
-                found[place[source]].append(i)
-        return [np.array(places, dtype=int) for places in found]
+                fed_inputs[unit_index[source]].append(i)
+        return [np.array(places, dtype=int) for places in fed_inputs]
 
     def _nominal(self, name: str) -> float:
         unit = max((u for u in self.composite.names if name.startswith(f"{u}.")), key=len)
@@ -141,34 +151,35 @@ class _Run:
     def _initialize(self) -> None:
         system, c = self.system, self.composite.c
         c.tolerance, c.start, c.stop = UNIT_TOLERANCE, system.start_time, system.stop_time
-        given = {
+        values_by_name = {
             f"{name}.{k}": v
             for name, unit in system.units.items()
-            for part in (unit.parameters, unit.start, unit.inputs)
-            for k, v in part.items()
+            for values_of_unit in (unit.parameters, unit.start)
+            for k, v in values_of_unit.items()
         }
+        values_by_name |= self.inputs | dict(zip(self.driven.inputs.names, self.driven.values[0].tolist(), strict=True))
         chosen, values = (
-            request.Selection.of(self.composite.fmu, list(given)),
-            np.array(list(given.values()), dtype=float),
+            request.Selection.of(self.composite.fmu, list(values_by_name)),
+            np.array(list(values_by_name.values()), dtype=float),
         )
         calls = byref(self.composite.calls)
         self._checked(library().coupling_write(calls, byref(chosen.c), values.ctypes.data), "setting its values")
         for function in (F.ENTER_INITIALIZATION, F.EXIT_INITIALIZATION):
             self._checked(library().coupling_plain(calls, function), "initialization")
-        for one in self.steppers:
-            one.begin(system.start_time)
+        for stepper in self.steppers:
+            stepper.begin(system.start_time)
         self.time = system.start_time
         self._exchange()
         self.before = self.u.copy()
 
-    def _checked(self, status: int, what: str) -> None:
+    def _checked(self, status: int, action: str) -> None:
         if status >= STATUS.DISCARD:
             time = getattr(self, "time", self.system.start_time)
-            raise MotionError(f"{what} fails at t = {time:.9g} s: {self.composite.message()}", "fmi error", time)
+            raise MotionError(f"{action} fails at t = {time:.9g} s: {self.composite.message()}", "fmi error", time)
 
     def _exchange(self) -> None:
         """All values at a communication point; discrete ones by events of the units that take them."""
-        held = self.u.copy()
+        earlier = self.u.copy()
         self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
         if not any(discrete for *_, discrete in self.groups):
             return
@@ -176,7 +187,7 @@ class _Run:
             self._read(unit, first, n)
         self.u[:] = np.where(self.discrete, self.factor * self.y[self.source] + self.offset, self.u)
         for unit, first, n, discrete in self.groups:
-            if discrete and (self.u[first : first + n] != held[first : first + n]).any():
+            if discrete and (self.u[first : first + n] != earlier[first : first + n]).any():
                 self.steppers[unit].event(self.time, lambda unit=unit, first=first, n=n: self._write(unit, first, n))
                 self._note(self.time, "input", self.composite.names[unit])
         self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
@@ -191,28 +202,45 @@ class _Run:
         self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
     ) -> int:
         if (kind, first) not in self.passed:
-            types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
+            types, references = (self.composite.arrays[f"{kind}_{suffix}"] for suffix in ("types", "references"))
             at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
             self.passed[kind, first] = byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data
         return call(*self.passed[kind, first])
+
+    def _drive(self, ahead: float = 0.0) -> None:
+        """Inputs from outside as they are ``ahead`` s from here, without a jump between."""
+        table = self.driven
+        if table.inputs.names:
+            row = int(np.searchsorted(table.times, self.time, side="right")) - 1
+            passed = self.time - table.times[row] + np.where(self.follows, 0.0, ahead)
+            values = np.ascontiguousarray(table.values[row] + table.slopes[row] * passed)
+            calls, chosen = byref(self.composite.calls), table.inputs.c
+            self._checked(library().coupling_write(calls, byref(chosen), values.ctypes.data), "setting its inputs")
+
+    def _jump(self, latest: float) -> float:
+        """The next time at which an input from outside jumps, or ``latest``."""
+        jumps = self.driven.times[self.driven.jumps == request.JUMP]
+        return float(min(jumps[jumps > self.time].min(initial=latest), latest))
 
     def _step(self, end: float) -> None:
         """All units from here to ``end``, with the exchange there."""
         h, start, noted = end - self.time, self.u.copy(), len(self.events)
         slope = (start - self.before) * (0.5 * h / self.last) if self.last > 0.0 else np.zeros_like(start)
         self.u[:] = start + np.where(self.expected, slope, 0.0)
-        for unit, one in enumerate(self.steppers):
-            for begin, n in self.own_groups[unit]:
-                self._checked(self._write(unit, begin, n), f"setting the inputs of unit '{one.name}'")
-            one.step(self.time, end)
+        self._drive(0.5 * h)
+        for unit, stepper in enumerate(self.steppers):
+            for first, n in self.own_groups[unit]:
+                self._checked(self._write(unit, first, n), f"setting the inputs of unit '{stepper.name}'")
+            stepper.step(self.time, end)
             if self.sequential:
-                for begin, n in self.own_reads[unit]:
-                    self._read(unit, begin, n)
+                for first, n in self.own_reads[unit]:
+                    self._read(unit, first, n)
                 fed = self.fed[unit]
                 reached = self.factor[fed] * self.y[self.source[fed]] + self.offset[fed]
                 self.u[fed] = 0.5 * (start[fed] + reached)
         self.time, self.last = end, h
         self.u[:] = start
+        self._drive()
         self._exchange()
         self.before = start
         self.steps += 1
@@ -223,22 +251,22 @@ class _Run:
     @contextmanager
     def _saved(self) -> Iterator[Callable[[], None]]:
         """What puts all units back to here."""
-        kept = [(one, one.save(self.time)) for one in self.steppers]
-        here = self.time, self.last, self.u.copy(), self.before.copy(), self.y.copy(), len(self.events)
+        states = [(stepper, stepper.save(self.time)) for stepper in self.steppers]
+        point = self.time, self.last, self.u.copy(), self.before.copy(), self.y.copy(), len(self.events)
 
         def put_back() -> None:
-            for one, state in kept:
-                one.put_back(state, self.time)
-                one.ended = False
-            self.time, self.last = here[0], here[1]
-            self.u[:], self.before, self.y[:] = here[2], here[3].copy(), here[4]
-            del self.events[here[5] :]
+            for stepper, state in states:
+                stepper.put_back(state, self.time)
+                stepper.ended = False
+            self.time, self.last = point[0], point[1]
+            self.u[:], self.before, self.y[:] = point[2], point[3].copy(), point[4]
+            del self.events[point[5] :]
 
         try:
             yield put_back
         finally:
-            for one, state in kept:
-                one.free(state)
+            for stepper, state in states:
+                stepper.free(state)
 
     def _observed(self) -> NDArray[np.float64]:
         values = np.zeros(len(self.controlled.names))
@@ -251,19 +279,19 @@ class _Run:
         tolerance = self.system.tolerance or CONTROL_TOLERANCE
         with self._saved() as put_back:
             while True:
-                begin = self.time
-                end = latest if begin + h * (1 + 1e-9) >= latest else begin + h
-                h = end - begin
+                start = self.time
+                end = latest if start + h * (1 + 1e-9) >= latest else start + h
+                h = end - start
                 self._step(end)
-                whole = self._observed()
+                single = self._observed()
                 put_back()
-                self._step(begin + 0.5 * h)
+                self._step(start + 0.5 * h)
                 self._step(end)
                 halves = self._observed()
                 self.largest = np.maximum(self.largest, np.abs(halves))
                 nominal = np.concatenate([self.nominal, np.zeros(self.y.size)])
                 scale = np.maximum(nominal + np.abs(halves), np.maximum(self.largest, 1e-12))
-                error = float(np.max(np.abs(whole - halves) / scale, initial=0.0)) / (3.0 * tolerance)
+                error = float(np.max(np.abs(single - halves) / scale, initial=0.0)) / (3.0 * tolerance)
                 factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1.0 / 3.0)))
                 if error <= 1.0 or h <= shortest:
                     self.forced += error > 1.0
@@ -278,19 +306,24 @@ class _Run:
         h = system.step or span / 1000
         self._initialize()
         points, rows = [], []
-        index, wanted = 1, 0
+        index, next_output = 1, 0
         while True:
             due = times is None
-            while times is not None and wanted < times.size and times[wanted] <= self.time:
-                due, wanted = True, wanted + 1
-                points.append(times[wanted - 1])
+            while times is not None and next_output < times.size and times[next_output] <= self.time:
+                due, next_output = True, next_output + 1
+                points.append(times[next_output - 1])
                 rows.append(self._record())
             if times is None and due:
                 points.append(self.time)
                 rows.append(self._record())
-            if self.time >= system.stop_time or any(one.ended for one in self.steppers):
+            if self.time >= system.stop_time or any(stepper.ended for stepper in self.steppers):
                 break
-            latest = system.stop_time if times is None or wanted >= times.size else min(times[wanted], system.stop_time)
+            latest = (
+                system.stop_time
+                if times is None or next_output >= times.size
+                else min(times[next_output], system.stop_time)
+            )
+            latest = self._jump(latest)
             if self.adaptive:
                 cut = latest - self.time < h
                 proposed = self._control(h, latest, SHORTEST * span)
@@ -300,12 +333,12 @@ class _Run:
                 while grid <= self.time + 1e-9 * h:
                     index += 1
                     grid = system.start_time + index * h
-                near = latest if grid > latest - 1e-9 * h else grid
-                self._step(near)
+                end = latest if grid > latest - 1e-9 * h else grid
+                self._step(end)
             if progress:
                 progress((self.time - system.start_time) / span)
-        for one in self.steppers:
-            library().coupling_plain(byref(one.calls), F.TERMINATE)
+        for stepper in self.steppers:
+            library().coupling_plain(byref(stepper.calls), F.TERMINATE)
         return self._trajectory(np.array(points), np.array(rows).reshape(len(points), -1))
 
     def _record(self) -> NDArray[np.float64]:
@@ -324,9 +357,9 @@ class _Run:
             note += f", because {', '.join(self.fixed)} cannot be put back"
         if self.forced:
             note += f"; {self.forced} steps of the shortest length missed the tolerance"
-        remarks = {one.name: one.instance.remark for one in self.steppers if one.instance.remark}
+        remarks = {stepper.name: stepper.instance.remark for stepper in self.steppers if stepper.instance.remark}
         note += "".join(f"; unit '{name}' {remark}" for name, remark in remarks.items())
-        ended = [one.name for one in self.steppers if one.ended]
+        ended = [stepper.name for stepper in self.steppers if stepper.ended]
         if ended:
             note += f"; unit '{ended[0]}' ended the run at t = {self.time:.9g} s"
         return Trajectory(times, values, units, tuple(self.events), self.steps, self.rejected, note)

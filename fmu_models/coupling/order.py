@@ -20,7 +20,7 @@ Port = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Stage:
+class CouplingStage:
     """Outputs, and the wires that begin at them, both sorted by unit."""
 
     loop: bool
@@ -48,7 +48,7 @@ def feedthrough(fmu: Fmu, output: str) -> set[str]:
     return inputs
 
 
-def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[Stage]:
+def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[CouplingStage]:
     """The stages of a coupled system, in the order in which they are exchanged."""
     rank = {unit: i for i, unit in enumerate(fmus)}
     from_output: dict[Port, list[Wire]] = {}
@@ -77,12 +77,12 @@ def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[Stage]:
     def place(fmu: str, name: str) -> tuple[int, bool]:
         return rank[fmu], discrete(fmus[fmu], name)
 
-    made = []
+    order = []
     for loop, ports in groups:
         ordered = sorted(ports, key=lambda port: place(*port))
         begun = [wire for port in ordered for wire in from_output[port]]
-        made.append(Stage(loop, tuple(ordered), tuple(sorted(begun, key=lambda wire: place(*wire.target)))))
-    return made
+        order.append(CouplingStage(loop, tuple(ordered), tuple(sorted(begun, key=lambda wire: place(*wire.target)))))
+    return order
 
 
 def _components(before: Mapping[Port, set[Port]]) -> Iterator[list[Port]]:
@@ -98,8 +98,8 @@ def _components(before: Mapping[Port, set[Port]]) -> Iterator[list[Port]]:
         number[root] = low[root] = len(number)
         stack.append(root)
         while work:
-            port, rest = work[-1]
-            following = next(rest, None)
+            port, successors = work[-1]
+            following = next(successors, None)
             if following is None:
                 work.pop()
                 if work:

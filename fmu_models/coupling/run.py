@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -73,11 +74,11 @@ def couple(
             )
     parameters, start, inputs = ({}, {}, {})
     for name, unit in system.units.items():
-        for given, values in ((parameters, unit.parameters), (start, unit.start), (inputs, unit.inputs)):
-            given |= {f"{name}.{variable}": value for variable, value in values.items()}
+        for merged, values in ((parameters, unit.parameters), (start, unit.start), (inputs, unit.inputs)):
+            merged |= {f"{name}.{variable}": value for variable, value in values.items()}
     driver = _CoupledDriver(system)
     with driver:
-        made = driver.run(
+        trajectory = driver.run(
             system.stop_time,
             start_time=system.start_time,
             parameters=parameters,
@@ -87,10 +88,10 @@ def couple(
             progress=progress,
         )
         loops = sum(stage.loop for stage in driver.composite.stages)
-    note = f"{made.method}; {len(system.units)} units as one"
+    note = f"{trajectory.method}; {len(system.units)} units as one"
     if loops:
         note += f", {loops} algebraic loop{'s' if loops > 1 else ''} by Newton's method"
-    return replace(made, method=note)
+    return replace(trajectory, method=note)
 
 
 def recorded(
@@ -107,9 +108,9 @@ def recorded(
         text = system.units[unit].fmu.variables[name[len(unit) + 1 :]].description
         descriptions |= {name: str(text)} if text else {}
     fmus = list(system.fmus.values())
-    given = {
-        part: {f"{u}.{k}": v for u, unit in system.units.items() for k, v in getattr(unit, part).items()}
-        for part in ("parameters", "start", "inputs")
+    settings: dict[str, dict[str, Any]] = {
+        kind: {f"{u}.{k}": v for u, unit in system.units.items() for k, v in getattr(unit, kind).items()}
+        for kind in ("parameters", "start", "inputs")
     }
     provenance = Provenance(
         fmu=", ".join(f"{name}: {fmu.path.name}" for name, fmu in system.fmus.items()),
@@ -123,8 +124,8 @@ def recorded(
         stop_time=system.stop_time,
         tolerance=system.tolerance or float("nan"),
         step=system.step or float("nan"),
-        parameters=given["parameters"],
-        start=given["start"],
-        inputs=given["inputs"],
+        parameters=settings["parameters"],
+        start=settings["start"],
+        inputs={name: value for name, value in settings["inputs"].items() if isinstance(value, (float, int))},
     )
     return Recording(trajectory, descriptions, provenance)

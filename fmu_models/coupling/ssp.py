@@ -73,7 +73,7 @@ def read_parameter_set(path: Path) -> list[tuple[str, float, str | None]]:
     root = _parsed(path, f"'{path}'")
     if not root.tag.endswith("}ParameterSet"):
         raise StickslipError(f"'{path}' is no parameter set (.ssv). 'stickslip apply FIT -o FILE.ssv' writes one.")
-    return [(one.name, one.value, one.unit) for one in _values(root, f"'{path}'", "")]
+    return [(value.name, value.value, value.unit) for value in _values(root, f"'{path}'", "")]
 
 
 class _NoDoctype(ElementTree.TreeBuilder):
@@ -150,13 +150,13 @@ def _number(text: str | None, where: str) -> float:
 
 def _connections(top: Element, where: str) -> tuple[list[Connection], list[str]]:
     """Connections between components, and the outputs that the system shows to the outside."""
-    made, outputs = [], []
-    for one in top.iterfind("ssd:Connections/ssd:Connection", NAMESPACES):
-        ends = [(one.get(f"{end}Element"), one.get(f"{end}Connector", "")) for end in ("start", "end")]
+    connections, outputs = [], []
+    for element in top.iterfind("ssd:Connections/ssd:Connection", NAMESPACES):
+        ends = [(element.get(f"{end}Element"), element.get(f"{end}Connector", "")) for end in ("start", "end")]
         names = [f"{element}.{connector}" for element, connector in ends]
-        linear = one.find("ssc:LinearTransformation", NAMESPACES)
-        other = [child.tag for child in one if child.tag.endswith("MappingTransformation")]
-        if other:
+        linear = element.find("ssc:LinearTransformation", NAMESPACES)
+        transformations = [child.tag for child in element if child.tag.endswith("MappingTransformation")]
+        if transformations:
             raise StickslipError(f"{where}: the connection {names[0]} -> {names[1]} maps values; linear ones are read.")
         if ends[0][0] is None:
             continue  # an input of the whole system, which nothing feeds
@@ -167,8 +167,8 @@ def _connections(top: Element, where: str) -> tuple[list[Connection], list[str]]
         if linear is not None:
             about = f"{where}: the transformation of {names[0]} -> {names[1]}"
             factor, offset = (_number(linear.get(k, d), about) for k, d in (("factor", "1"), ("offset", "0")))
-        made.append(Connection(names[0], names[1], factor, offset))
-    return made, outputs
+        connections.append(Connection(names[0], names[1], factor, offset))
+    return connections, outputs
 
 
 def _bound(element: Element, folder: Path, where: str) -> Iterator[_Value]:
@@ -199,8 +199,8 @@ def _document(binding: Element, tag: str, inner: str, folder: Path, where: str) 
     return _parsed(_inside(folder, source, where), f"{where}: '{source}'") if source else None
 
 
-def _values(found: Element, where: str, prefix: str) -> Iterator[_Value]:
-    for parameter in found.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
+def _values(element: Element, where: str, prefix: str) -> Iterator[_Value]:
+    for parameter in element.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name = prefix + parameter.get("name", "")
         typed = next((t for kind in NUMBERS if (t := parameter.find(f"ssv:{kind}", NAMESPACES)) is not None), None)
         if typed is None:
@@ -210,13 +210,13 @@ def _values(found: Element, where: str, prefix: str) -> Iterator[_Value]:
 
 def _mapped(value: _Value, mapping: Element | None, where: str, *, strict: bool) -> Iterator[_Value]:
     entries = [e for e in mapping.iterfind("ssm:MappingEntry", NAMESPACES)] if mapping is not None else []
-    own = [entry for entry in entries if entry.get("source") == value.name]
-    if not own:
+    mappings = [entry for entry in entries if entry.get("source") == value.name]
+    if not mappings:
         # a mapping leaves out what the component does not take
         if mapping is None or not strict:
             yield value
         return
-    for entry in own:
+    for entry in mappings:
         linear = entry.find("ssc:LinearTransformation", NAMESPACES)
         about = f"{where}: the mapping of '{value.name}'"
         factor, offset = 1.0, 0.0
@@ -229,19 +229,19 @@ def _mapped(value: _Value, mapping: Element | None, where: str, *, strict: bool)
 
 def _unit(name: str, fmu: Fmu, values: list[_Value]) -> Unit:
     """The values where they belong: parameters, inputs, other start values."""
-    parts: dict[str, dict[str, float]] = {"parameter": {}, "input": {}, "start": {}}
-    for one in values:
-        variable = fmu.variables.get(one.name)
-        number = one.value
-        own = unit_of(fmu, variable) if variable is not None else None
-        if one.unit and own and one.unit != own:
+    settings: dict[str, dict[str, float]] = {"parameter": {}, "input": {}, "start": {}}
+    for value in values:
+        variable = fmu.variables.get(value.name)
+        number = value.value
+        unit = unit_of(fmu, variable) if variable is not None else None
+        if value.unit and unit and value.unit != unit:
             try:
-                factor, offset = conversion(one.unit, own)
+                factor, offset = conversion(value.unit, unit)
             except ValueError as error:
                 raise StickslipError(
-                    f"{one.where}: '{one.name}' is given in {one.unit}, but is in {own}: {error}"
+                    f"{value.where}: '{value.name}' is given in {value.unit}, but is in {unit}: {error}"
                 ) from None
             number = factor * number + offset
         causality = str(variable.causality) if variable is not None else "parameter"
-        parts[causality if causality in ("parameter", "input") else "start"][one.name] = number
-    return Unit(fmu, parts["parameter"], parts["start"], parts["input"])
+        settings[causality if causality in ("parameter", "input") else "start"][value.name] = number
+    return Unit(fmu, settings["parameter"], settings["start"], settings["input"])

@@ -26,7 +26,7 @@ DEFAULTS, FITTED = "default", "fitted"
 
 
 @dataclass(frozen=True)
-class Entry:
+class ParameterEntry:
     """A value of a parameter set, for a variable of a component, in ``unit``."""
 
     name: str
@@ -35,19 +35,22 @@ class Entry:
     description: str
 
 
-def defaults(unit: Unit, without: Iterable[str] = ()) -> list[Entry]:
+def defaults(unit: Unit, without: Iterable[str] = ()) -> list[ParameterEntry]:
     """The parameters of a unit with the values it runs with, and the start values and inputs that it is given."""
     values = {name: float(str(unit.fmu.variables[name].start)) for name in unit.fmu.parameters}
     values |= {**unit.parameters, **unit.start, **unit.inputs}
+    for name, value in unit.inputs.items():
+        if not isinstance(value, (float, int)):
+            raise StickslipError(f"The input '{name}' changes with time, and a parameter set holds constants only.")
     left_out = set(without)
     return [
-        Entry(name, value, _unit(unit.fmu, name), unit.fmu.variables[name].description or name)
+        ParameterEntry(name, value, _unit(unit.fmu, name), unit.fmu.variables[name].description or name)
         for name, value in values.items()
         if name not in left_out
     ]
 
 
-def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[str, dict[str, list[Entry]]]:
+def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[str, dict[str, list[ParameterEntry]]]:
     """Per unit the values it runs with, and those of a parameter set (.ssv) that are for it, which replace them.
 
     Of several units the one is meant that a name begins with, as "unit.name", or the only one with such a parameter.
@@ -55,47 +58,51 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
     Raises:
         StickslipError: the file cannot be read, or a name or unit in it is no unit's.
     """
-    given: dict[str, list[Entry]] = {name: [] for name in system.units}
+    fitted_entries: dict[str, list[ParameterEntry]] = {name: [] for name in system.units}
     for full, value, unit in ssp.read_parameter_set(fitted) if fitted is not None else ():
         owner, name = _owner(system, full, str(fitted))
         variable = system.units[owner].fmu.variables[name]
-        own = _unit(system.units[owner].fmu, name)
-        if unit and unit != own:
+        own_unit = _unit(system.units[owner].fmu, name)
+        if unit and unit != own_unit:
             try:
-                factor, offset = conversion(unit, own)
+                factor, offset = conversion(unit, own_unit)
             except ValueError as error:
-                raise StickslipError(f"'{fitted}': '{full}' is given in {unit}, but is in {own}: {error}") from None
+                raise StickslipError(
+                    f"'{fitted}': '{full}' is given in {unit}, but is in {own_unit}: {error}"
+                ) from None
             value = factor * value + offset
         check_parameter(system.units[owner].fmu, name, value)
-        given[owner].append(Entry(name, value, own, variable.description or name))
+        fitted_entries[owner].append(ParameterEntry(name, value, own_unit, variable.description or name))
     sets = {}
     for name, unit in system.units.items():
-        sets[name] = {DEFAULTS: defaults(unit, [one.name for one in given[name]])}
-        if given[name]:
-            sets[name][FITTED] = given[name]
+        sets[name] = {DEFAULTS: defaults(unit, [entry.name for entry in fitted_entries[name]])}
+        if fitted_entries[name]:
+            sets[name][FITTED] = fitted_entries[name]
     return sets
 
 
 def _owner(system: CoupledSystem, name: str, where: str) -> tuple[str, str]:
-    unit, _, rest = name.partition(".")
-    if unit in system.units and rest in system.units[unit].fmu.parameters:
-        return unit, rest
-    owners = [one for one, it in system.units.items() if name in it.fmu.parameters]
+    unit, _, variable = name.partition(".")
+    if unit in system.units and variable in system.units[unit].fmu.parameters:
+        return unit, variable
+    owners = [unit_name for unit_name, it in system.units.items() if name in it.fmu.parameters]
     if len(owners) != 1:
-        known = [p for it in system.units.values() for p in it.fmu.parameters]
-        which = f"several units have one: {', '.join(owners)}. Name it UNIT.{name}" if owners else "no unit has one"
-        raise StickslipError(f"'{where}' has a value for '{name}': {which}.{'' if owners else nearest(name, known)}")
+        parameters = [p for it in system.units.values() for p in it.fmu.parameters]
+        reason = f"several units have one: {', '.join(owners)}. Name it UNIT.{name}" if owners else "no unit has one"
+        raise StickslipError(
+            f"'{where}' has a value for '{name}': {reason}.{'' if owners else nearest(name, parameters)}"
+        )
     return owners[0], name
 
 
-def parameter_set(name: str, entries: Sequence[Entry], fmu: Fmu) -> bytes:
+def parameter_set(name: str, entries: Sequence[ParameterEntry], fmu: Fmu) -> bytes:
     """The .ssv document, with units defined by base units."""
     root = _root("ssv:ParameterSet", version="1.0", name=name, generationTool=f"stickslip {version()}")
     parameters = SubElement(root, _tag("ssv:Parameters"))
-    for one in entries:
-        parameter = SubElement(parameters, _tag("ssv:Parameter"), name=one.name, description=one.description)
-        SubElement(parameter, _tag("ssv:Real"), value=repr(float(one.value)), unit=one.unit)
-    _add_units(root, "ssv:Units", [fmu], dict.fromkeys(one.unit for one in entries))
+    for entry in entries:
+        parameter = SubElement(parameters, _tag("ssv:Parameter"), name=entry.name, description=entry.description)
+        SubElement(parameter, _tag("ssv:Real"), value=repr(float(entry.value)), unit=entry.unit)
+    _add_units(root, "ssv:Units", [fmu], dict.fromkeys(entry.unit for entry in entries))
     return _bytes(root)
 
 
@@ -109,7 +116,7 @@ def check_path(path: Path) -> Path:
 def write(
     path: Path,
     system: CoupledSystem,
-    sets: Mapping[str, Mapping[str, Sequence[Entry]]],
+    sets: Mapping[str, Mapping[str, Sequence[ParameterEntry]]],
     *,
     overwrite: bool = False,
 ) -> Path:
@@ -141,14 +148,14 @@ def write(
 
 def _sources(system: CoupledSystem) -> dict[str, str]:
     """Per unit where its FMU lies; units of the same FMU share it."""
-    found: dict[str, str] = {}
+    sources: dict[str, str] = {}
     by_content: dict[str, str] = {}
     for name, unit in system.units.items():
-        place = f"resources/{unit.fmu.path.name}"
-        if place in by_content.values() and unit.fmu.sha256 not in by_content:
-            place = f"resources/{name}_{unit.fmu.path.name}"
-        found[name] = by_content.setdefault(unit.fmu.sha256, place)
-    return found
+        target = f"resources/{unit.fmu.path.name}"
+        if target in by_content.values() and unit.fmu.sha256 not in by_content:
+            target = f"resources/{name}_{unit.fmu.path.name}"
+        sources[name] = by_content.setdefault(unit.fmu.sha256, target)
+    return sources
 
 
 def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping[tuple[str, str], str]) -> bytes:
@@ -157,10 +164,10 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     root = _root("ssd:SystemStructureDescription", **about)
     top = SubElement(root, _tag("ssd:System"), name=system.name)
     ends = [tuple(name.split(".", 1)) for name in system.outputs]
-    shown = [(unit, name) for unit, name in ends if name in system.units[unit].fmu.outputs]
-    if shown:
+    outputs = [(unit, name) for unit, name in ends if name in system.units[unit].fmu.outputs]
+    if outputs:
         connectors = SubElement(top, _tag("ssd:Connectors"))
-        for unit, name in shown:
+        for unit, name in outputs:
             _add_connector(connectors, f"{unit}.{name}", "output", system.units[unit].fmu, name)
     elements = SubElement(top, _tag("ssd:Elements"))
     for name, unit in system.units.items():
@@ -175,16 +182,16 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
             bindings = SubElement(component, _tag("ssd:ParameterBindings"))
             for file in bound:
                 SubElement(bindings, _tag("ssd:ParameterBinding"), source=file)
-    if system.connections or shown:
+    if system.connections or outputs:
         connections = SubElement(top, _tag("ssd:Connections"))
-        for one in system.connections:
-            ((a, x), (b, y)) = (end.split(".", 1) for end in (one.source, one.target))
+        for connection in system.connections:
+            ((a, x), (b, y)) = (end.split(".", 1) for end in (connection.source, connection.target))
             attributes = {"startElement": a, "startConnector": x, "endElement": b, "endConnector": y}
-            made = SubElement(connections, _tag("ssd:Connection"), attributes)
-            if one.factor is not None:
-                numbers = {"factor": repr(float(one.factor)), "offset": repr(float(one.offset))}
-                SubElement(made, _tag("ssc:LinearTransformation"), numbers)
-        for unit, name in shown:
+            element = SubElement(connections, _tag("ssd:Connection"), attributes)
+            if connection.factor is not None:
+                numbers = {"factor": repr(float(connection.factor)), "offset": repr(float(connection.offset))}
+                SubElement(element, _tag("ssc:LinearTransformation"), numbers)
+        for unit, name in outputs:
             attributes = {"startElement": unit, "startConnector": name, "endConnector": f"{unit}.{name}"}
             SubElement(connections, _tag("ssd:Connection"), attributes)
     fmus = [unit.fmu for unit in system.units.values()]

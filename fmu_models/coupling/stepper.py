@@ -17,7 +17,7 @@ ITERATIONS = 100  # updates at one event before the unit counts as not convergin
 STALLS = 1000  # returns in a row without progress
 
 
-class Stepper:
+class UnitStepper:
     """A unit that steps by itself.
 
     Attributes:
@@ -44,15 +44,15 @@ class Stepper:
             function.restype = c_int32
         return function
 
-    def fail(self, what: str, time: float, kind: str = "fmi error") -> MotionError:
+    def fail(self, action: str, time: float, kind: str = "fmi error") -> MotionError:
         """The error that ends the run."""
-        said = self.instance.message()
-        text = f"unit '{self.name}': {what} at t = {time:.9g} s." + (f" The FMU says: {said}" if said else "")
+        message = self.instance.message()
+        text = f"unit '{self.name}': {action} at t = {time:.9g} s." + (f" The FMU says: {message}" if message else "")
         return MotionError(text, kind, time)
 
-    def _check(self, status: int, what: str, time: float) -> None:
+    def _check(self, status: int, action: str, time: float) -> None:
         if status >= STATUS.DISCARD:
-            raise self.fail(f"{what} fails", time)
+            raise self.fail(f"{action} fails", time)
 
     def save(self, time: float) -> c_void_p:
         """Its state, to be freed."""

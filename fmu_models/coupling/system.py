@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
@@ -12,6 +12,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.coupling.wiring import Connection, Misfit, Wire, split, wires
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
+from fmu_models.simulation.inputs import signals_of
 
 EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
 EXCHANGE_BY_STEPS = ("jacobi", "gauss-seidel")
@@ -20,12 +21,12 @@ SOLVERS = (*EXCHANGE, *EXCHANGE_BY_STEPS)
 
 @dataclass(frozen=True)
 class Unit(Shown):
-    """One FMU of a system, with values by name in its own units of measure."""
+    """One FMU of a system, with values by name in its own units of measure; inputs as ``simulate`` takes them."""
 
     fmu: Fmu
     parameters: Mapping[str, float] = field(default_factory=dict)
     start: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,8 @@ class CoupledSystem(Shown):
         for name, unit in self.units.items():
             try:
                 request.start_values(unit.fmu, unit.parameters, unit.start)
-                request.table(unit.fmu, unit.inputs, 0.0, 1.0)
+                span = self.start_time, self.stop_time
+                request.table(unit.fmu, signals_of(unit.fmu, unit.inputs, *span), *span)
                 for variable in (*unit.parameters, *unit.start, *unit.inputs):
                     if variable not in unit.fmu.variables:
                         raise StickslipError(f"'{variable}' is an element of an array; units take single numbers.")
@@ -101,10 +103,23 @@ class CoupledSystem(Shown):
         names = (f.name for f in fields(self) if f.init)
         return CoupledSystem(**{**{name: getattr(self, name) for name in names}, **settings})
 
+    def with_inputs(self, inputs: Mapping[str, Any]) -> CoupledSystem:
+        """The same system with other inputs, by "unit.variable"; errors as for a new one."""
+        units = dict(self.units)
+        for name, value in inputs.items():
+            unit, variable = split(self.fmus, name, "input")
+            units[unit] = replace(units[unit], inputs={**units[unit].inputs, variable: value})
+        return self.changed(units=units) if inputs else self
+
     @property
     def fmus(self) -> dict[str, Fmu]:
         """The FMU of every unit."""
         return {name: unit.fmu for name, unit in self.units.items()}
+
+    @property
+    def integrates(self) -> bool:
+        """Whether all units are integrated as one, rather than stepped one by one."""
+        return self.solver not in EXCHANGE_BY_STEPS and self.exchanges_models
 
     @property
     def exchanges_models(self) -> bool:

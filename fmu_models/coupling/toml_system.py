@@ -7,6 +7,7 @@ stop_time = 10.0
 fmu = "rig.fmu"                 # beside this file or below, or: model = "disc_rig", contacts = ["disc0"]
 parameters = { N0 = 3.0 }
 start = { theta = 0.1 }
+inputs = { w1 = "speed.csv:w" } # a number, or a column of a log beside this file
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from fmu_models.coupling import ssp
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection, Misfit
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.measured import column_of_log
 
 NUMBERS = {"step": "s", "tolerance": "1", "start_time": "s", "stop_time": "s"}
 VALUES = ("parameters", "start", "inputs")
@@ -48,16 +50,16 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
         return ssp.read(path)
     document = read_document(path, trust=trust)
     document.check_keys(("units", "connections", "solver", "adaptive", "outputs", *NUMBERS))
-    given = document.data
+    data = document.data
     units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
-    numbers = {key: document.value(given[key], unit, key) for key, unit in NUMBERS.items() if key in given}
+    numbers = {key: document.value(data[key], unit, key) for key, unit in NUMBERS.items() if key in data}
     try:
         return CoupledSystem(
             path.stem,
             units,
             _connections(document),
             solver=document.text("solver", default="auto"),
-            adaptive=document.flag("adaptive") if "adaptive" in given else None,
+            adaptive=document.flag("adaptive") if "adaptive" in data else None,
             outputs=document.names("outputs") or (),
             **numbers,
         )
@@ -66,32 +68,39 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
 
 
 def _unit(document: Document, name: str, fmi_version: str) -> Unit:
-    place = ("units", name)
-    document.check_keys(("fmu", "model", "contacts", *VALUES), *place)
-    table = document.table(*place)
+    keys = ("units", name)
+    document.check_keys(("fmu", "model", "contacts", *VALUES), *keys)
+    table = document.table(*keys)
     if ("fmu" in table) == ("model" in table):
-        raise document.fault(f'unit \'{name}\' needs one of fmu = "FILE.fmu" and model = "NAME".', *place)
+        raise document.fault(f'unit \'{name}\' needs one of fmu = "FILE.fmu" and model = "NAME".', *keys)
     kind = "fmu" if "fmu" in table else "model"
-    source, contacts = document.reference(kind, *place), document.names("contacts", *place)
+    source, contacts = document.reference(kind, *keys), document.names("contacts", *keys)
     if contacts is not None and kind == "fmu":
-        raise document.fault("contacts are chosen from a model; an FMU is as it is.", *place, "contacts")
+        raise document.fault("contacts are chosen from a model; an FMU is as it is.", *keys, "contacts")
     try:
         folder = document.path.parent
         options = {"contacts": contacts, "beside": folder, "fmi_version": fmi_version}
         fmu = Fmu.open(folder / source if kind == "fmu" else built(source, **options))
     except StickslipError as error:
-        raise document.fault(f"unit '{name}': {error}", *place, kind) from error
-    return Unit(fmu, **{key: document.numbers(*place, key) for key in VALUES})
+        raise document.fault(f"unit '{name}': {error}", *keys, kind) from error
+    values = {key: document.numbers(*keys, key, texts=key == "inputs") for key in VALUES}
+    for variable, text in values["inputs"].items():
+        if isinstance(text, str):
+            try:
+                values["inputs"][variable] = ":".join(map(str, column_of_log(text, folder)))
+            except StickslipError as error:
+                raise document.fault(str(error), *keys, "inputs", variable) from error
+    return Unit(fmu, **values)
 
 
 def _connections(document: Document) -> list[Connection]:
-    made = []
+    connections = []
     for i, entry in enumerate(document.entries("connections")):
-        place = ("connections", i)
-        document.check_keys(("from", "to", "factor", "offset"), *place)
-        numbers = {key: document.value(entry[key], "1", *place, key) for key in ("factor", "offset") if key in entry}
+        keys = ("connections", i)
+        document.check_keys(("from", "to", "factor", "offset"), *keys)
+        numbers = {key: document.value(entry[key], "1", *keys, key) for key in ("factor", "offset") if key in entry}
         factor = numbers.get("factor", 1.0 if "offset" in numbers else None)
-        made.append(
-            Connection(document.text("from", *place), document.text("to", *place), factor, numbers.get("offset", 0.0))
+        connections.append(
+            Connection(document.text("from", *keys), document.text("to", *keys), factor, numbers.get("offset", 0.0))
         )
-    return made
+    return connections

@@ -65,20 +65,20 @@ def wires(fmus: Mapping[str, Fmu], connections: Sequence[Connection]) -> tuple[W
         Misfit: no such unit or variable, one that is no output or no input, types or units of measure that do
             not fit, an input that is fed twice; names the connection.
     """
-    made: dict[tuple[str, str], Wire] = {}
+    wire_to: dict[tuple[str, str], Wire] = {}
     for i, connection in enumerate(connections):
         try:
             source = _end(fmus, connection, connection.source, ("output",))
             target = _end(fmus, connection, connection.target, ("input",))
-            if target in made:
+            if target in wire_to:
                 raise StickslipError(
-                    f"Connection '{connection}': '{connection.target}' is fed by '{'.'.join(made[target].source)}' "
+                    f"Connection '{connection}': '{connection.target}' is fed by '{'.'.join(wire_to[target].source)}' "
                     "already. An input has one source; leave one of the two out."
                 )
-            made[target] = Wire(source, target, *_conversion(fmus, connection, source, target))
+            wire_to[target] = Wire(source, target, *_conversion(fmus, connection, source, target))
         except StickslipError as error:
             raise Misfit(str(error), "connections", i) from error
-    return tuple(made.values())
+    return tuple(wire_to.values())
 
 
 def split(fmus: Mapping[str, Fmu], name: str, where: str) -> tuple[str, str]:
@@ -104,13 +104,13 @@ def split(fmus: Mapping[str, Fmu], name: str, where: str) -> tuple[str, str]:
 def _end(fmus: Mapping[str, Fmu], connection: Connection, name: str, causality: Sequence[str]) -> tuple[str, str]:
     where = f"Connection '{connection}'"
     unit, variable = split(fmus, name, where)
-    found = fmus[unit].variables[variable].causality
-    if found not in causality:
+    actual = fmus[unit].variables[variable].causality
+    if actual not in causality:
         has = [n for n, v in fmus[unit].variables.items() if v.causality in causality]
         hint = nearest(variable, has) if has else f" The unit has no {causality[0]}."
-        article = "an" if str(found)[0] in "aeiou" else "a"
+        article = "an" if str(actual)[0] in "aeiou" else "a"
         raise StickslipError(
-            f"{where}: '{name}' is {article} {found} of its unit, but an {causality[0]} is needed there.{hint}"
+            f"{where}: '{name}' is {article} {actual} of its unit, but an {causality[0]} is needed there.{hint}"
         )
     if not request.is_number(fmus[unit], variable):
         kind = fmus[unit].variables[variable].type
@@ -128,22 +128,22 @@ def _kind(variable: ScalarVariable) -> str:
 def _conversion(
     fmus: Mapping[str, Fmu], connection: Connection, source: tuple[str, str], target: tuple[str, str]
 ) -> tuple[float, float]:
-    one, two = (fmus[unit].variables[name] for unit, name in (source, target))
-    kinds = _kind(one), _kind(two)
+    source_variable, two = (fmus[unit].variables[name] for unit, name in (source, target))
+    kinds = _kind(source_variable), _kind(two)
     # a whole number is a real number too; nothing else passes for another
     if kinds[0] != kinds[1] and kinds != (WHOLE, KINDS["Real"]):
         raise StickslipError(
             f"Connection '{connection}': '{connection.source}' is {kinds[0]}, '{connection.target}' is {kinds[1]}. "
             "Connect variables of one type."
         )
-    if one.variability != "discrete" and two.variability == "discrete" and kinds[0] == KINDS["Real"]:
+    if source_variable.variability != "discrete" and two.variability == "discrete" and kinds[0] == KINDS["Real"]:
         raise StickslipError(
             f"Connection '{connection}': '{connection.target}' changes at events only, '{connection.source}' at all "
             "times. Connect a discrete output."
         )
     if connection.factor is not None:
         return connection.factor, connection.offset
-    units = unit_of(fmus[source[0]], one), unit_of(fmus[target[0]], two)
+    units = unit_of(fmus[source[0]], source_variable), unit_of(fmus[target[0]], two)
     if units[0] == units[1] or None in units:
         return 1.0, 0.0
     try:
@@ -163,7 +163,7 @@ def unit_of(fmu: Fmu, variable: ScalarVariable) -> str | None:
 
 
 @cache
-def conversion(one: str, two: str) -> tuple[float, float]:
+def conversion(source_unit: str, two: str) -> tuple[float, float]:
     """Factor and offset from a number in ``one`` to the same quantity in ``two``.
 
     Raises:
@@ -172,7 +172,7 @@ def conversion(one: str, two: str) -> tuple[float, float]:
     import pint
 
     try:
-        a, b = (parse_unit("1" if text.strip() in ("", "-") else text) for text in (one, two))
+        a, b = (parse_unit("1" if text.strip() in ("", "-") else text) for text in (source_unit, two))
         at_zero, at_one = (float(type(a)(value, a.units).to(b.units).magnitude) for value in (0.0, 1.0))
     except pint.DimensionalityError:
         raise ValueError("these measure different quantities. Connect other variables, or correct the units.") from None

@@ -22,7 +22,7 @@ from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
 from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 WAIT = 30.0  # s for the scheduler to answer, and for a first worker
 
@@ -56,14 +56,14 @@ class Cluster:
 
     def threads(self) -> int:
         """Of all workers together, at present."""
-        known: Any = self._client.nthreads()
-        return max(1, sum(known.values()))
+        workers: Any = self._client.nthreads()
+        return max(1, sum(workers.values()))
 
-    def submit(self, jobs: Jobs) -> Future[Rows]:
+    def submit(self, jobs: Jobs) -> Future[RunRows]:
         """Have a chunk made."""
         return self._executor.submit(run_part, version(), self._parcel, jobs, *self._fmus)
 
-    def cancel(self, pending: Iterable[Future[Rows]]) -> None:
+    def cancel(self, pending: Iterable[Future[RunRows]]) -> None:
         """Chunks that nobody waits for any more."""
         for future in pending:
             future.cancel()
@@ -73,7 +73,7 @@ class Cluster:
         self._client.close()
 
 
-def run_part(made_by: str, parcel: bytes, jobs: Jobs, *fmus: bytes) -> Rows:
+def run_part(made_by: str, parcel: bytes, jobs: Jobs, *fmus: bytes) -> RunRows:
     """What a worker does."""
     if made_by != version():
         raise StickslipError(f"A worker has stickslip {version()}, not {made_by}. Install the same version everywhere.")

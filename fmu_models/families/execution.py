@@ -28,10 +28,10 @@ from fmu_models.families import jobs as families
 from fmu_models.families.cluster import Cluster
 from fmu_models.families.jobs import Chunk, Jobs
 from fmu_models.families.store import Stage, Store
-from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.rows import RunRows, joined
 
 Vector = NDArray[np.float64]
-Take = Callable[[int, Rows], Any]
+Take = Callable[[int, RunRows], Any]
 
 AHEAD = 4  # chunks per worker that are under way or wait for one before them
 TICK = 0.05  # s between looks at the progress
@@ -43,7 +43,7 @@ class System(Protocol):
     together: int
     pace: int
 
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows: ...
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows: ...
     def check(self, name: str, values: Vector) -> None: ...
     def identity(self) -> dict[str, Any]: ...
 
@@ -116,22 +116,22 @@ class Runner:
         if self.store is not None and isinstance(error, KeyboardInterrupt):
             error.add_note(f"Finished chunks are in '{self.store.path}'. Go on: --resume (in Python resume=True).")
 
-    def finish(self, found: Tabular) -> None:
+    def finish(self, result: Tabular) -> None:
         """Keep what an analysis has found beside its runs."""
         if self.store is not None:
-            self.store.finish(found.to_xarray())
+            self.store.finish(result.to_xarray())
 
-    def make(self, jobs: Jobs, *, quiet: bool = False) -> Rows:
+    def make(self, jobs: Jobs, *, quiet: bool = False) -> RunRows:
         """All rows at once; ``quiet``: without a word of progress."""
-        parts: list[Rows] = []
+        chunks: list[RunRows] = []
         begins: list[int] = []
 
-        def take(begin: int, rows: Rows) -> None:
-            begins.append(begin)
-            parts.append(rows)
+        def take(first: int, rows: RunRows) -> None:
+            begins.append(first)
+            chunks.append(rows)
 
         self.each(jobs, take, quiet=quiet)
-        return joined(parts, begins)
+        return joined(chunks, begins)
 
     def each(self, jobs: Jobs, take: Take, *, quiet: bool = False) -> None:
         """The rows chunk by chunk: ``take`` is called with the number of the first run of each, in order.
@@ -155,25 +155,29 @@ class Runner:
     def _ahead(self) -> int:
         return AHEAD * (self.cluster.threads() if self.cluster else self.workers)
 
-    def _run(self, jobs: Jobs, chunks: Sequence[Chunk], kept: _InOrder | Stage, quiet: bool) -> None:
+    def _run(self, jobs: Jobs, chunks: Sequence[Chunk], sink: _InOrder | Stage, quiet: bool) -> None:
         """Have all chunks made that are not kept yet."""
-        ready = deque(k for k in range(len(chunks)) if not kept.has(k) and (not chunks[k].follows or kept.has(k - 1)))
-        pending: dict[Future[Rows], int] = {}
+        ready = deque(k for k in range(len(chunks)) if not sink.has(k) and (not chunks[k].follows or sink.has(k - 1)))
+        pending: dict[Future[RunRows], int] = {}
         stop = np.zeros(1, np.int32)
         pool = self._pool(min(self.workers, len(chunks)))
         try:
             while ready or pending:
-                while ready and len(pending) < self._ahead and (kept.has_room() or not pending):
+                while ready and len(pending) < self._ahead and (sink.has_room() or not pending):
                     k = ready.popleft()
-                    part = self._part(jobs, chunks, k, kept)
-                    pending[self.cluster.submit(part) if self.cluster else pool.submit(self.system.run, part, stop)] = k
+                    chunk_jobs = self._part(jobs, chunks, k, sink)
+                    pending[
+                        self.cluster.submit(chunk_jobs)
+                        if self.cluster
+                        else pool.submit(self.system.run, chunk_jobs, stop)
+                    ] = k
                 for future in wait(pending, TICK, FIRST_COMPLETED).done:
                     k = pending.pop(future)
-                    kept.put(k, future.result())
-                    if k + 1 < len(chunks) and chunks[k + 1].follows and not kept.has(k + 1):
+                    sink.put(k, future.result())
+                    if k + 1 < len(chunks) and chunks[k + 1].follows and not sink.has(k + 1):
                         ready.appendleft(k + 1)
                 if not quiet:
-                    self.progress(kept.count / len(chunks))
+                    self.progress(sink.count / len(chunks))
         except BaseException:
             stop[0] = 1
             raise
@@ -185,16 +189,16 @@ class Runner:
     def _pool(self, count: int) -> Executor:
         return ThreadPoolExecutor(max(1, count), "runs")
 
-    def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, kept: _InOrder | Stage) -> Jobs:
+    def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, sink: _InOrder | Stage) -> Jobs:
         """The jobs of a chunk; the first of a link goes on where the link before it ended, unless that failed."""
-        part = jobs.part(chunks[k].begin, chunks[k].end)
+        chunk_jobs = jobs.part(chunks[k].begin, chunks[k].end)
         if chunks[k].follows:
-            before = kept.get(k - 1)
+            before = sink.get(k - 1)
             if before.outcomes[-1] <= families.ABSORBED:
-                starts = part.starts.copy()
+                starts = chunk_jobs.starts.copy()
                 starts[0] = before.ends[-1]
-                part = dataclasses.replace(part, starts=starts, resumed=True)
-        return part
+                chunk_jobs = dataclasses.replace(chunk_jobs, starts=starts, resumed=True)
+        return chunk_jobs
 
 
 class _InOrder:
@@ -203,7 +207,7 @@ class _InOrder:
     def __init__(self, chunks: Sequence[Chunk], take: Take, room: int) -> None:
         self.chunks, self.take, self.room = chunks, take, room
         self.count = self.taken = 0
-        self.rows: dict[int, Rows] = {}
+        self.rows: dict[int, RunRows] = {}
 
     def has(self, k: int) -> bool:
         return k < self.taken or k in self.rows
@@ -211,10 +215,10 @@ class _InOrder:
     def has_room(self) -> bool:
         return len(self.rows) < self.room
 
-    def get(self, k: int) -> Rows:
+    def get(self, k: int) -> RunRows:
         return self.rows[k]
 
-    def put(self, k: int, rows: Rows) -> None:
+    def put(self, k: int, rows: RunRows) -> None:
         self.rows[k] = rows
         self.count += 1
         while self.taken in self.rows:
@@ -230,7 +234,7 @@ def _told(value: Any) -> Any:
         ends = [value.ravel()[0].item(), value.ravel()[-1].item()] if value.size else []
         return {"values": value.size, "ends": ends, "digest": families.digest(value.tobytes())}
     if isinstance(value, Mapping):
-        return {str(name): _told(one) for name, one in value.items()}
+        return {str(name): _told(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_told(one) for one in value]
+        return [_told(item) for item in value]
     return value.item() if isinstance(value, np.generic) else value

@@ -101,13 +101,13 @@ class Jobs:
 
     def digest(self) -> str:
         """Hash of all that is asked for."""
-        parts: list[str | bytes] = []
-        for one in dataclasses.fields(self):
-            value = getattr(self, one.name)
-            if one.name == "varied":
-                parts += [part for name in value for part in (name, value[name].tobytes())]
+        pieces: list[str | bytes] = []
+        for attribute in dataclasses.fields(self):
+            value = getattr(self, attribute.name)
+            if attribute.name == "varied":
+                pieces += [item for name in value for item in (name, value[name].tobytes())]
             elif isinstance(value, Targets):
-                parts += [getattr(value, part.name).tobytes() for part in dataclasses.fields(value)]
+                pieces += [getattr(value, item_field.name).tobytes() for item_field in dataclasses.fields(value)]
             else:
-                parts.append(value.tobytes() if isinstance(value, np.ndarray) else repr(value))
-        return digest(*parts)
+                pieces.append(value.tobytes() if isinstance(value, np.ndarray) else repr(value))
+        return digest(*pieces)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fmu_models.families import jobs as outcome
 from fmu_models.families.jobs import Jobs
-from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.rows import RunRows, joined
 
 Vector = NDArray[np.float64]
 
@@ -55,35 +55,35 @@ class Stepping(Protocol):
     def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None: ...
 
 
-def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
     """The rows of some jobs."""
     if jobs.chain == 1:
         return _Together(system, jobs).run(stop)
-    parts: list[Rows] = []
+    pieces: list[RunRows] = []
     for i in range(len(jobs)):
-        one = jobs.part(i, i + 1)
-        if i % jobs.chain and len(parts) and parts[-1].outcomes[0] <= outcome.ABSORBED:
-            one = replace(one, starts=parts[-1].ends)
-        parts.append(_Together(system, one).run(stop))
-    return joined(parts, range(len(parts)))
+        single = jobs.part(i, i + 1)
+        if i % jobs.chain and len(pieces) and pieces[-1].outcomes[0] <= outcome.ABSORBED:
+            single = replace(single, starts=pieces[-1].ends)
+        pieces.append(_Together(system, single).run(stop))
+    return joined(pieces, range(len(pieces)))
 
 
 def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, NDArray[np.bool_]]:
     """Vectors (m, n, k) made orthonormal in order, by Gram and Schmidt's method, twice; their sizes (m, k) before, and
     whether nothing but rounding was left of one."""
-    made = vectors.copy()
-    sizes = np.empty((len(made), made.shape[2]))
+    orthonormal = vectors.copy()
+    sizes = np.empty((len(orthonormal), orthonormal.shape[2]))
     lost = np.empty(sizes.shape, bool)
-    for k in range(made.shape[2]):
-        one = made[:, :, k]
-        whole = np.sqrt((one**2).sum(axis=1))
+    for k in range(orthonormal.shape[2]):
+        column = orthonormal[:, :, k]
+        length = np.sqrt((column**2).sum(axis=1))
         for before in [*range(k), *range(k)]:
-            other = made[:, :, before]
-            one = one - other * (other * one).sum(axis=1)[:, None]
-        sizes[:, k] = np.sqrt((one**2).sum(axis=1))
-        lost[:, k] = sizes[:, k] <= LOST_SHARE * whole
-        made[:, :, k] = np.where(lost[:, k, None], 0.0, one / np.where(lost[:, k], 1.0, sizes[:, k])[:, None])
-    return made, sizes, lost
+            basis = orthonormal[:, :, before]
+            column = column - basis * (basis * column).sum(axis=1)[:, None]
+        sizes[:, k] = np.sqrt((column**2).sum(axis=1))
+        lost[:, k] = sizes[:, k] <= LOST_SHARE * length
+        orthonormal[:, :, k] = np.where(lost[:, k, None], 0.0, column / np.where(lost[:, k], 1.0, sizes[:, k])[:, None])
+    return orthonormal, sizes, lost
 
 
 class _Together:
@@ -93,22 +93,22 @@ class _Together:
         self.system, self.jobs = system, jobs
         self.x = np.array(jobs.starts, dtype=float)
         derivatives = (n, n) if jobs.derivatives else (0, 0)
-        self.rows = Rows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
+        self.rows = RunRows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
         self.left = np.full(m, jobs.transient)
         self.wanted = np.full(m, jobs.rows)
         self.frames = np.broadcast_to(np.eye(n)[:, :k], (m, n, k)).copy()
         if jobs.flow:
             # the first along the motion, the others beside it: of n + 1 vectors one is lost
             first = system.along(self.x, jobs.varied)[:, :, None]
-            made, _, lost = _orthonormal(np.concatenate([first, np.broadcast_to(np.eye(n), (m, n, n))], axis=2))
-            self.frames = np.stack([v[:, ~gone][:, :k] for v, gone in zip(made, lost, strict=True)])
+            tangents, _, lost = _orthonormal(np.concatenate([first, np.broadcast_to(np.eye(n), (m, n, n))], axis=2))
+            self.frames = np.stack([v[:, ~gone][:, :k] for v, gone in zip(tangents, lost, strict=True)])
         # the ring of the last points, for how many steps each period has held, and known points met in a row
         self.ring = np.full((jobs.longest, m, n), np.nan)
         self.period_held = np.zeros((jobs.longest, m), int)
         self.expected, self.met = np.full(m, -1), np.zeros(m, int)
         self.seen = 0
 
-    def run(self, stop: NDArray[np.int32]) -> Rows:
+    def run(self, stop: NDArray[np.int32]) -> RunRows:
         rows = self.rows
         while not stop[0]:
             going = np.flatnonzero(
@@ -140,26 +140,26 @@ class _Together:
             varied = {name: values[group] for name, values in jobs.varied.items()}
             derivative = jobs.tangents > 0 or jobs.derivatives
             volumes = self.system.volume(self.x[group], varied) if jobs.tangents else None
-            made = self.system.step(self.x[group], varied, derivative=derivative)
-            growth = self._grow(group, made, volumes)
-            self.x[group] = made.points
+            stepped = self.system.step(self.x[group], varied, derivative=derivative)
+            growth = self._grow(group, stepped, volumes)
+            self.x[group] = stepped.points
             rows.steps[group] += 1
             if recording:
-                rows.times[group, row] += made.times
-                rows.held[group, row] += made.held
-                rows.began[group, row] += made.began
+                rows.times[group, row] += stepped.times
+                rows.held[group, row] += stepped.held
+                rows.began[group, row] += stepped.began
                 rows.growth[group, row] += growth
                 if jobs.derivatives:
-                    rows.derivatives[group, row] = made.derivatives
-            self._lose(group, made)
+                    rows.derivatives[group, row] = stepped.derivatives
+            self._lose(group, stepped)
         arrived = rows.outcomes[group] == outcome.FINISHED
         if recording and jobs.flow:
             # less that of the speed, which says nothing of a motion that stays where it is
             rows.growth[group[arrived], row[arrived], 0] -= self._speed(group[arrived])
         if recording:
-            kept = group[arrived]
-            rows.points[kept, rows.filled[kept]] = self.x[kept]
-            rows.filled[kept] += 1
+            arrived_group = group[arrived]
+            rows.points[arrived_group, rows.filled[arrived_group]] = self.x[arrived_group]
+            rows.filled[arrived_group] += 1
         else:
             self.left[group[arrived]] -= 1
             # differences that were lost on the way to where the motion stays say nothing of it
@@ -171,32 +171,32 @@ class _Together:
         varied = {name: values[group] for name, values in self.jobs.varied.items()}
         return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
 
-    def _lose(self, group: NDArray[np.int64], made: Step) -> None:
+    def _lose(self, group: NDArray[np.int64], stepped: Step) -> None:
         """Runs that do not arrive, or go to infinity."""
-        for i, why in made.why.items():
+        for i, why in stepped.why.items():
             self.rows.outcomes[group[i]] = outcome.BROKEN if why else outcome.LOST
             self.rows.messages[int(group[i])] = why
         with np.errstate(invalid="ignore"):
-            far = ~(np.abs(self.x[group]) < FAR).all(axis=1)
-        far &= self.rows.outcomes[group] == outcome.FINISHED
-        self.rows.outcomes[group[far]] = outcome.ESCAPED
-        self.x[group[far]] = 0.0
+            escaped = ~(np.abs(self.x[group]) < FAR).all(axis=1)
+        escaped &= self.rows.outcomes[group] == outcome.FINISHED
+        self.rows.outcomes[group[escaped]] = outcome.ESCAPED
+        self.x[group[escaped]] = 0.0
 
-    def _grow(self, group: NDArray[np.int64], made: Step, volumes: Vector | None) -> Vector:
+    def _grow(self, group: NDArray[np.int64], stepped: Step, volumes: Vector | None) -> Vector:
         """(m, k) logarithms of the growth of each difference; the last of all follows from the volume where that is
         known, since it is lost in the rounding of a strong stretch."""
         k = self.jobs.tangents
         if not k:
             return np.zeros((group.size, 0))
         with np.errstate(all="ignore"):
-            grown = np.nan_to_num(made.derivatives @ self.frames[group])
+            grown = np.nan_to_num(stepped.derivatives @ self.frames[group])
             frames, sizes, lost = _orthonormal(grown)
-            found = np.log(sizes)
+            growth = np.log(sizes)
             if volumes is not None and k == self.x.shape[1]:
-                found[:, -1] = np.log(np.abs(volumes)) - found[:, :-1].sum(axis=1)
+                growth[:, -1] = np.log(np.abs(volumes)) - growth[:, :-1].sum(axis=1)
                 lost[:, -1] = volumes == 0.0
         self.frames[group] = frames
-        return np.where(lost | np.isnan(found), -np.inf, found)
+        return np.where(lost | np.isnan(growth), -np.inf, growth)
 
     def _end(self, group: NDArray[np.int64]) -> None:
         """Runs that have come to a known orbit, or repeat themselves."""
@@ -209,28 +209,28 @@ class _Together:
         fresh = group[rows.periods[group] == 0]
         sizes = self.system.sizes()
         for n in range(1, min(jobs.longest, self.seen) + 1):
-            apart = self.system.difference(self.x[fresh] - self.ring[(self.seen - n) % jobs.longest, fresh])
+            differences = self.system.difference(self.x[fresh] - self.ring[(self.seen - n) % jobs.longest, fresh])
             with np.errstate(invalid="ignore"):
-                same = (np.abs(apart) <= jobs.settled * sizes).all(axis=1)
-            held = np.where(same, self.period_held[n - 1, fresh] + 1, 0)
-            self.period_held[n - 1, fresh] = held
-            found = fresh[(held > 2 * n + 2) & (rows.periods[fresh] == 0)]
-            rows.periods[found] = n
-            self.wanted[found] = np.minimum(n, jobs.rows)
-            self.left[found] = rows.filled[found] = 0
+                same = (np.abs(differences) <= jobs.settled * sizes).all(axis=1)
+            repeats = np.where(same, self.period_held[n - 1, fresh] + 1, 0)
+            self.period_held[n - 1, fresh] = repeats
+            repeating = fresh[(repeats > 2 * n + 2) & (rows.periods[fresh] == 0)]
+            rows.periods[repeating] = n
+            self.wanted[repeating] = np.minimum(n, jobs.rows)
+            self.left[repeating] = rows.filled[repeating] = 0
         self.ring[self.seen % jobs.longest, group] = self.x[group]
 
     def _absorb(self, group: NDArray[np.int64]) -> None:
         targets = self.jobs.targets
         assert targets is not None
-        apart = self.system.difference(self.x[group][:, None] - targets.points[None])
-        near = np.einsum("mki,kij,mkj->mk", apart, targets.forms, apart) <= 1.0
-        first = np.where(near.any(axis=1), near.argmax(axis=1), -1)
+        differences = self.system.difference(self.x[group][:, None] - targets.points[None])
+        inside = np.einsum("mki,kij,mkj->mk", differences, targets.forms, differences) <= 1.0
+        first = np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
         hoped = self.expected[group]
-        kept = (hoped >= 0) & near[np.arange(group.size), np.maximum(hoped, 0)]
-        here = np.where(kept, hoped, first)
-        self.met[group] = np.where(kept, self.met[group], 0) + (here >= 0)
-        self.expected[group] = np.where(here >= 0, targets.after[np.maximum(here, 0)], -1)
-        come = (here >= 0) & (self.met[group] >= targets.passes[np.maximum(here, 0)])
-        self.rows.orbits[group[come]] = targets.orbits[here[come]]
-        self.rows.outcomes[group[come]] = outcome.ABSORBED
+        confirmed = (hoped >= 0) & inside[np.arange(group.size), np.maximum(hoped, 0)]
+        target = np.where(confirmed, hoped, first)
+        self.met[group] = np.where(confirmed, self.met[group], 0) + (target >= 0)
+        self.expected[group] = np.where(target >= 0, targets.after[np.maximum(target, 0)], -1)
+        absorbed = (target >= 0) & (self.met[group] >= targets.passes[np.maximum(target, 0)])
+        self.rows.orbits[group[absorbed]] = targets.orbits[target[absorbed]]
+        self.rows.outcomes[group[absorbed]] = outcome.ABSORBED

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import FULL, OVERWRITE, disk_error, is_there
 from fmu_models.families.jobs import Chunk, Jobs
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 PROVENANCE, FINISHED = "provenance", "finished"
 # of the rows of a run
@@ -73,12 +73,12 @@ class Store:
         """
         zarr = _zarr()
         if is_there(path) and not _is_empty(path):
-            found = cls._existing(path)
-            differences = list(_differences(json.loads(found._root.attrs[PROVENANCE]), provenance))
-            if not differences and (resume or found.finished):
-                for left in path.rglob("*.partial"):  # by a process that was killed
-                    left.unlink()
-                return found
+            existing = cls._existing(path)
+            differences = list(_differences(json.loads(existing._root.attrs[PROVENANCE]), provenance))
+            if not differences and (resume or existing.finished):
+                for partial in path.rglob("*.partial"):  # by a process that was killed
+                    partial.unlink()
+                return existing
             if not overwrite and differences:
                 raise StickslipError(f"'{path}' was made otherwise: {'; '.join(differences)}. {OVERWRITE}")
             if not overwrite:
@@ -96,10 +96,10 @@ class Store:
         zarr = _zarr()
         try:
             root = zarr.open_group(path, mode="r+", zarr_format=3)
-            known = PROVENANCE in root.attrs
+            provenance = PROVENANCE in root.attrs
         except (OSError, ValueError, KeyError):
-            known, root = False, None
-        if not known:
+            provenance, root = False, None
+        if not provenance:
             raise StickslipError(f"'{path}' exists already and is no store of runs. Choose another name.")
         return cls(path, root)
 
@@ -117,12 +117,12 @@ class Store:
         with _disk(self.path):
             return Chain(self.path, self._root, name)
 
-    def finish(self, found: Any) -> None:
+    def finish(self, result: Any) -> None:
         """Keep what was found, a data set, in the root."""
         if self.finished:
             return
         with _disk(self.path):
-            found.assign_attrs({PROVENANCE: self._root.attrs[PROVENANCE]}).to_zarr(
+            result.assign_attrs({PROVENANCE: self._root.attrs[PROVENANCE]}).to_zarr(
                 self.path, mode="a", zarr_format=3, consolidated=False
             )
             # opened anew: the group does not see what others have written in its attributes
@@ -162,7 +162,7 @@ class Stage:
         """There always is, on the disk."""
         return True
 
-    def put(self, k: int, rows: Rows) -> None:
+    def put(self, k: int, rows: RunRows) -> None:
         """Keep a chunk.
 
         Raises:
@@ -179,16 +179,16 @@ class Stage:
             self._done[k] = True
             group["done"][:] = self._done
 
-    def get(self, k: int) -> Rows:
+    def get(self, k: int) -> RunRows:
         """A chunk that is there."""
         where, group = self._where(k), self._group
-        found: dict[str, NDArray[Any]] = {
+        arrays: dict[str, NDArray[Any]] = {
             n: group[n][where] for n in group.array_keys() if n not in ("done", "messages")
         }
         texts = group["messages"][where]
-        rows, width = found["points"].shape[1:]
-        empty = Rows.empty(len(texts), rows, width, 0)
-        return replace(empty, **found, messages={int(i): str(texts[i]) for i in np.flatnonzero(texts != "")})
+        rows, width = arrays["points"].shape[1:]
+        empty = RunRows.empty(len(texts), rows, width, 0)
+        return replace(empty, **arrays, messages={int(i): str(texts[i]) for i in np.flatnonzero(texts != "")})
 
     def _where(self, k: int) -> tuple[Any, ...]:
         """Place of a chunk in an array: of runs, or of runs in their chain."""
@@ -198,7 +198,7 @@ class Stage:
         first = chunk.begin // chain * chain
         return (first // chain, slice(chunk.begin - first, chunk.end - first))
 
-    def _created(self, rows: Rows) -> Any:
+    def _created(self, rows: RunRows) -> Any:
         """The group with its arrays, of the shapes of these rows; the mask is the last, and says that all are there."""
         if self._group is not None:
             return self._group
@@ -232,10 +232,10 @@ class Chain:
 
     def __init__(self, path: Path, root: Any, name: str) -> None:
         self.path = path
-        known = name in root
+        exists = name in root
         self._array: Any = (
             root[name]
-            if known
+            if exists
             else root.create_array(name, shape=(0,), chunks=(1,), dtype="string", dimension_names=("link",))
         )
         # the last may lack its text: its process was killed between the two
@@ -264,13 +264,13 @@ def told(provenance: Mapping[str, Any]) -> str:
     return json.dumps(provenance, sort_keys=True)
 
 
-def _differences(there: Any, here: Any, name: str = "") -> Iterator[str]:
+def _differences(stored: Any, present: Any, name: str = "") -> Iterator[str]:
     """What differs between two trees of JSON, a sentence each."""
-    if isinstance(there, Mapping) and isinstance(here, Mapping):
-        for key in dict.fromkeys([*there, *here]):
-            yield from _differences(there.get(key), here.get(key), f"{name}.{key}" if name else str(key))
-    elif json.dumps(there) != json.dumps(here):
-        yield f"{name} = {_short(there)} there, {_short(here)} here"
+    if isinstance(stored, Mapping) and isinstance(present, Mapping):
+        for key in dict.fromkeys([*stored, *present]):
+            yield from _differences(stored.get(key), present.get(key), f"{name}.{key}" if name else str(key))
+    elif json.dumps(stored) != json.dumps(present):
+        yield f"{name} = {_short(stored)} there, {_short(present)} here"
 
 
 def _short(value: Any) -> str:

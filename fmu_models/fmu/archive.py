@@ -92,22 +92,22 @@ def _check_name(entry: zipfile.ZipInfo, path: Path) -> None:
     # zipfile cuts a name at its first NUL; the name as it stands is what has to be judged
     name = entry.orig_filename
     inside = PurePosixPath(name)
-    shown = ascii(name) if len(name) < 200 else f"{name[:60]!a}..."
-    holds = f"'{path}' holds {shown}"
+    printable = ascii(name) if len(name) < 200 else f"{name[:60]!a}..."
+    holds = f"'{path}' holds {printable}"
     if any(unicodedata.category(c) == "Cc" for c in name) or not inside.parts:
         raise StickslipError(f"{holds}, a name that is empty or has control characters; no FMU needs one.")
     for text in (name, entry.filename):
         if PurePosixPath(text).is_absolute() or ".." in text.split("/") or "\\" in text or ":" in text:
             raise StickslipError(f"{holds}, which would be written outside its folder.")
     if len(name.encode("utf-8", "replace")) > MAX_PATH or any(
-        len(part.encode("utf-8", "replace")) > MAX_NAME for part in inside.parts
+        len(segment.encode("utf-8", "replace")) > MAX_NAME for segment in inside.parts
     ):
         raise StickslipError(f"{holds}, a name of {len(name)} characters, too long for a file system.")
-    for part in inside.parts:
-        if DEVICES.fullmatch(part):
-            raise StickslipError(f"{holds}: '{part}' is the name of a device on Windows, not of a file.")
-        if part != part.rstrip(" ."):
-            raise StickslipError(f"{holds}: '{part}' ends in a blank or dot, which Windows drops.")
+    for segment in inside.parts:
+        if DEVICES.fullmatch(segment):
+            raise StickslipError(f"{holds}: '{segment}' is the name of a device on Windows, not of a file.")
+        if segment != segment.rstrip(" ."):
+            raise StickslipError(f"{holds}: '{segment}' ends in a blank or dot, which Windows drops.")
 
 
 def _check_kind(entry: zipfile.ZipInfo, path: Path) -> None:
@@ -143,17 +143,17 @@ def _check_collisions(entries: Sequence[zipfile.ZipInfo], path: Path) -> None:
     files: dict[tuple[str, ...], str] = {}
     folders: dict[tuple[str, ...], str] = {}
     for entry in entries:
-        parts = PurePosixPath(entry.filename).parts
-        keys = tuple(unicodedata.normalize("NFC", part).casefold() for part in parts)
-        depth = len(parts) if entry.is_dir() else len(parts) - 1
+        segments = PurePosixPath(entry.filename).parts
+        keys = tuple(unicodedata.normalize("NFC", segment).casefold() for segment in segments)
+        depth = len(segments) if entry.is_dir() else len(segments) - 1
         for n in range(1, depth + 1):
-            folder = "/".join(parts[:n])
+            folder = "/".join(segments[:n])
             if folders.setdefault(keys[:n], folder) != folder:
                 raise StickslipError(
                     f"'{path}' holds the folders '{folders[keys[:n]]}' and '{folder}', one on Windows."
                 )
         if not entry.is_dir():
-            name = "/".join(parts)
+            name = "/".join(segments)
             if files.setdefault(keys, name) != name:
                 raise StickslipError(
                     f"'{path}' holds '{files[keys]}' and '{name}', one file where case does not count."
@@ -168,10 +168,10 @@ def _check_overlaps(entries: Sequence[zipfile.ZipInfo], path: Path) -> None:
     ordered = sorted(entries, key=lambda entry: entry.header_offset)
     if ordered and ordered[0].header_offset < 0:
         raise zipfile.BadZipFile("its beginning is missing")
-    for one, two in pairwise(ordered):
-        if one.header_offset + LOCAL_HEADER + one.compress_size > two.header_offset:
+    for earlier, two in pairwise(ordered):
+        if earlier.header_offset + LOCAL_HEADER + earlier.compress_size > two.header_offset:
             raise StickslipError(
-                f"'{path}': '{one.filename}' and '{two.filename}' share their packed bytes; it is not unpacked."
+                f"'{path}': '{earlier.filename}' and '{two.filename}' share their packed bytes; it is not unpacked."
             )
 
 

@@ -48,8 +48,8 @@ def read(path: Path, folder: Path) -> ModelDescription:
     try:
         description = read_model_description(str(folder), validate=False)
     except Exception as error:  # fmpy raises whatever its parser raised
-        said = error if str(error) and not isinstance(error, KeyError) else f"{type(error).__name__} {error}".strip()
-        raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {said}") from error
+        reason = error if str(error) and not isinstance(error, KeyError) else f"{type(error).__name__} {error}".strip()
+        raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {reason}") from error
     _check(path, description)
     for interface, attributes in (
         (description.modelExchange, outline.interfaces.get("ModelExchange")),
@@ -67,18 +67,18 @@ def problems(folder: Path, description: ModelDescription) -> list[str]:
     from fmpy.model_description import ValidationError
     from fmpy.validation import validate_model_description
 
-    found: list[str] = []
+    departures: list[str] = []
     try:
         read_model_description(str(folder), validate=True)
     except ValidationError as error:
-        found += [str(problem) for problem in error.problems]
+        departures += [str(problem) for problem in error.problems]
     except Exception as error:  # fmpy stumbles over some of what it should report
-        found.append(str(error) or type(error).__name__)
+        departures.append(str(error) or type(error).__name__)
     try:
-        found += validate_model_description(description, validate_model_structure=True)
+        departures += validate_model_description(description, validate_model_structure=True)
     except Exception as error:
-        found.append(f"its structure cannot be checked: {type(error).__name__} {error}")
-    return list(dict.fromkeys(found))
+        departures.append(f"its structure cannot be checked: {type(error).__name__} {error}")
+    return list(dict.fromkeys(departures))
 
 
 class _Outline:

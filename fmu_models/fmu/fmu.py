@@ -76,8 +76,8 @@ class Fmu(Shown):
         return Fmu.unpacked, (self.path, self.folder)
 
     def _heading(self) -> str:
-        made = self.description.generationTool or "an unknown tool"
-        return f"FMU '{self.description.modelName}', FMI {self.description.fmiVersion}, by {made}"
+        tool = self.description.generationTool or "an unknown tool"
+        return f"FMU '{self.description.modelName}', FMI {self.description.fmiVersion}, by {tool}"
 
     def _contents(self) -> dict[str, object]:
         kinds = ("states", "inputs", "outputs", "contacts", "parameters")
@@ -167,7 +167,7 @@ class Fmu(Shown):
             return []
         if any(unknown.dependencies is None for unknown in unknowns):
             return []
-        used = {str(one.name) for unknown in unknowns for one in unknown.dependencies or ()}
+        used = {str(dependency.name) for unknown in unknowns for dependency in unknown.dependencies or ()}
         return [name for name in self.states if name not in used]
 
     @cached_property

@@ -26,21 +26,21 @@ LIBRARIES = (".so", ".dll", ".dylib")
 
 def this_folder(fmu: Fmu) -> str:
     """Name of the folder in ``binaries`` for this machine, which depends on the version of FMI."""
-    here = this_platform()
-    return here.fmi2 if fmu.fmi == 2 else here.fmi3
+    platform = this_platform()
+    return platform.fmi2 if fmu.fmi == 2 else platform.fmi3
 
 
 def platforms(fmu: Fmu) -> list[str]:
     """Folders in ``binaries`` that hold a library, such as "linux64" (FMI 2) or "x86_64-linux" (FMI 3)."""
-    found = (fmu.folder / "binaries").glob("*/*")
-    return sorted({file.parent.name for file in found if file.suffix in LIBRARIES})
+    folders = (fmu.folder / "binaries").glob("*/*")
+    return sorted({file.parent.name for file in folders if file.suffix in LIBRARIES})
 
 
 def sources(fmu: Fmu) -> list[str]:
     """C and C++ files in ``sources``."""
     folder = fmu.folder / "sources"
-    found = (file for file in folder.rglob("*") if file.suffix == ".c" or file.suffix in CPP)
-    return sorted(file.relative_to(folder).as_posix() for file in found)
+    files = (file for file in folder.rglob("*") if file.suffix == ".c" or file.suffix in CPP)
+    return sorted(file.relative_to(folder).as_posix() for file in files)
 
 
 def library(fmu: Fmu, identifier: str) -> Path:
@@ -78,32 +78,32 @@ def _build(fmu: Fmu, identifier: str, target: Path) -> Path:
     folder = fmu.folder / "sources"
     texts = {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
     files, options = [], []
-    for part in _parts(fmu, identifier):
-        if part.language and not re.fullmatch(r"C(\+\+)?\d*", part.language):
-            raise StickslipError(f"They are written in {part.language}; C and C++ are built here.")
-        files += [_inside(name, texts) for name in part.sourceFiles]
-        options += [f"-I{_inside(name, None)}" for name in part.includeDirectories]
-        for definition in part.preprocessorDefinitions:
+    for configuration in _parts(fmu, identifier):
+        if configuration.language and not re.fullmatch(r"C(\+\+)?\d*", configuration.language):
+            raise StickslipError(f"They are written in {configuration.language}; C and C++ are built here.")
+        files += [_inside(name, texts) for name in configuration.sourceFiles]
+        options += [f"-I{_inside(name, None)}" for name in configuration.includeDirectories]
+        for definition in configuration.preprocessorDefinitions:
             if not re.fullmatch(r"\w+", definition.name or ""):
                 raise StickslipError(f"They define the ill-formed macro '{definition.name}'.")
             options.append(f"-D{definition.name}" + (f"={definition.value}" if definition.value else ""))
     if not files:
         # not listed, as in many FMUs 2.0: one that includes the rest, or all
         files = ["all.c"] if "all.c" in texts else sources(fmu)
-    given = [option for option in PLAIN_NAMES if option.partition("=")[0] not in {o.partition("=")[0] for o in options}]
-    return compile_shared(texts, target, files=files, options=(*FLAGS, *given, *options))
+    flags = [option for option in PLAIN_NAMES if option.partition("=")[0] not in {o.partition("=")[0] for o in options}]
+    return compile_shared(texts, target, files=files, options=(*FLAGS, *flags, *options))
 
 
 def _parts(fmu: Fmu, identifier: str) -> list[SourceFileSet]:
-    found = [c for c in fmu.description.buildConfigurations if c.modelIdentifier == identifier]
-    return found[0].sourceFileSets if found else []
+    configurations = [c for c in fmu.description.buildConfigurations if c.modelIdentifier == identifier]
+    return configurations[0].sourceFileSets if configurations else []
 
 
-def _inside(name: str, known: dict[str, bytes] | None) -> str:
+def _inside(name: str, files: dict[str, bytes] | None) -> str:
     """A file or folder named in the FMU's own list, if it lies within its sources."""
     inside = PurePosixPath(name or "")
     if inside.is_absolute() or ".." in inside.parts or "\\" in name or ":" in name or name.startswith("-"):
         raise StickslipError(f"They list '{name}', which lies outside their folder.")
-    if known is not None and inside.as_posix() not in known:
+    if files is not None and inside.as_posix() not in files:
         raise StickslipError(f"They list '{name}', which is not there.")
     return inside.as_posix()

@@ -44,8 +44,8 @@ def check_parameter(fmu: Fmu, name: str, value: float) -> ScalarVariable:
     """
     variable = fmu.variables.get(name)
     if variable is None or variable.causality != "parameter":
-        what = f"is a {variable.causality} of" if variable is not None else "is no variable of"
-        raise StickslipError(f"'{name}' {what} '{fmu.path}', not a parameter.{nearest(name, fmu.parameters)}")
+        role = f"is a {variable.causality} of" if variable is not None else "is no variable of"
+        raise StickslipError(f"'{name}' {role} '{fmu.path}', not a parameter.{nearest(name, fmu.parameters)}")
     if str(variable.type) not in ("Real", "Float64", "Float32"):
         raise StickslipError(f"'{name}' of '{fmu.path}' is of type {variable.type}; a real parameter is needed.")
     if variable.start is None:
@@ -87,30 +87,30 @@ def _description(xml: bytes, values: Mapping[str, float], fmu: Fmu) -> bytes:
     """The text of modelDescription.xml with other attributes ``start``."""
     places = _places(xml, set(values))
     pattern = re.compile(rb"""(\sstart\s*=\s*)("[^"]*"|'[^']*')""")
-    for begin, name in sorted(((begin, name) for name, begin in places.items()), reverse=True):
-        end = _end_of_tag(xml, begin)
+    for position, name in sorted(((position, name) for name, position in places.items()), reverse=True):
+        end = _end_of_tag(xml, position)
         new, count = pattern.subn(
-            lambda m, name=name: m[1] + quoteattr(repr(float(values[name]))).encode(), xml[begin:end], count=1
+            lambda m, name=name: m[1] + quoteattr(repr(float(values[name]))).encode(), xml[position:end], count=1
         )
         if count != 1:
             raise StickslipError(f"'{fmu.path}': '{name}' has no start attribute where one was expected.")
-        xml = xml[:begin] + new + xml[end:]
+        xml = xml[:position] + new + xml[end:]
     return xml
 
 
 def _places(xml: bytes, names: set[str]) -> dict[str, int]:
     """Byte at which the tag begins that holds the start value of each variable."""
-    found: dict[str, int] = {}
+    positions: dict[str, int] = {}
     scalar: list[str] = []
     parser = expat.ParserCreate()
 
     def opened(tag: str, attributes: dict[str, str]) -> None:
         if tag in ("Float64", "Float32") and attributes.get("name") in names:
-            found[attributes["name"]] = parser.CurrentByteIndex
+            positions[attributes["name"]] = parser.CurrentByteIndex
         elif tag == "ScalarVariable":
             scalar[:] = [attributes.get("name", "")]
         elif tag == "Real" and scalar and scalar[0] in names:
-            found[scalar[0]] = parser.CurrentByteIndex
+            positions[scalar[0]] = parser.CurrentByteIndex
 
     def closed(tag: str) -> None:
         if tag == "ScalarVariable":
@@ -119,13 +119,13 @@ def _places(xml: bytes, names: set[str]) -> dict[str, int]:
     parser.StartElementHandler = opened
     parser.EndElementHandler = closed
     parser.Parse(xml, True)
-    return found
+    return positions
 
 
-def _end_of_tag(xml: bytes, begin: int) -> int:
+def _end_of_tag(xml: bytes, position: int) -> int:
     """Byte after the '>' that ends a tag; one inside an attribute's quotes does not."""
     quote = b""
-    for i in range(begin, len(xml)):
+    for i in range(position, len(xml)):
         byte = xml[i : i + 1]
         if quote:
             quote = b"" if byte == quote else quote
@@ -153,11 +153,11 @@ def _compiled(fmu: Fmu, values: Mapping[str, float]) -> dict[str, bytes]:
         folder = room / "fmu"
         shutil.copytree(fmu.folder, folder, ignore=shutil.ignore_patterns("binaries"))
         (folder / MODEL).write_text(text, "utf-8")
-        made = library(Fmu.unpacked(fmu.path, folder), identifier).read_bytes()
+        binary = library(Fmu.unpacked(fmu.path, folder), identifier).read_bytes()
         suffix = next((folder / "binaries" / this_folder(fmu)).iterdir()).suffix
     page = fmu.folder / "documentation" / "index.html"
-    shown = {"documentation/index.html": _page(page.read_text("utf-8"), values).encode()} if page.is_file() else {}
-    return {MODEL: text.encode(), f"binaries/{this_folder(fmu)}/{identifier}{suffix}": made, **shown}
+    pages = {"documentation/index.html": _page(page.read_text("utf-8"), values).encode()} if page.is_file() else {}
+    return {MODEL: text.encode(), f"binaries/{this_folder(fmu)}/{identifier}{suffix}": binary, **pages}
 
 
 def _page(page: str, values: Mapping[str, float]) -> str:
@@ -170,15 +170,15 @@ def _page(page: str, values: Mapping[str, float]) -> str:
 def _repack(source: Path, target: Path, changed: Mapping[str, bytes], *, drop_libraries: bool) -> None:
     """Copy an archive entry by entry, some with other contents."""
     with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
-        left = dict(changed)
+        remaining = dict(changed)
         for entry in {entry.filename: entry for entry in old.infolist()}.values():
             if entry.is_dir():
                 continue
-            content = left.pop(entry.filename, None)
+            content = remaining.pop(entry.filename, None)
             if content is None and drop_libraries and entry.filename.endswith(LIBRARIES):
                 continue
             new.writestr(entry, old.read(entry) if content is None else content)
-        for name, content in left.items():
+        for name, content in remaining.items():
             added = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
             added.compress_type = zipfile.ZIP_DEFLATED
             added.external_attr = 0o100644 << 16
@@ -195,13 +195,13 @@ def _check_library(fmu: Fmu, values: Mapping[str, float]) -> None:
         changed = {DESCRIPTION: _description((fmu.folder / DESCRIPTION).read_bytes(), values, fmu)}
         _repack(fmu.path, trial, changed, drop_libraries=False)
         try:
-            found = isolated(library_starts, str(trial), list(values), limits=Limits(time=PATIENCE))
+            mismatch = isolated(library_starts, str(trial), list(values), limits=Limits(time=PATIENCE))
         except IsolatedFailure as error:
             raise StickslipError(f"'{fmu.path}' cannot be asked for its start values: {error}") from error
     for name, value in values.items():
-        if found is not None and abs(found[name] - value) > SAME * max(abs(value), 1e-300):
+        if mismatch is not None and abs(mismatch[name] - value) > SAME * max(abs(value), 1e-300):
             raise StickslipError(
-                f"The library in '{fmu.path}' keeps its own start value {found[name]:g} of '{name}' whatever the "
+                f"The library in '{fmu.path}' keeps its own start value {mismatch[name]:g} of '{name}' whatever the "
                 "description says, so that a copy with another one would be wrong. Hand over a parameter set (.ssv) "
                 "instead, or set the values at each run."
             )

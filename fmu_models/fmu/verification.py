@@ -41,9 +41,11 @@ def verify(path: str | os.PathLike[str]) -> Verification:
         StickslipError: it cannot be read, is not of this version of the suite, or its model is none of ours.
     """
     fmu = Fmu.open(path)
-    made_by, here = fmu.description.generationTool, f"stickslip {version()}"
-    if made_by != here:
-        raise StickslipError(f"'{path}' was made by {made_by or 'an unknown tool'}. {here} verifies its own FMUs only.")
+    made_by, this_version = fmu.description.generationTool, f"stickslip {version()}"
+    if made_by != this_version:
+        raise StickslipError(
+            f"'{path}' was made by {made_by or 'an unknown tool'}. {this_version} verifies its own FMUs only."
+        )
     name = _model(fmu)
     if name is None:
         named = str(fmu.description.modelName)
@@ -52,8 +54,8 @@ def verify(path: str | os.PathLike[str]) -> Verification:
             "What is declared in a file is verified by exporting that once more."
         )
     with temporary_folder("verify") as folder, _date(fmu.description.generationDateAndTime):
-        again = export(name, folder / "again.fmu", **_options(fmu, name, folder))
-        return _compared(fmu.path, again)
+        rebuilt = export(name, folder / "again.fmu", **_options(fmu, name, folder))
+        return _compared(fmu.path, rebuilt)
 
 
 def _model(fmu: Fmu) -> str | None:
@@ -67,7 +69,7 @@ def _options(fmu: Fmu, name: str, folder: Path) -> dict[str, Any]:
     mechanism = MODELS.load(name)
     declared = {p.name: p.value for p in mechanism.parameters}
     starts = {name: float(str(fmu.variables[name].start)) for name in fmu.parameters}
-    shown = {
+    options = {
         "states" if v.type != "Clock" else "clocks"
         for name, v in fmu.variables.items()
         if v.causality == "output" and (v.type == "Clock" or name.removesuffix("_state") in fmu.contacts)
@@ -76,9 +78,9 @@ def _options(fmu: Fmu, name: str, folder: Path) -> dict[str, Any]:
     return {
         "contacts": None if set(fmu.contacts) == set(all_contacts) else list(fmu.contacts),
         "values": {key: value for key, value in starts.items() if declared.get(key, value) != value},
-        "expose": sorted(shown),
+        "expose": sorted(options),
         "packaging": Packaging(
-            _rights(fmu, folder), sorted(place.name for place in (fmu.folder / "binaries").iterdir())
+            _rights(fmu, folder), sorted(folder.name for folder in (fmu.folder / "binaries").iterdir())
         ),
         "fmi_version": f"{fmu.fmi}.0",
     }
@@ -91,9 +93,9 @@ def _rights(fmu: Fmu, folder: Path) -> Rights | None:
         return Rights(stated.author, stated.copyright) if stated.author or stated.copyright else None
     if license_.startswith("see "):
         text = (fmu.folder / FOLDER / "license.txt").read_text("utf-8")
-        own = folder / "license.txt"
-        own.write_text(text.partition("\n\n")[2].partition("\n\n\nThe engine (")[0], "utf-8")
-        license_ = str(own)
+        licence = folder / "license.txt"
+        licence.write_text(text.partition("\n\n")[2].partition("\n\n\nThe engine (")[0], "utf-8")
+        license_ = str(licence)
     return Rights(stated.author, stated.copyright, license_)
 
 
@@ -112,16 +114,16 @@ def _date(stated: str | None) -> Iterator[None]:
             os.environ["SOURCE_DATE_EPOCH"] = before
 
 
-def _compared(path: Path, again: Path) -> Verification:
-    found, expected = _entries(path), _entries(again)
-    differences = [f"{name}: not what the model gives" for name in sorted(found.keys() - expected.keys())]
-    differences += [f"{name}: missing" for name in sorted(expected.keys() - found.keys())]
-    for name in sorted(found.keys() & expected.keys()):
-        if found[name] != expected[name]:
-            differences.append(f"{name}: {_difference(name, found[name], expected[name])}")
-    if not differences and path.read_bytes() != again.read_bytes():
+def _compared(path: Path, rebuilt: Path) -> Verification:
+    actual, expected = _entries(path), _entries(rebuilt)
+    differences = [f"{name}: not what the model gives" for name in sorted(actual.keys() - expected.keys())]
+    differences += [f"{name}: missing" for name in sorted(expected.keys() - actual.keys())]
+    for name in sorted(actual.keys() & expected.keys()):
+        if actual[name] != expected[name]:
+            differences.append(f"{name}: {_difference(name, actual[name], expected[name])}")
+    if not differences and path.read_bytes() != rebuilt.read_bytes():
         differences = ["all files agree, but the archive was packed by another program"]
-    return Verification(len(found), tuple(differences))
+    return Verification(len(actual), tuple(differences))
 
 
 def _entries(path: Path) -> Mapping[str, bytes]:
@@ -129,15 +131,15 @@ def _entries(path: Path) -> Mapping[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def _difference(name: str, found: bytes, expected: bytes) -> str:
+def _difference(name: str, actual: bytes, expected: bytes) -> str:
     """Where two files part."""
     if name.startswith("binaries/"):
-        at = next((i for i, (a, b) in enumerate(zip(found, expected, strict=False)) if a != b), len(expected))
-        return f"differs from byte {at} on, {len(found)} bytes for {len(expected)}"
-    lines = zip_longest(found.decode("utf-8", "replace").splitlines(), expected.decode("utf-8").splitlines())
-    for number, (one, other) in enumerate(lines, 1):
-        if one != other:
-            return f"line {number} is {_shown(one)}, the model gives {_shown(other)}"
+        at = next((i for i, (a, b) in enumerate(zip(actual, expected, strict=False)) if a != b), len(expected))
+        return f"differs from byte {at} on, {len(actual)} bytes for {len(expected)}"
+    lines = zip_longest(actual.decode("utf-8", "replace").splitlines(), expected.decode("utf-8").splitlines())
+    for number, (actual_line, expected_line) in enumerate(lines, 1):
+        if actual_line != expected_line:
+            return f"line {number} is {_shown(actual_line)}, the model gives {_shown(expected_line)}"
     return "ends of lines differ"
 
 

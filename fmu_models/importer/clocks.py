@@ -33,7 +33,7 @@ _PERIODIC = ("constant", "fixed", "calculated", "tunable")
 
 
 @dataclass(frozen=True)
-class Clock:
+class FmuClock:
     """A clock as its description has it; interval and shift in s, ``None`` where the FMU tells them."""
 
     name: str
@@ -52,7 +52,7 @@ class Clock:
         return self.kind != _KIND.OUTPUT
 
 
-def clocks_of(fmu: Fmu) -> list[Clock]:
+def clocks_of(fmu: Fmu) -> list[FmuClock]:
     """The clocks in the order of the description.
 
     Raises:
@@ -70,7 +70,7 @@ def clocks_of(fmu: Fmu) -> list[Clock]:
         raise StickslipError(f"'{fmu.path}': a clock in modelDescription.xml makes no sense: {error!r}.") from error
 
 
-def _clock(attributes: Mapping[str, str]) -> Clock:
+def _clock(attributes: Mapping[str, str]) -> FmuClock:
     variability, causality = attributes["intervalVariability"], attributes.get("causality", "local")
     kind = {"changing": _KIND.CHANGING, "countdown": _KIND.COUNTDOWN}.get(variability)
     if variability in _PERIODIC:
@@ -86,7 +86,7 @@ def _clock(attributes: Mapping[str, str]) -> Clock:
             return int(attributes[f"{name}Counter"]) / int(resolution)
         return float(attributes[f"{name}Decimal"]) if f"{name}Decimal" in attributes else None
 
-    return Clock(
+    return FmuClock(
         attributes["name"],
         int(attributes["valueReference"]),
         kind,
@@ -119,9 +119,9 @@ class Clocks:
         for name in self.recorded.names:
             variable = fmu.variables[owner(name, fmu.variables)]
             clocks = sum(bits.get(int(clock.valueReference), 0) for clock in _own(variable))
-            whole = not str(variable.type).startswith("Float")
-            known = clocks | (1 << _MOST if variable.name in initial else 0)
-            self._kept.append((known, 0.0 if whole else float("nan")))
+            integral = not str(variable.type).startswith("Float")
+            sources = clocks | (1 << _MOST if variable.name in initial else 0)
+            self._kept.append((sources, 0.0 if integral else float("nan")))
 
     @property
     def names(self) -> list[str]:
@@ -160,13 +160,17 @@ class Clocks:
     def c(self, times: Mapping[str, NDArray[np.float64]]) -> tuple[Any, Any, NDArray[Any]]:
         """Arrays of a run: clocks, variables that have some, and room for ticks."""
         clocks = (_MASTER_CLOCK * max(1, len(self.all)))()
-        for one, clock in zip(clocks, self.all, strict=False):
-            one.reference, one.kind, one.priority = clock.reference, clock.kind, clock.priority
-            one.asks, one.interval, one.shift = clock.interval is None, clock.interval or 0.0, clock.shift
+        for structure, clock in zip(clocks, self.all, strict=False):
+            structure.reference, structure.kind, structure.priority = clock.reference, clock.kind, clock.priority
+            structure.asks, structure.interval, structure.shift = (
+                clock.interval is None,
+                clock.interval or 0.0,
+                clock.shift,
+            )
             if clock.name in times:
-                one.n_times, one.times = times[clock.name].size, request.address(times[clock.name])
-        kept = (_KEPT * max(1, len(self._kept)))(*self._kept)
-        return clocks, kept, np.zeros(4096 + 200 * len(self.all) if self.all else 0, dtype=TICK)
+                structure.n_times, structure.times = times[clock.name].size, request.address(times[clock.name])
+        kept_values = (_KEPT * max(1, len(self._kept)))(*self._kept)
+        return clocks, kept_values, np.zeros(4096 + 200 * len(self.all) if self.all else 0, dtype=TICK)
 
     def silent(self, clocks: Iterable[Any]) -> str:
         """A word on the clocks that never ticked and were to be ticked by the importer."""
@@ -178,8 +182,8 @@ class Clocks:
         }
         never = [
             f"the clock '{clock.name}' never ticked: {why[clock.kind]}"
-            for clock, one in zip(self.all, clocks, strict=False)
-            if clock.ticked_by_importer and not one.ticks
+            for clock, structure in zip(self.all, clocks, strict=False)
+            if clock.ticked_by_importer and not structure.ticks
         ]
         return "; ".join(never)
 
@@ -221,11 +225,11 @@ def refuse_clocks(fmu: Fmu, doing: str) -> None:
 
 def merged(events: Iterable[ForeignEvent], ticks: Mapping[float, Sequence[str]]) -> list[ForeignEvent]:
     """The events with the names of the clocks that tick at their time; those that tick at no other event are one."""
-    found = list(events)
-    first = {event.time: place for place, event in reversed(list(enumerate(found)))}
+    merged_events = list(events)
+    first = {event.time: index for index, event in reversed(list(enumerate(merged_events)))}
     for time, names in ticks.items():
         if time in first:
-            found[first[time]] = replace(found[first[time]], clocks=", ".join(names))
+            merged_events[first[time]] = replace(merged_events[first[time]], clocks=", ".join(names))
         else:
-            found.append(ForeignEvent(time, "clock", -1, "", 0.0, 0.0, (), (), ", ".join(names)))
-    return sorted(found, key=lambda event: event.time)
+            merged_events.append(ForeignEvent(time, "clock", -1, "", 0.0, 0.0, (), (), ", ".join(names)))
+    return sorted(merged_events, key=lambda event: event.time)

@@ -23,7 +23,7 @@ from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.importer.sweep import Sweep, columns_of
 from fmu_models.importer.words import note, nothing_to_record
-from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 _C = declarations("importer/c/master.h")
@@ -71,9 +71,9 @@ class Driver(Shown):
     ) -> None:
         if method not in METHODS:
             raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
-        least, most = TOLERANCES
-        if not (math.isfinite(tolerance) and least <= tolerance <= most):
-            raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
+        least, largest = TOLERANCES
+        if not (math.isfinite(tolerance) and least <= tolerance <= largest):
+            raise StickslipError(f"The tolerance must lie between {least:g} and {largest:g}, found {tolerance:g}.")
         if on_zeno not in ON_ZENO:
             raise StickslipError(f"Where events accumulate a run can {', '.join(ON_ZENO)}; found '{on_zeno}'.")
         self._opened = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
@@ -112,8 +112,8 @@ class Driver(Shown):
         if not integrates:
             owners = dict.fromkeys(owner(name, self.fmu.variables) for name in self._instance.states)
             names = [*(name for name in owners if name in self.fmu.variables and name not in names), *names]
-        given = {owner(name, self.fmu.variables) for name in self._states}
-        names_left = [name for name in names if name not in given]
+        state_owners = {owner(name, self.fmu.variables) for name in self._states}
+        names_left = [name for name in names if name not in state_owners]
         self.clocks = Clocks(self.fmu, names_left)
         clocked = set(self.clocks.recorded.names)
         unclocked = [name for name in names_left if not (self.clocks.all and self.fmu.variables[name].clocks)]
@@ -122,7 +122,7 @@ class Driver(Shown):
             self._instance.close()
             raise StickslipError(nothing_to_record(self.fmu))
         shapes = {name: v.shape for name, v in self.fmu.variables.items() if v.shape}
-        self._arrays = {n: shapes[n] for n in (*given, *names) if n in shapes}
+        self._arrays = {n: shapes[n] for n in (*state_owners, *names) if n in shapes}
         self._library = instance.master_library()
         self._master = self._library.master_new(
             ctypes.byref(self._instance.calls),
@@ -181,7 +181,7 @@ class Driver(Shown):
         start_time: float = 0.0,
         parameters: Mapping[str, float | str | bytes] | None = None,
         start: Mapping[str, float | str | bytes] | None = None,
-        inputs: Mapping[str, float | str | bytes | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
         communication_step: float | None = None,
         first_step: float | None = None,
@@ -192,7 +192,7 @@ class Driver(Shown):
         Args:
             parameters, start: values of parameters, and of other variables that have a start value, in the FMU's units.
                 A String takes text, a Binary bytes, hex text ``0x00ff`` or a file ``@path``.
-            inputs: constant or Signal per input; its jumps are events, its bends end steps. Texts are constant.
+            inputs: as for ``simulate``; jumps are events, bends end steps. Texts are constant.
             output_times: (n,) s, ascending, within the run; default 1001 equally spaced, or the communication points.
             communication_step: s, of a co-simulation; default: what the FMU recommends, or a thousandth of the run.
             first_step: s, of a method of integration; chosen by error control where not given.
@@ -208,14 +208,14 @@ class Driver(Shown):
         times = request.output_times(output_times, start_time, stop_time)
         words, (parameters, start, inputs) = texts.settings(self.fmu, parameters or {}, start or {}, inputs or {})
         initial = request.start_values(self.fmu, parameters, start)
-        ticking, others = self.clocks.split(inputs, start_time)
+        ticking, others = self.clocks.split(signals_of(self.fmu, inputs, start_time, stop_time), start_time)
         table = request.table(self.fmu, others, start_time, stop_time)
         between = table
         if self.method == CO_SIMULATION:
             length = request.communication_step(self.fmu, communication_step, start_time, stop_time)
-            asked = times if output_times is not None else None
-            points = request.communication_points(self.fmu, length, start_time, stop_time, asked, table)
-            times, table = points if asked is None else asked, request.at_points(table, points)
+            requested = times if output_times is not None else None
+            points = request.communication_points(self.fmu, length, start_time, stop_time, requested, table)
+            times, table = points if requested is None else requested, request.at_points(table, points)
         elif communication_step is not None:
             raise StickslipError(f"A communication step belongs to the method 'co-simulation', not to '{self.method}'.")
         prepared = self._prepare(times, initial, table, start_time, stop_time, ticking)
@@ -247,7 +247,7 @@ class Driver(Shown):
         values: Mapping[str, ArrayLike],
         *,
         start_time: float = 0.0,
-        inputs: Mapping[str, float | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Sweep:
@@ -267,7 +267,9 @@ class Driver(Shown):
             )
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
         columns = columns_of(self.fmu, values)
-        table = request.table(self.fmu, inputs or {}, start_time, stop_time)
+        table = request.table(
+            self.fmu, signals_of(self.fmu, inputs or {}, start_time, stop_time), start_time, stop_time
+        )
         rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
         prepared = self._prepare(times, dict.fromkeys(columns, 0.0), table, start_time, stop_time)
         prepared.c.event_capacity = 0
@@ -298,7 +300,7 @@ class Driver(Shown):
         self,
         times: NDArray[np.float64],
         initial: Mapping[str, float],
-        table: request.Table,
+        table: request.InputTable,
         start_time: float,
         stop_time: float,
         ticking: Mapping[str, NDArray[np.float64]] | None = None,
@@ -319,16 +321,20 @@ class Driver(Shown):
         c.inputs, c.n_knots = table.inputs.c, table.times.size
         c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
         c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
-        clocks, kept, ticks = self.clocks.c(ticking or {})
+        clocks, kept_values, ticks = self.clocks.c(ticking or {})
         clocked = np.empty((times.size, len(self.clocks.recorded.names)))
-        c.clocks, c.kept, c.clocked_values = ctypes.addressof(clocks), ctypes.addressof(kept), request.address(clocked)
+        c.clocks, c.kept, c.clocked_values = (
+            ctypes.addressof(clocks),
+            ctypes.addressof(kept_values),
+            request.address(clocked),
+        )
         c.ticks, c.tick_capacity = request.address(ticks), ticks.size
-        shown = np.zeros(len(table.inputs.names), dtype=np.int32)
+        flags = np.zeros(len(table.inputs.names), dtype=np.int32)
         if self.method == CO_SIMULATION:
             owners = [self.fmu.variables[owner(name, self.fmu.variables)] for name in table.inputs.names]
-            shown[:] = [self._instance.shows(v) for v in owners]
-        c.shown_inputs = request.address(shown)
-        used = starts, table, times, ticking, kept, shown
+            flags[:] = [self._instance.shows(v) for v in owners]
+        c.shown_inputs = request.address(flags)
+        used = starts, table, times, ticking, kept_values, flags
         return _Prepared(c, start_values, states, values, clocked, clocks, ticks, used)
 
     def _check_open(self) -> None:
@@ -382,32 +388,32 @@ class Driver(Shown):
             values[name] = np.ascontiguousarray(prepared.states[:n, k])
         for k, name in enumerate(self._recorded.names):
             column = prepared.values[:n, k]
-            whole = int(self._recorded.types[k]) not in instance.FLOATS
-            values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
+            integral = int(self._recorded.types[k]) not in instance.FLOATS
+            values[name] = column.astype(np.int64) if integral else np.ascontiguousarray(column)
         for k, name in enumerate(self.clocks.recorded.names):
             column = prepared.clocked[:n, k]
-            whole = int(self.clocks.recorded.types[k]) not in instance.FLOATS
-            values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
+            integral = int(self.clocks.recorded.types[k]) not in instance.FLOATS
+            values[name] = column.astype(np.int64) if integral else np.ascontiguousarray(column)
         if not self._units:
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
-        said = note(self.method, prepared.c)
+        method = note(self.method, prepared.c)
         if self._integrates:
-            said += request.StepBound.of(self.fmu, self._max_step, prepared.c.start, prepared.c.stop).words
+            method += request.StepBound.of(self.fmu, self._max_step, prepared.c.start, prepared.c.stop).words
         if prepared.c.jacobians and self._instance.calls.directional:
-            said += ", Jacobians by the FMU's directional derivatives"
+            method += ", Jacobians by the FMU's directional derivatives"
         if self.method == CO_SIMULATION and self._instance.remark:
-            said += f", {self._instance.remark}"
+            method += f", {self._instance.remark}"
         if silent := self.clocks.silent(prepared.clocks):
-            said += f"; {silent}"
+            method += f"; {silent}"
         if status == RUN.TERMINATED:
-            said += f"; {self._end(prepared.c)}"
+            method += f"; {self._end(prepared.c)}"
         last = text_calls.read(self._instance, self._texts)
-        said += texts.untold(self.fmu, self._texts, {*first} & {*last})
-        both = {name: (first[name], value) for name, value in last.items() if name in first}
+        method += texts.untold(self.fmu, self._texts, {*first} & {*last})
+        pairs = {name: (first[name], value) for name, value in last.items() if name in first}
         steps, evaluations = prepared.c.steps, prepared.c.evaluations
         return Trajectory(
-            times[:n], values, self._units, events, steps, evaluations, said, arrays=self._arrays, texts=both
+            times[:n], values, self._units, events, steps, evaluations, method, arrays=self._arrays, texts=pairs
         )
 
 

@@ -17,6 +17,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import isolated
 from fmu_models.fmu import library
 from fmu_models.importer import texts
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.results import SETTINGS, Provenance, Recording
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
@@ -33,13 +34,13 @@ MASTER_TOLERANCE = 1e-8  # below it most models' own rounding and tables show
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
+class FmuExperiment:
     """What is asked for.
 
     Attributes:
         stop_time, start_time: s.
-        parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals, a String or Binary is
-            set as ``Driver.run`` takes it.
+        parameters, start, inputs: values by name, in the units of the FMU; inputs as for ``simulate``, a String or
+            Binary as ``Driver.run`` takes it.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
             communication points.
         tolerance: relative; None takes the default of the method.
@@ -53,7 +54,7 @@ class Experiment:
     start_time: float = 0.0
     parameters: Mapping[str, float | str | bytes] = field(default_factory=dict)
     start: Mapping[str, float | str | bytes] = field(default_factory=dict)
-    inputs: Mapping[str, float | str | bytes | Signal] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
     output_times: ArrayLike | None = None
     tolerance: float | None = None
     method: str | None = None
@@ -91,7 +92,7 @@ _ADVICE = {
 
 def perform(
     fmu: Fmu,
-    experiment: Experiment,
+    experiment: FmuExperiment,
     *,
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
@@ -117,8 +118,11 @@ def perform(
         )
     words, _ = texts.settings(fmu, experiment.parameters, experiment.start, experiment.inputs)
     # the bytes that were set, rather than the name of their file
-    given = {n: {k: words.get(k, v) for k, v in getattr(experiment, n).items()} for n in SETTINGS} if words else {}
-    experiment = replace(experiment, **given)
+    settings = {n: {k: words.get(k, v) for k, v in getattr(experiment, n).items()} for n in SETTINGS} if words else {}
+    settings["inputs"] = {**experiment.inputs, **settings.get("inputs", {})}
+    others = {name: value for name, value in settings["inputs"].items() if name not in words}
+    settings["inputs"] |= signals_of(fmu, others, experiment.start_time, experiment.stop_time)
+    experiment = replace(experiment, **settings)
     function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
@@ -134,7 +138,7 @@ def perform(
 
 def perform_with_error(
     fmu: Fmu,
-    experiment: Experiment,
+    experiment: FmuExperiment,
     *,
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
@@ -162,7 +166,7 @@ def perform_with_error(
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory)), estimate
 
 
-def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+def _native(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
     return simulate(
         fmu,
         experiment.stop_time,
@@ -173,7 +177,7 @@ def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
     )
 
 
-def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+def _master(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
     from fmu_models.importer.simulate import simulate_any
 
     return simulate_any(
@@ -190,7 +194,7 @@ def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
     )
 
 
-def _given(experiment: Experiment) -> dict[str, Any]:
+def _given(experiment: FmuExperiment) -> dict[str, Any]:
     return {name: getattr(experiment, name) for name in ("parameters", "start", "inputs", "output_times")}
 
 
@@ -208,11 +212,11 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
 
 def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
     recorded = (*trajectory.values, *trajectory.arrays)
-    found = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
-    return {name: text for name, text in found.items() if text}
+    descriptions = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
+    return {name: text for name, text in descriptions.items() if text}
 
 
-def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:
+def _provenance(fmu: Fmu, experiment: FmuExperiment, trajectory: Trajectory) -> Provenance:
     # an input that varies is in the trajectory itself
     inputs = {
         name: value if isinstance(value, (str, bytes)) else float(value)

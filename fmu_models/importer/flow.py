@@ -138,19 +138,19 @@ class FlowDriver(Driver):
         status, events = RUN.MORE, []
         while status == RUN.MORE:
             status = self._call(prepared)
-            events += [one for one in self._events_of(c.n_events) if one.kind == "state"]
+            events += [event for event in self._events_of(c.n_events) if event.kind == "state"]
             c.n_events = 0
         if status not in (RUN.DONE, RUN.CROSSED):
             raise StickslipError(self._end(c)) if status == RUN.TERMINATED else self._error(status, c)
-        known = np.empty((0, 0))
+        tangent = np.empty((0, 0))
         if derivative:
-            known = np.full_like(self._tangents, math.nan) if c.missed else self._tangents.copy()
+            tangent = np.full_like(self._tangents, math.nan) if c.missed else self._tangents.copy()
         start, start_rates, states, rates = self._ends.copy()
         slope = self._slopes.copy() if slopes else np.empty((0, 0))
         return Flow(
-            float(c.report_time), status == RUN.CROSSED, start, start_rates, states, rates, known, slope,
+            float(c.report_time), status == RUN.CROSSED, start, start_rates, states, rates, tangent, slope,
             self._last.copy(), prepared.values.ravel(),
-            tuple(one.indicator for one in events), self._misses.copy(),
+            tuple(event.indicator for event in events), self._misses.copy(),
         )  # fmt: skip
 
 

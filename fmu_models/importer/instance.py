@@ -98,21 +98,21 @@ def master_library() -> ctypes.CDLL:
         StickslipError: the compiler is missing.
     """
     package = Path(compiler.__file__).parents[1]
-    parts = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
-    parts += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
-    parts.append(package / "engine" / "model" / "traps.h")
-    sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in parts}
+    files = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
+    files += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
+    files.append(package / "engine" / "model" / "traps.h")
+    sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in files}
     # one unit: the calls into the FMU sit in the innermost loops
     names = [name for name in sources if name.endswith(".c")]
     sources["all.c"] = "".join(f'#include "{name}"\n' for name in names)
     with temporary_folder("master") as folder:
         file = compiler.compile_shared(sources, folder / f"master{compiler.this_platform()[3]}")
-        made = ctypes.CDLL(str(file))
-    made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(FmuInstance), c_int64, c_int64)
-    made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)
-    made.fmi_configure.restype, made.fmi_configure.argtypes = c_int, (POINTER(FmuInstance),)
-    made.master_run.restype, made.master_run.argtypes = c_int32, (c_void_p, POINTER(Run))
-    return made
+        dll = ctypes.CDLL(str(file))
+    dll.master_new.restype, dll.master_new.argtypes = c_void_p, (POINTER(FmuInstance), c_int64, c_int64)
+    dll.master_free.restype, dll.master_free.argtypes = None, (c_void_p,)
+    dll.fmi_configure.restype, dll.fmi_configure.argtypes = c_int, (POINTER(FmuInstance),)
+    dll.master_run.restype, dll.master_run.argtypes = c_int32, (c_void_p, POINTER(Run))
+    return dll
 
 
 class _Callbacks(ctypes.Structure):
@@ -253,8 +253,8 @@ class Instance:
         if self.scheduled:
             make = self.function("InstantiateScheduledExecution")
             make.restype, make.argtypes = c_void_p, (*common, *[c_void_p] * 5)
-            told, lock = (ctypes.cast(f, c_void_p) for f in (library.master_told, library.master_no_lock))
-            return make(name, token, where, False, True, environment, logger, told, lock, lock)
+            callback, lock = (ctypes.cast(f, c_void_p) for f in (library.master_told, library.master_no_lock))
+            return make(name, token, where, False, True, environment, logger, callback, lock, lock)
         if not self.co_simulation:
             make = self.function("InstantiateModelExchange")
             make.restype, make.argtypes = c_void_p, (*common, c_void_p, c_void_p)
@@ -264,10 +264,10 @@ class Instance:
         make.argtypes = (*common, boolean, boolean, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
         events = bool(self.calls.event_mode)
         early = events or self._early
-        shown = np.array([v.valueReference for v in self.fmu.variables.values() if self.shows(v)], dtype=np.uint32)
+        references = np.array([v.valueReference for v in self.fmu.variables.values() if self.shows(v)], dtype=np.uint32)
         look = ctypes.cast(library.master_look, c_void_p) if self._shows else None
         switches = False, True, events, early
-        return make(name, token, where, *switches, shown.ctypes.data, shown.size, environment, logger, look)
+        return make(name, token, where, *switches, references.ctypes.data, references.size, environment, logger, look)
 
     def shows(self, variable: Any) -> bool:
         """Whether it is an input that may be set inside a step."""
@@ -295,10 +295,10 @@ class Instance:
         calls.structure = Variables(len(values), types.ctypes.data, references.ctypes.data, None)
         calls.structure_values = values.ctypes.data
         if master_library().fmi_configure(byref(calls)) >= STATUS.DISCARD:
-            asked = ", ".join(f"{v.name} = {v.start}" for v in variables)
-            said = self.message()
+            settings = ", ".join(f"{v.name} = {v.start}" for v in variables)
+            message = self.message()
             self.close()
-            raise StickslipError(f"'{self.fmu.path}' refuses the sizes {asked}: {said or 'it says nothing'}")
+            raise StickslipError(f"'{self.fmu.path}' refuses the sizes {settings}: {message or 'it says nothing'}")
 
     def _size(self) -> None:
         """Names and numbers of states and indicators; an array counts with its elements."""

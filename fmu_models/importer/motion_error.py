@@ -66,8 +66,8 @@ def motion_error(
     about = status in (*chatters, RUN.ZENO, RUN.BAD_INDICATOR)
     indicator = index if about else None
     text = _text(fmu, status, report, states, gradient)
-    told = (RUN.FMI_ERROR, RUN.NOT_FINITE, RUN.STEP_TOO_SMALL, RUN.EVENT_ITERATION, RUN.STALLS, RUN.DISCARD)
-    if message and status in told:
+    statuses = (RUN.FMI_ERROR, RUN.NOT_FINITE, RUN.STEP_TOO_SMALL, RUN.EVENT_ITERATION, RUN.STALLS, RUN.DISCARD)
+    if message and status in statuses:
         text += f" The FMU says: {message}"
     return MotionError(f"{fmu.description.modelName}: {text}", KINDS[status], time, indicator)
 
@@ -99,13 +99,13 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
     if status == RUN.BAD_CLOCK:
-        clock, what = clocks_of(fmu)[index], "shift" if report.report_other else "interval"
+        clock, quantity = clocks_of(fmu)[index], "shift" if report.report_other else "interval"
         least = "a positive number" if clock.is_periodic and not report.report_other else "zero or more"
-        return f"the clock '{clock.name}' has the {what} {value:g} s; expected {least}, and finite."
+        return f"the clock '{clock.name}' has the {quantity} {value:g} s; expected {least}, and finite."
     if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
-        how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
-        return f"fmi{fmu.fmi}{name} {how} at {at}."
+        failure = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
+        return f"fmi{fmu.fmi}{name} {failure} at {at}."
     if status == RUN.NOT_FINITE and not math.isfinite(value):
         return f"the FMU gives the state '{states[index]}' the value {value:g} in its event at {at}."
     if status == RUN.NOT_FINITE:
@@ -119,10 +119,10 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
             "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
         )
     if status == RUN.TOO_MANY_STEPS:
-        what = "" if index else ", or it is stiff (try the method 'stiff')"
+        quantity = "" if index else ", or it is stiff (try the method 'stiff')"
         return (
             f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
-            f"without an event indicator{what}. Loosen the tolerance, or give the model an event there."
+            f"without an event indicator{quantity}. Loosen the tolerance, or give the model an event there."
         )
     if status == RUN.RATES_DIFFER:
         return (
@@ -142,27 +142,27 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
         return f"doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one."
     if status == RUN.EVENTS_PILE_UP:
         return f"{value:.0f} events follow one another at {at} without progress; the FMU does not go on from there."
-    which = _named(fmu, index, states, gradient)
+    indicator = _named(fmu, index, states, gradient)
     if status == RUN.ZENO:
         return (
-            f"infinitely many events of {which} accumulate at {at}; each interval is {value:.4g} of the one before. "
-            "The motion comes to rest there, but the FMU has no state of rest: end the run before that time, or give "
-            "the model a condition that ends the sequence. " + _held(report, states)
+            f"infinitely many events of {indicator} accumulate at {at}; each interval is {value:.4g} of the one "
+            "before. The motion comes to rest there, but the FMU has no state of rest: end the run before that time, "
+            "or give the model a condition that ends the sequence. " + _held(report, states)
         ).strip()
     if status == RUN.CHATTERING_OF_TWO:
-        other = _named(fmu, report.report_other, states, np.zeros(len(states)))
+        second = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (
-            f"{which} chatters at {at} while the motion slides along the surface of {other}, and the motion along both "
-            "cannot be computed: the FMU does not lead there from all sides, or does not choose its equations by the "
-            "sides alone. Give the model a state of its own for one of them."
+            f"{indicator} chatters at {at} while the motion slides along the surface of {second}, and the motion along "
+            "both cannot be computed: the FMU does not lead there from all sides, or does not choose its equations by "
+            "the sides alone. Give the model a state of its own for one of them."
         )
     if status == RUN.CHATTERING_OF_MANY:
         return (
-            f"{which} chatters at {at} while the motion slides along {value:.0f} surfaces, and that many at once are "
-            "computed. Give the model a state of its own for one of them."
+            f"{indicator} chatters at {at} while the motion slides along {value:.0f} surfaces, and that many at once "
+            "are computed. Give the model a state of its own for one of them."
         )
     return (
-        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface "
+        f"events of {indicator} follow one another without end at {at} (chattering), and the motion along its surface "
         "cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not choose its "
         "equations by the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
     )

@@ -44,14 +44,14 @@ class Selection:
     @classmethod
     def of(cls, fmu: Fmu, names: Sequence[str]) -> Selection:
         """The variables ``names``; that of which a name is an element comes whole, once."""
-        known = instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
+        codes = instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
         owners = dict.fromkeys(owner(name, fmu.variables) for name in names)
         variables = [fmu.variables[name] for name in owners]
         elements = [element_names(str(v.name), v.shape or ()) for v in variables]
         counts = [len(names) for names in elements]
         return cls(
             tuple(name for names in elements for name in names),
-            np.repeat(np.array([known[str(v.type)] for v in variables], dtype=np.int32), counts),
+            np.repeat(np.array([codes[str(v.type)] for v in variables], dtype=np.int32), counts),
             np.repeat(np.array([v.valueReference for v in variables], dtype=np.uint32), counts),
             np.array([size for n in counts for size in (n, *[0] * (n - 1))[:n]], dtype=np.int32),
         )
@@ -128,13 +128,13 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
             raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
         if not has_start(variable):
             raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
-    given = {**parameters, **start}
-    for name, value in given.items():
+    values = {**parameters, **start}
+    for name, value in values.items():
         if fmu.variables[owner(name, variables)].variability == "constant":
             raise StickslipError(f"'{name}' of '{model}' is a constant and cannot be set.")
         _check_settable(fmu, name)
         check_value(fmu, name, value)
-    return {name: float(value) for name, value in _whole(fmu, given).items()}
+    return {name: float(value) for name, value in _whole(fmu, values).items()}
 
 
 def _check_settable(fmu: Fmu, name: str) -> None:
@@ -149,21 +149,21 @@ def _check_settable(fmu: Fmu, name: str) -> None:
         raise StickslipError(f"'{name}' is no number: '{variable.name}' is an array of {size}. Set its elements{ends}.")
 
 
-def _whole(fmu: Fmu, given: Mapping[str, Any]) -> dict[str, Any]:
+def _whole(fmu: Fmu, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values by name, with all elements of an array where one is given: FMI sets it as a whole."""
-    found: dict[str, Any] = {}
-    for array in dict.fromkeys(owner(name, fmu.variables) for name in given):
+    complete: dict[str, Any] = {}
+    for array in dict.fromkeys(owner(name, fmu.variables) for name in values):
         elements = element_names(array, fmu.variables[array].shape or ())
         starts = str(fmu.variables[array].start or "").split()
         if len(starts) == 1:
             starts *= len(elements)
-        if len(starts) != len(elements) and not all(name in given for name in elements):
+        if len(starts) != len(elements) and not all(name in values for name in elements):
             raise StickslipError(
                 f"'{array}' has {len(elements)} elements and {len(starts)} start values; give all of its elements."
             )
-        own = dict(zip(elements, starts, strict=False))
-        found |= {name: given[name] if name in given else _number(own[name]) for name in elements}
-    return found
+        defaults = dict(zip(elements, starts, strict=False))
+        complete |= {name: values[name] if name in values else _number(defaults[name]) for name in elements}
+    return complete
 
 
 def _number(text: str) -> float:
@@ -177,7 +177,7 @@ def has_start(variable: ModelVariable) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class InputTable:
     """Inputs over time: values and slopes (k, n) just after each of ``times`` (k,), and whether it is an event (k,)."""
 
     inputs: Selection
@@ -187,26 +187,26 @@ class Table:
     jumps: NDArray[np.int64]
 
 
-def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: float) -> Table:
+def table(fmu: Fmu, inputs: Mapping[str, float | Signal], start: float, stop: float) -> InputTable:
     """The inputs given, as a table over the run.
 
     Raises:
         StickslipError: unknown name, a value out of range, a signal that does not cover the run.
     """
-    if not given:
+    if not inputs:
         none = np.zeros((1, 0))
-        return Table(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
-    known = inputs_of(fmu)
-    for name, value in given.items():
+        return InputTable(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
+    input_names = inputs_of(fmu)
+    for name, value in inputs.items():
         variable = fmu.variables.get(owner(name, fmu.variables))
         if variable is None or variable.causality != "input":
-            hint = nearest(name, known) if known else " It has no inputs."
+            hint = nearest(name, input_names) if input_names else " It has no inputs."
             raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{hint}")
         _check_settable(fmu, name)
         if not isinstance(value, Signal):
             check_value(fmu, name, value)
-    given = _whole(fmu, given)
-    signals = {n: v if isinstance(v, Signal) else Signal.constant(float(v), start, stop) for n, v in given.items()}
+    inputs = _whole(fmu, inputs)
+    signals = {n: v if isinstance(v, Signal) else Signal.constant(float(v), start, stop) for n, v in inputs.items()}
     times, values, slopes = knots(signals, start, stop)
     for column, (name, signal) in enumerate(signals.items()):
         variable = fmu.variables[owner(name, fmu.variables)]
@@ -218,7 +218,7 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
     for column, name in enumerate(list(signals)):
         # an FMU exported here takes the rate of an input as an input of its own
         rate = f"{name}_rate"
-        if rate in known and rate not in signals and fmu.inputs.count(name):
+        if rate in input_names and rate not in signals and fmu.inputs.count(name):
             names.append(rate)
             values, slopes = (
                 np.column_stack([values, slopes[:, column]]),
@@ -229,28 +229,28 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
     jumps = np.zeros(times.size, dtype=np.int64)
     jumps[1:] = JUMP * (np.abs(values[1:] - reached) > 1e-12 * size).any(axis=1)
     values, slopes = np.ascontiguousarray(values), np.ascontiguousarray(slopes)
-    return Table(Selection.of(fmu, names), times, values, slopes, jumps)
+    return InputTable(Selection.of(fmu, names), times, values, slopes, jumps)
 
 
-def output_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
+def output_times(times: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
     """Checked output times of a run from ``start`` to ``stop``, s; 1001 equally spaced ones where none are given."""
     check_span(start, stop)
-    return checked_times(given, start, stop)
+    return checked_times(times, start, stop)
 
 
-def communication_step(fmu: Fmu, given: float | None, start: float, stop: float) -> float:
+def communication_step(fmu: Fmu, step: float | None, start: float, stop: float) -> float:
     """The step asked for, or the one the FMU recommends, or a thousandth of the run."""
-    if given is not None:
-        return checked_step("communication", given)
+    if step is not None:
+        return checked_step("communication", step)
     fixed = fmu.description.coSimulation and fmu.description.coSimulation.fixedInternalStepSize
     return _stated(fmu, "stepSize") or (float(fixed) if fixed and float(fixed) > 0 else (stop - start) / 1000)
 
 
-def checked_step(which: str, given: float, *, endless: bool = False) -> float:
+def checked_step(kind: str, length: float, *, endless: bool = False) -> float:
     """A length of steps, s, that was asked for; where ``endless`` it may be infinite."""
-    if not (given > 0 and (endless or math.isfinite(given))):
-        raise StickslipError(f"The {which} step must be a positive number of seconds, found {given:g}.")
-    return float(given)
+    if not (length > 0 and (endless or math.isfinite(length))):
+        raise StickslipError(f"The {kind} step must be a positive number of seconds, found {length:g}.")
+    return float(length)
 
 
 def _stated(fmu: Fmu, name: str) -> float | None:
@@ -273,18 +273,18 @@ class StepBound:
     source: str
 
     @classmethod
-    def of(cls, fmu: Fmu, given: float | None, start: float, stop: float) -> StepBound:
+    def of(cls, fmu: Fmu, max_step: float | None, start: float, stop: float) -> StepBound:
         """As asked for; or the step of the FMU's own experiment, of which a run needs at most MOST_STEPS.
 
         An FMU that states the end of its experiment alone is taken to show itself in INTERVALS steps, which is what
         tools write by default.
         """
-        if given is not None:
-            return cls(given, "as asked for")
+        if max_step is not None:
+            return cls(max_step, "as asked for")
         step, end = _stated(fmu, "stepSize"), _stated(fmu, "stopTime")
         if step is None and end is not None:
-            own = (end - (_stated(fmu, "startTime") or 0.0)) / INTERVALS
-            step = own if own > 0 else None
+            interval = (end - (_stated(fmu, "startTime") or 0.0)) / INTERVALS
+            step = interval if interval > 0 else None
         if step is None:
             return cls(math.inf, "the FMU states no experiment")
         least = (stop - start) / MOST_STEPS
@@ -297,7 +297,7 @@ class StepBound:
 
 
 def communication_points(
-    fmu: Fmu, step: float, start: float, stop: float, outputs: NDArray[np.float64] | None, inputs: Table
+    fmu: Fmu, step: float, start: float, stop: float, outputs: NDArray[np.float64] | None, inputs: InputTable
 ) -> NDArray[np.float64]:
     """From start to stop in steps as asked, with output times and jumps of inputs in between.
 
@@ -307,22 +307,22 @@ def communication_points(
     n = max(1, math.floor((stop - start) / step * (1 + 1e-12)))
     grid = start + step * np.arange(n + 1)
     others = np.concatenate([[stop], inputs.times[inputs.jumps == JUMP], *([outputs] if outputs is not None else [])])
-    near = 1e-9 * step
-    off = others[np.abs(others - start - step * np.round((others - start) / step)) > near]
+    resolution = 1e-9 * step
+    off = others[np.abs(others - start - step * np.round((others - start) / step)) > resolution]
     interface = fmu.description.coSimulation
     if off.size and interface and str(interface.canHandleVariableCommunicationStepSize).lower() not in ("true", "1"):
         raise StickslipError(
             f"'{fmu.description.modelName}' takes communication steps of one length only, and t = {off[0]:g} s (an "
             f"output time, a jump of an input or the end of the run) is no multiple of {step:g} s. Choose another."
         )
-    points = np.unique(np.concatenate([grid[grid <= stop + near], others]))
+    points = np.unique(np.concatenate([grid[grid <= stop + resolution], others]))
     # of points that differ by rounding the last stands for all
-    points = points[np.append(np.diff(points) > near, True)]
+    points = points[np.append(np.diff(points) > resolution, True)]
     points[0], points[-1] = start, stop
     return np.asarray(points, dtype=np.float64)
 
 
-def at_points(table: Table, points: NDArray[np.float64]) -> Table:
+def at_points(table: InputTable, points: NDArray[np.float64]) -> InputTable:
     """The same inputs as values that hold from one communication point to the next."""
     rows = np.clip(np.searchsorted(table.times, points, side="right") - 1, 0, None)
     values = table.values[rows] + table.slopes[rows] * (points - table.times[rows])[:, None]

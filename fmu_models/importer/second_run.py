@@ -15,7 +15,7 @@ from fmu_models.base.child_process import Limits
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.importer.request import StepBound
 from fmu_models.simulation.results import Recording
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
@@ -84,7 +84,7 @@ def shifted_step(fmu: Fmu, max_step: float | None, start: float, stop: float) ->
 
 def perform_twice(
     fmu: Fmu,
-    experiment: Experiment,
+    experiment: FmuExperiment,
     *,
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
@@ -112,18 +112,18 @@ def perform_twice(
 def compare(first: Trajectory, second: Trajectory, max_step: float, tolerance: float) -> SecondRun:
     """What differs between two runs with the same output times."""
     spread = SPREAD * tolerance
-    near = spread * max(abs(float(first.time[0])), abs(float(first.time[-1])))
-    lone = (*_lone(first, second, near, "first"), *_lone(second, first, near, "second"))
+    resolution = spread * max(abs(float(first.time[0])), abs(float(first.time[-1])))
+    lone = (*_lone(first, second, resolution, "first"), *_lone(second, first, resolution, "second"))
     rows = min(first.time.size, second.time.size)
     time = first.time[:rows]
     # at an event one run may be before it, the other behind
     events = np.array([event.time for event in (*first.events, *second.events)])
-    apart = np.abs(time[:, None] - events[None, :]).min(axis=1, initial=np.inf) > near
+    isolated = np.abs(time[:, None] - events[None, :]).min(axis=1, initial=np.inf) > resolution
     different = []
     for name in first.values:
         a, b = (np.asarray(run[name], dtype=float)[:rows] for run in (first, second))
         size = max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0))
-        by = np.where(apart & np.isfinite(a) & np.isfinite(b), np.abs(a - b), 0.0)
+        by = np.where(isolated & np.isfinite(a) & np.isfinite(b), np.abs(a - b), 0.0)
         by[np.isfinite(a) != np.isfinite(b)] = np.inf
         beyond = np.flatnonzero(by > spread * (size if np.isfinite(size) else 1.0))
         if beyond.size:
@@ -137,18 +137,18 @@ def compare(first: Trajectory, second: Trajectory, max_step: float, tolerance: f
     )
 
 
-def _lone(run: Trajectory, other: Trajectory, near: float, which: str) -> Iterator[LoneEvent]:
-    """Events of a run without their like in the other one, each of which stands for one."""
-    left: dict[tuple[str, int], list[float]] = {}
-    for event in other.events:
+def _lone(run: Trajectory, second: Trajectory, resolution: float, label: str) -> Iterator[LoneEvent]:
+    """Events of a run without their like in the second one, each of which stands for one; label: of the run."""
+    unmatched: dict[tuple[str, int], list[float]] = {}
+    for event in second.events:
         if isinstance(event, ForeignEvent):
-            left.setdefault((event.kind, event.indicator), []).append(event.time)
+            unmatched.setdefault((event.kind, event.indicator), []).append(event.time)
     for event in run.events:
         if not isinstance(event, ForeignEvent):
             continue
-        times = left.get((event.kind, event.indicator), [])
-        match = next((time for time in times if abs(time - event.time) <= near), None)
+        times = unmatched.get((event.kind, event.indicator), [])
+        match = next((time for time in times if abs(time - event.time) <= resolution), None)
         if match is None:
-            yield LoneEvent(event.kind, event.indicator, event.time, which)
+            yield LoneEvent(event.kind, event.indicator, event.time, label)
         else:
             times.remove(match)

@@ -16,8 +16,10 @@ from fmu_models.simulation.run import check_value
 
 def split(fmu: Fmu, parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The structural ones of some parameters, and the rest."""
-    known = {name for name, v in fmu.variables.items() if v.causality == "structuralParameter"}
-    return {n: v for n, v in parameters.items() if n in known}, {n: v for n, v in parameters.items() if n not in known}
+    structural = {name for name, v in fmu.variables.items() if v.causality == "structuralParameter"}
+    return {n: v for n, v in parameters.items() if n in structural}, {
+        n: v for n, v in parameters.items() if n not in structural
+    }
 
 
 def configured(fmu: Fmu, structure: Mapping[str, float]) -> Fmu:
@@ -31,10 +33,10 @@ def configured(fmu: Fmu, structure: Mapping[str, float]) -> Fmu:
         return fmu
     description = copy.deepcopy(fmu.description)
     variables = {str(v.name): v for v in description.modelVariables}
-    known = [name for name, v in variables.items() if v.causality == "structuralParameter"]
+    structural = [name for name, v in variables.items() if v.causality == "structuralParameter"]
     for name, value in structure.items():
-        if name not in known:
-            has = nearest(name, known) if known else " It has no structural parameters."
+        if name not in structural:
+            has = nearest(name, structural) if structural else " It has no structural parameters."
             raise StickslipError(f"'{description.modelName}' has no structural parameter '{name}'.{has}")
         check_value(fmu, name, value)
         if value != math.floor(value) or value < 0:

@@ -46,6 +46,8 @@ def columns_of(fmu: Fmu, values: Mapping[str, ArrayLike]) -> dict[str, NDArray[n
         )
     for row in (np.min, np.max):
         bounds = {name: float(row(column)) for name, column in columns.items()}
-        own = {n: v for n, v in bounds.items() if n in fmu.variables and fmu.variables[n].causality == "parameter"}
-        request.start_values(fmu, own, {n: v for n, v in bounds.items() if n not in own})
+        parameters = {
+            n: v for n, v in bounds.items() if n in fmu.variables and fmu.variables[n].causality == "parameter"
+        }
+        request.start_values(fmu, parameters, {n: v for n, v in bounds.items() if n not in parameters})
     return columns

@@ -12,7 +12,7 @@ from fmu_models.fmu.elements import element_names, owner
 from fmu_models.importer.instance import STATUS, Instance, master_library
 
 
-def write(instance: Instance, given: Mapping[str, str | bytes]) -> None:
+def write(instance: Instance, texts: Mapping[str, str | bytes]) -> None:
     """Set texts and bytes of an instance that the next run takes as it then is.
 
     Raises:
@@ -26,13 +26,13 @@ def write(instance: Instance, given: Mapping[str, str | bytes]) -> None:
         if reset(calls.instance) >= STATUS.DISCARD or master_library().fmi_configure(byref(calls)) >= STATUS.DISCARD:
             raise StickslipError(f"'{instance.fmu.path}' cannot be reset: {instance.message() or 'it says nothing'}")
     calls.resets = 1
-    for name in dict.fromkeys(owner(name, variables) for name in given):
+    for name in dict.fromkeys(owner(name, variables) for name in texts):
         variable = variables[name]
-        values = [given[element] for element in element_names(name, variable.shape or ())]
+        values = [texts[element] for element in element_names(name, variable.shape or ())]
         coded = [value.encode() if isinstance(value, str) else value for value in values]
         if _set(instance, str(variable.type), int(variable.valueReference), coded) >= STATUS.DISCARD:
-            said = instance.message() or "it says nothing"
-            raise StickslipError(f"'{instance.fmu.path}' refuses the value of '{name}': {said}")
+            message = instance.message() or "it says nothing"
+            raise StickslipError(f"'{instance.fmu.path}' refuses the value of '{name}': {message}")
     calls.resets = 0
 
 
@@ -44,21 +44,21 @@ def _set(instance: Instance, kind: str, reference: int, values: list[bytes]) -> 
     if kind == "String":
         last = () if instance.fmu.fmi == 2 else (c_size_t(n),)
         return function(*first, (c_char_p * n)(*values), *last)
-    kept = [ctypes.create_string_buffer(value, max(1, len(value))) for value in values]
+    buffers = [ctypes.create_string_buffer(value, max(1, len(value))) for value in values]
     sizes = (c_size_t * n)(*map(len, values))
-    return function(*first, sizes, (c_void_p * n)(*map(ctypes.addressof, kept)), c_size_t(n))
+    return function(*first, sizes, (c_void_p * n)(*map(ctypes.addressof, buffers)), c_size_t(n))
 
 
 def read(instance: Instance, names: Iterable[str]) -> dict[str, str | bytes]:
     """Texts and bytes by name, an array by element; without those that the FMU does not tell."""
-    found: dict[str, str | bytes] = {}
+    texts: dict[str, str | bytes] = {}
     for name in names:
         variable = instance.fmu.variables[name]
         elements = element_names(name, variable.shape or ())
         values = _get(instance, str(variable.type), int(variable.valueReference), len(elements))
         if values is not None:
-            found |= zip(elements, values, strict=True)
-    return found
+            texts |= zip(elements, values, strict=True)
+    return texts
 
 
 def _get(instance: Instance, kind: str, reference: int, n: int) -> list[str] | list[bytes] | None:

@@ -23,13 +23,13 @@ def outputs(fmu: Fmu) -> list[str]:
     return [name for name, v in fmu.variables.items() if v.causality == "output" and is_text(fmu, name)]
 
 
-def split(fmu: Fmu, given: Mapping[str, Value]) -> tuple[dict[str, Value], dict[str, Value]]:
+def split(fmu: Fmu, values: Mapping[str, Value]) -> tuple[dict[str, Value], dict[str, Value]]:
     """Values of variables that are texts or bytes, and the rest."""
-    chosen = {name: value for name, value in given.items() if is_text(fmu, name)}
-    return chosen, {name: value for name, value in given.items() if name not in chosen}
+    chosen = {name: value for name, value in values.items() if is_text(fmu, name)}
+    return chosen, {name: value for name, value in values.items() if name not in chosen}
 
 
-def checked(fmu: Fmu, given: Mapping[str, object], *, kind: str) -> dict[str, str | bytes]:
+def checked(fmu: Fmu, values: Mapping[str, object], *, kind: str) -> dict[str, str | bytes]:
     """What is set as the FMU takes it: texts, and bytes, also from hex text ``0x00ff`` and from a file ``@path``.
 
     Args:
@@ -38,23 +38,25 @@ def checked(fmu: Fmu, given: Mapping[str, object], *, kind: str) -> dict[str, st
     Raises:
         StickslipError: a variable of another kind, no text, no bytes, an array of which elements are missing.
     """
-    made: dict[str, str | bytes] = {}
-    for name, value in given.items():
+    texts: dict[str, str | bytes] = {}
+    for name, value in values.items():
         variable = fmu.variables[owner(name, fmu.variables)]
         if kind == "start value":
             settable = variable.initial in ("exact", "approx") and variable.causality != "input"
         else:
             settable = variable.causality == kind
         if not settable or variable.variability == "constant":
-            what = f"{variable.variability or ''} {variable.causality}".strip()
-            raise StickslipError(f"'{name}' of '{fmu.description.modelName}' is no {kind} to be set: it is a {what}.")
-        elements = element_names(str(variable.name), variable.shape or ())
-        if left := [element for element in elements if element not in given]:
+            description = f"{variable.variability or ''} {variable.causality}".strip()
             raise StickslipError(
-                f"'{variable.name}' is an array of {variable.type}, which FMI sets as a whole: give '{left[0]}' too."
+                f"'{name}' of '{fmu.description.modelName}' is no {kind} to be set: it is a {description}."
             )
-        made[name] = _text(name, value) if variable.type == "String" else _bytes(name, value)
-    return made
+        elements = element_names(str(variable.name), variable.shape or ())
+        if missing := [element for element in elements if element not in values]:
+            raise StickslipError(
+                f"'{variable.name}' is an array of {variable.type}, which FMI sets as a whole: give '{missing[0]}' too."
+            )
+        texts[name] = _text(name, value) if variable.type == "String" else _bytes(name, value)
+    return texts
 
 
 def _text(name: str, value: object) -> str:
@@ -100,19 +102,19 @@ def settings(
         StickslipError: as for ``checked``.
     """
     kinds = {"parameter": parameters, "start value": start, "input": inputs}
-    pairs = {kind: split(fmu, given) for kind, given in kinds.items()}
+    pairs = {kind: split(fmu, values) for kind, values in kinds.items()}
     words: dict[str, str | bytes] = {}
-    for kind, (given, _) in pairs.items():
-        words |= checked(fmu, given, kind=kind)
-    rest = [others for _, others in pairs.values()]
-    return words, (rest[0], rest[1], rest[2])
+    for kind, (values, _) in pairs.items():
+        words |= checked(fmu, values, kind=kind)
+    numeric = [others for _, others in pairs.values()]
+    return words, (numeric[0], numeric[1], numeric[2])
 
 
-def untold(fmu: Fmu, names: Iterable[str], told: Container[str]) -> str:
+def untold(fmu: Fmu, names: Iterable[str], recorded: Container[str]) -> str:
     """A word on those asked for that the FMU did not tell, for the method of a run."""
-    left = [n for n in names if any(e not in told for e in element_names(n, fmu.variables[n].shape or ()))]
-    listed = ", ".join(f"'{name}' ({fmu.variables[name].type})" for name in left)
-    return f"; not told by the FMU: {listed}" if left else ""
+    missing = [n for n in names if any(e not in recorded for e in element_names(n, fmu.variables[n].shape or ()))]
+    listed = ", ".join(f"'{name}' ({fmu.variables[name].type})" for name in missing)
+    return f"; not told by the FMU: {listed}" if missing else ""
 
 
 def shown(value: str | bytes) -> str:

@@ -19,26 +19,26 @@ NAMES = {
 
 def note(method: str, c: Any) -> str:
     """The method of a run in words."""
-    said = NAMES.get(method, NAMES["dop853"])
+    text = NAMES.get(method, NAMES["dop853"])
     if method == "auto" and c.n_switches:
-        said += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
+        text += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:
-            said += f" ({c.n_switches} changes between the two)"
+            text += f" ({c.n_switches} changes between the two)"
     if c.accumulations:
         done = "held from there on" if c.on_zeno == ZENO.HOLD else "continued as the FMU does"
-        said += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
+        text += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
     if c.slides:
-        said += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
+        text += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
     if c.most_surfaces > 1:
-        said += f", along {c.most_surfaces} surfaces at once"
+        text += f", along {c.most_surfaces} surfaces at once"
     if c.by_convention:
-        said += " (their fields are no sum of one term for each surface: the mean is a convention there)"
+        text += " (their fields are no sum of one term for each surface: the mean is a convention there)"
     if c.unresolved:
-        said += (
+        text += (
             f"; event indicator {c.unresolved_indicator} changes from t = {c.unresolved_time:.6g} s on faster than "
             "steps can follow: events of it may be missed"
         )
-    return said
+    return text
 
 
 def nothing_to_record(fmu: Fmu) -> str:

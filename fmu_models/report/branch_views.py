@@ -45,8 +45,8 @@ def _(branch: Branch, axes: Axes) -> None:
 
 
 @draw.register(Branches)
-def _(found: Branches, axes: Axes) -> None:
-    draw_branches(found.branches, found.of, axes)
+def _(result: Branches, axes: Axes) -> None:
+    draw_branches(result.branches, result.of, axes)
 
 
 def draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
@@ -65,8 +65,8 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
         axes.axhline(bound, color="0.7", linewidth=0.7, zorder=0)
     axes.autoscale_view()
     axes.set_xlabel(with_unit(branches[0].over, branches[0].units))
-    said = {MULTIPLIER: "real part of the largest multiplier", PERIOD: "period"}
-    axes.set_ylabel(said[of] if of in said else with_unit(of, branches[0].units))
+    labels = {MULTIPLIER: "real part of the largest multiplier", PERIOD: "period"}
+    axes.set_ylabel(labels[of] if of in labels else with_unit(of, branches[0].units))
     axes.set_title(branches[0].model, fontsize="medium")
     legend_below(axes, handles)
 
@@ -86,9 +86,9 @@ def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> lis
     handles = [
         axes.plot([], [], "-", color="black", linewidth=w, label=name)[0] for name, w in zip(SAID, WIDTHS, strict=True)
     ]
-    for place, kind in _in_order(marks):
+    for index, kind in _in_order(marks):
         (x, y), mark = np.array(marks[kind]).T, MARKS.get(kind, "o")
-        colour, size = COLOURS[place % len(COLOURS)], 9 if mark == "*" else 5
+        colour, size = COLOURS[index % len(COLOURS)], 9 if mark == "*" else 5
         (drawn,) = axes.plot(x, y, mark, color=colour, markeredgecolor="black", markersize=size, label=kind, zorder=4)
         handles.append(drawn)
     return handles
@@ -96,13 +96,13 @@ def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> lis
 
 def _in_order(kinds: Iterable[str]) -> list[tuple[int, str]]:
     """Kinds, each with its number among all that are known: the same in every picture."""
-    known = list(MARKS)
-    return sorted((known.index(kind) if kind in known else len(known), kind) for kind in kinds)
+    order = list(MARKS)
+    return sorted((order.index(kind) if kind in order else len(order), kind) for kind in kinds)
 
 
 def legend_below(axes: Axes, handles: Sequence[Any]) -> None:
     """Where it hides nothing."""
-    columns = 3 if max(len(str(one.get_label())) for one in handles) < 25 else 2
+    columns = 3 if max(len(str(handle.get_label())) for handle in handles) < 25 else 2
     axes.legend(
         handles=handles, frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=columns
     )
@@ -116,17 +116,23 @@ def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
         lines = branch.nodes[0].problem.own(branch.multipliers)[None, :, 0].real
     else:
         lines = branch.periods[None] if of == PERIOD else branch.images[:, :, branch.states.index(of)]
-    met = [(place, one) for place, one in zip(branch.places, branch.special, strict=True) if not (jumps and one.touch)]
-    places, heights = [place for place, _ in met], [_heights(one, of, branch.every) for _, one in met]
+    marked = [
+        (index, special)
+        for index, special in zip(branch.places, branch.special, strict=True)
+        if not (jumps and special.touch)
+    ]
+    places, heights = [index for index, _ in marked], [_heights(special, of, branch.every) for _, special in marked]
     if jumps:
-        changed = [i + 1 for i, (one, other) in enumerate(pairwise(branch.words)) if one != other]
+        changed = [i + 1 for i, (word, next_word) in enumerate(pairwise(branch.words)) if word != next_word]
         places, heights = [*places, *changed], [*heights, *([np.nan] for _ in changed)]
-    known = np.insert(np.ones(len(branch.values), bool), places, False)
+    regular = np.insert(np.ones(len(branch.values), bool), places, False)
     stable = np.insert(branch.stable, places, False)
-    values = np.insert(branch.values, places, [*(one.value for _, one in met), *(np.nan for _ in places[len(met) :])])
+    values = np.insert(
+        branch.values, places, [*(special.value for _, special in marked), *(np.nan for _ in places[len(marked) :])]
+    )
     if places:
         lines = np.insert(lines, places, np.array(heights).T, axis=1)
-    either = (stable[:-1] | ~known[:-1]) & (stable[1:] | ~known[1:]) & (known[:-1] | known[1:])
+    either = (stable[:-1] | ~regular[:-1]) & (stable[1:] | ~regular[1:]) & (regular[:-1] | regular[1:])
     return values, either, lines
 
 
@@ -134,11 +140,11 @@ def _heights(special: Special, of: str, every: int) -> list[float]:
     """Where a special is drawn: at its points, or at the multipliers on both its sides."""
     if of == MULTIPLIER:
         sides = (special.multipliers, special.multipliers_with_event)
-        return [float(special.node.problem.own(one)[0].real) for one in sides if one is not None]
+        return [float(special.node.problem.own(side)[0].real) for side in sides if side is not None]
     if of == PERIOD:
         return [special.period]
-    place = list(special.state).index(of)
-    return [float(special.state[of]), *(float(special.at(float(k))[place]) for k in range(1, every))]
+    index = list(special.state).index(of)
+    return [float(special.state[of]), *(float(special.at(float(k))[index]) for k in range(1, every))]
 
 
 def with_unit(name: str, units: Mapping[str, str]) -> str:
@@ -153,34 +159,36 @@ def _(curve: Curve, axes: Axes) -> None:
 
 
 @draw.register(Curves)
-def _(found: Curves, axes: Axes) -> None:
-    _draw_curves(found.curves, axes, found.closed_form)
+def _(result: Curves, axes: Axes) -> None:
+    _draw_curves(result.curves, axes, result.closed_form)
 
 
 def _draw_curves(curves: Sequence[Curve], axes: Axes, closed_form: ClosedForm | None = None) -> None:
     """A colour and a dash for each kind, a numbered dot where a curve has a point of codimension 2, a broad pale line
     for what is known of them."""
     kinds = [kind for _, kind in _in_order({one.kind for one in curves})]
-    said: set[str] = set()
-    met: dict[str, list[tuple[float, float]]] = {}
+    labelled: set[str] = set()
+    points: dict[str, list[tuple[float, float]]] = {}
     for curve in curves:
         style = {"color": COLOURS[kinds.index(curve.kind) % len(COLOURS)], "linestyle": DASHES[kinds.index(curve.kind)]}
-        label = None if curve.kind in said else curve.kind
-        said.add(curve.kind)
+        label = None if curve.kind in labelled else curve.kind
+        labelled.add(curve.kind)
         axes.plot(curve.seconds, curve.values, label=label, **style)
-        for one in curve.meetings:
-            met.setdefault(one.kind, []).append((one.parameters[curve.second], one.parameters[curve.over]))
+        for meeting in curve.meetings:
+            points.setdefault(meeting.kind, []).append(
+                (meeting.parameters[curve.second], meeting.parameters[curve.over])
+            )
     if closed_form is not None:
         ends = axes.get_xlim(), axes.get_ylim()
         values = np.linspace(*ends[1], KNOWN)
-        known = closed_form.at(curves[0].over, values)
-        axes.plot(known, values, color="0.8", linewidth=5.0, zorder=0, label=f"{curves[0].second}: closed form")
+        exact = closed_form.at(curves[0].over, values)
+        axes.plot(exact, values, color="0.8", linewidth=5.0, zorder=0, label=f"{curves[0].second}: closed form")
         axes.set_xlim(ends[0])
         axes.set_ylim(ends[1])
-    for i, (kind, places) in enumerate(met.items(), 1):
+    for i, (kind, places) in enumerate(points.items(), 1):
         axes.plot(*np.array(places).T, "o", color="black", markersize=4, label=f"{i} {kind}", zorder=4)
-        for place in places:
-            axes.annotate(str(i), place, fontsize="small", xytext=(4, 4), textcoords="offset points")
+        for point in places:
+            axes.annotate(str(i), point, fontsize="small", xytext=(4, 4), textcoords="offset points")
     axes.set_xlabel(with_unit(curves[0].second, curves[0].units))
     axes.set_ylabel(with_unit(curves[0].over, curves[0].units))
     axes.set_title(curves[0].model, fontsize="medium")
@@ -192,21 +200,21 @@ def _(curve: Curve) -> str:
     """Its points of codimension 2, and the ends."""
     (kind, why), last = curve.ends
     lines = [curve._heading(), f"  {kind}: {why}"]
-    for met in curve.meetings:
-        at = ", ".join(f"{name} = {value:.15g}" for name, value in met.parameters.items())
-        lines.append(f"  {met.kind} at {at}; {curve.called} {numbers_text(met.multipliers)}")
+    for meeting in curve.meetings:
+        at = ", ".join(f"{name} = {value:.15g}" for name, value in meeting.parameters.items())
+        lines.append(f"  {meeting.kind} at {at}; {curve.called} {numbers_text(meeting.multipliers)}")
     return "\n".join([*lines, f"  {last[0]}: {last[1]}"])
 
 
 @tell.register(Curves)
-def _(found: Curves) -> str:
-    form = found.closed_form
+def _(result: Curves) -> str:
+    form = result.closed_form
     lines = []
-    for one in found.curves:
-        lines.append(tell(one))
+    for curve in result.curves:
+        lines.append(tell(curve))
         if form is not None:
-            lines.append(f"  from {form.formula.text}: {form.error(one):.2g} at most")
-    return "\n".join([*lines, *(f"not followed: {why}" for why in found.failures)])
+            lines.append(f"  from {form.formula.text}: {form.error(curve):.2g} at most")
+    return "\n".join([*lines, *(f"not followed: {why}" for why in result.failures)])
 
 
 @tell.register(Branch)
@@ -220,7 +228,7 @@ def _(branch: Branch) -> str:
 
 
 def _told(special: Special) -> str:
-    multipliers = ", ".join(_number(one) for one in special.multipliers)
+    multipliers = ", ".join(_number(multiplier) for multiplier in special.multipliers)
     kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
     line = f"{kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
     if special.contact:
@@ -233,7 +241,7 @@ def _told(special: Special) -> str:
 
 
 def numbers_text(values: Any) -> str:
-    return ", ".join(_number(one) for one in values)
+    return ", ".join(_number(value) for value in values)
 
 
 def _number(value: complex) -> str:
@@ -242,68 +250,71 @@ def _number(value: complex) -> str:
 
 
 @tell.register(Branches)
-def _(found: Branches) -> str:
-    return "\n".join(tell(one) for one in found.branches)
+def _(result: Branches) -> str:
+    return "\n".join(tell(branch) for branch in result.branches)
 
 
 @draw.register(Followed)
-def _(found: Followed, axes: Axes) -> None:
-    draw(found.shown, axes)
+def _(result: Followed, axes: Axes) -> None:
+    draw(result.shown, axes)
 
 
 @tell.register(Followed)
-def _(found: Followed) -> str:
-    return tell(found.shown)
+def _(result: Followed) -> str:
+    return tell(result.shown)
 
 
 @draw.register(Manifolds)
-def _(found: Manifolds, axes: Axes) -> None:
+def _(result: Manifolds, axes: Axes) -> None:
     """Unstable ones red, stable ones blue, the saddle a square."""
-    columns = [found.states.index(name) for name in found.of]
-    said: set[str] = set()
-    for one in found.curves:
-        x, y = (one.points[:, i] for i in (*columns, *columns)[:2])
-        label = None if one.kind in said else one.kind
-        axes.plot(x, y, color=COLOURS[5 if one.kind == "unstable" else 0], linewidth=0.8, label=label)
-        said.add(one.kind)
-    axes.plot(found.saddle[:, columns[0]], found.saddle[:, columns[-1]], "s", color="black", label="saddle")
-    axes.set_xlabel(found.of[0])
-    axes.set_ylabel(found.of[-1])
-    axes.set_title(found.model, fontsize="medium")
+    columns = [result.states.index(name) for name in result.of]
+    labelled: set[str] = set()
+    for curve in result.curves:
+        x, y = (curve.points[:, i] for i in (*columns, *columns)[:2])
+        label = None if curve.kind in labelled else curve.kind
+        axes.plot(x, y, color=COLOURS[5 if curve.kind == "unstable" else 0], linewidth=0.8, label=label)
+        labelled.add(curve.kind)
+    axes.plot(result.saddle[:, columns[0]], result.saddle[:, columns[-1]], "s", color="black", label="saddle")
+    axes.set_xlabel(result.of[0])
+    axes.set_ylabel(result.of[-1])
+    axes.set_title(result.model, fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 
 
 @tell.register(Manifolds)
-def _(found: Manifolds) -> str:
+def _(result: Manifolds) -> str:
     """The saddle, its eigenvalues, and each curve with its end."""
-    lines = [found._heading()]
-    for point in found.saddle:
-        lines.append("  saddle " + ", ".join(f"{n} = {v:.15g}" for n, v in zip(found.states, point, strict=True)))
-    lines.append(f"  eigenvalues {numbers_text(found.eigenvalues)}")
-    lines += [f"  {one.kind} along {one.eigenvalue:.8g}: {len(one.points)} points; {one.end}" for one in found.curves]
+    lines = [result._heading()]
+    for point in result.saddle:
+        lines.append("  saddle " + ", ".join(f"{n} = {v:.15g}" for n, v in zip(result.states, point, strict=True)))
+    lines.append(f"  eigenvalues {numbers_text(result.eigenvalues)}")
+    lines += [
+        f"  {curve.kind} along {curve.eigenvalue:.8g}: {len(curve.points)} points; {curve.end}"
+        for curve in result.curves
+    ]
     return "\n".join(lines)
 
 
 @draw.register(Homoclinic)
-def _(found: Homoclinic, axes: Axes) -> None:
+def _(result: Homoclinic, axes: Axes) -> None:
     """The motion in the plane of the first two states, and its saddle."""
-    y = min(1, len(found.states) - 1)
-    axes.plot(found.points[:, 0], found.points[:, y], color="black", linewidth=1.2, label="homoclinic motion")
-    axes.plot(found.saddle[0], found.saddle[y], "s", color="black", label="saddle")
-    axes.set_xlabel(found.states[0])
-    axes.set_ylabel(found.states[y])
-    axes.set_title(f"{found.model}, {found.parameter} = {found.value:.9g}", fontsize="medium")
+    y = min(1, len(result.states) - 1)
+    axes.plot(result.points[:, 0], result.points[:, y], color="black", linewidth=1.2, label="homoclinic motion")
+    axes.plot(result.saddle[0], result.saddle[y], "s", color="black", label="saddle")
+    axes.set_xlabel(result.states[0])
+    axes.set_ylabel(result.states[y])
+    axes.set_title(f"{result.model}, {result.parameter} = {result.value:.9g}", fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 
 
 @tell.register(Homoclinic)
-def _(found: Homoclinic) -> str:
-    born = "a stable" if found.saddle_quantity < 0.0 else "an unstable"
-    at = ", ".join(f"{name} = {value:.15g}" for name, value in zip(found.states, found.saddle, strict=True))
+def _(result: Homoclinic) -> str:
+    born = "a stable" if result.saddle_quantity < 0.0 else "an unstable"
+    at = ", ".join(f"{name} = {value:.15g}" for name, value in zip(result.states, result.saddle, strict=True))
     return "\n".join(
         [
-            found._heading(),
-            f"  saddle {at}; eigenvalues {numbers_text(found.eigenvalues)}",
-            f"  {born} cycle is born there; known to {found.width:.2g}",
+            result._heading(),
+            f"  saddle {at}; eigenvalues {numbers_text(result.eigenvalues)}",
+            f"  {born} cycle is born there; known to {result.width:.2g}",
         ]
     )

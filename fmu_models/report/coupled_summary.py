@@ -8,6 +8,7 @@ import numpy as np
 
 from fmu_models.base import console
 from fmu_models.base.table import number, table
+from fmu_models.report import beside_summary
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,5 +66,7 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(console.plain(f"{content['n_events']} events, the last of them:"))
         for event in content["events"][-SHOWN_EVENTS:]:
             out.print(console.plain(f"  {event['text']}"))
+    if "beside" in content:
+        beside_summary.print_summary(content["beside"], out)
     for file in content["files"]:
         out.print(console.plain(f"written: {file}"))

@@ -25,54 +25,57 @@ if TYPE_CHECKING:
 
 
 @draw.register(EquilibriumBranch)
-def _(found: EquilibriumBranch, axes: Axes) -> None:
-    if found.of == EIGENVALUES:
-        _draw_eigenvalues(found, axes)
+def _(branch: EquilibriumBranch, axes: Axes) -> None:
+    if branch.of == EIGENVALUES:
+        _draw_eigenvalues(branch, axes)
     else:
-        _draw_equilibria(found, axes)
+        _draw_equilibria(branch, axes)
 
 
-def _draw_equilibria(found: EquilibriumBranch, axes: Axes) -> None:
+def _draw_equilibria(branch: EquilibriumBranch, axes: Axes) -> None:
     """As branches of motions are, the cycles that leave them in another colour; sets of them as bands."""
-    stable = found.stable[:-1] & found.stable[1:]
-    draw_lines(found.values, stable, found.points[None, :, found.states.index(found.of)], "black", axes)
+    stable = branch.stable[:-1] & branch.stable[1:]
+    draw_lines(branch.values, stable, branch.points[None, :, branch.states.index(branch.of)], "black", axes)
     band = None
-    if found.intervals is not None:
+    if branch.intervals is not None:
         band = axes.fill_between(
-            found.values, *found.intervals[:, :, found.states.index(found.of)].T, color="0.85", label="set that sticks"
+            branch.values,
+            *branch.intervals[:, :, branch.states.index(branch.of)].T,
+            color="0.85",
+            label="set that sticks",
         )
     marks: dict[str, list[tuple[float, float]]] = {}
-    for special in found.special:
-        marks.setdefault(special.kind, []).append((special.value, special.state[found.of]))
-    for cycles in found.cycles:
-        draw_lines(*lines_of(cycles, found.of), COLOURS[0], axes)
+    for special in branch.special:
+        marks.setdefault(special.kind, []).append((special.value, special.state[branch.of]))
+    for cycles in branch.cycles:
+        draw_lines(*lines_of(cycles, branch.of), COLOURS[0], axes)
         for special in cycles.special:
-            marks.setdefault(special.kind, []).append((special.value, special.state[found.of]))
+            marks.setdefault(special.kind, []).append((special.value, special.state[branch.of]))
     handles = legend_of(marks, axes)
     if band is not None:
         handles.append(band)
-    if found.cycles:
+    if branch.cycles:
         handles.append(axes.plot([], [], color=COLOURS[0], label="cycles, where they begin")[0])
     axes.autoscale_view()
-    axes.set_xlabel(with_unit(found.over, found.units))
-    axes.set_ylabel(with_unit(found.of, found.units))
-    axes.set_title(found.model, fontsize="medium")
+    axes.set_xlabel(with_unit(branch.over, branch.units))
+    axes.set_ylabel(with_unit(branch.of, branch.units))
+    axes.set_title(branch.model, fontsize="medium")
     legend_below(axes, handles)
 
 
-def _draw_eigenvalues(found: EquilibriumBranch, axes: Axes) -> None:
+def _draw_eigenvalues(branch: EquilibriumBranch, axes: Axes) -> None:
     """Their way in the complex plane: dots along the branch, lines where they are a set, marks where it bifurcates."""
-    finite = np.isfinite(found.eigenvalues)
+    finite = np.isfinite(branch.eigenvalues)
     axes.plot(
-        found.eigenvalues[finite].real,
-        found.eigenvalues[finite].imag,
+        branch.eigenvalues[finite].real,
+        branch.eigenvalues[finite].imag,
         "o",
         color="black",
         markersize=2.5,
-        label=f"over {found.over}",
+        label=f"over {branch.over}",
     )
-    said: set[str] = set()
-    for special in found.special:
+    labelled: set[str] = set()
+    for special in branch.special:
         if special.eigenvalues_after is None:
             at = special.eigenvalues[np.isfinite(special.eigenvalues)]
             colour = COLOURS[5] if special.kind == "Hopf" else COLOURS[1]
@@ -84,12 +87,12 @@ def _draw_eigenvalues(found: EquilibriumBranch, axes: Axes) -> None:
         for name, shares in special.crossings.items():
             rows = special.path(shares)
             colour = COLOURS[1 + ["imaginary axis", "zero", "double"].index(name)]
-            apart = np.abs(rows[:, :, None] - rows[:, None, :] + 1e300 * np.eye(rows.shape[1]))
-            kept = rows[(apart.min(axis=2) if name == "double" else np.abs(rows.real)) < 1e-6]
-            label = None if name in said else name
-            axes.plot(kept.real, kept.imag, "o", color=colour, markersize=5, zorder=3, label=label)
-            said.add(name)
-            for share, at in zip(shares, kept[kept.imag >= -1e-6], strict=False):
+            distances = np.abs(rows[:, :, None] - rows[:, None, :] + 1e300 * np.eye(rows.shape[1]))
+            marked = rows[(distances.min(axis=2) if name == "double" else np.abs(rows.real)) < 1e-6]
+            label = None if name in labelled else name
+            axes.plot(marked.real, marked.imag, "o", color=colour, markersize=5, zorder=3, label=label)
+            labelled.add(name)
+            for share, at in zip(shares, marked[marked.imag >= -1e-6], strict=False):
                 above = (4, -11 if name == "double" else 4)
                 where = (at.real, at.imag)
                 axes.annotate(f"$q$ = {share:.4g}", where, above, textcoords="offset points", fontsize="x-small")
@@ -97,7 +100,7 @@ def _draw_eigenvalues(found: EquilibriumBranch, axes: Axes) -> None:
     axes.axvline(0.0, color="0.6", linewidth=0.6, zorder=0)
     axes.set_xlabel("real part (1/s)")
     axes.set_ylabel("imaginary part (1/s)")
-    axes.set_title(found.model, fontsize="medium")
+    axes.set_title(branch.model, fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 
 
@@ -105,32 +108,32 @@ def _path(special: SpecialEquilibrium) -> Any:
     """(m, n) the set of eigenvalues as n lines."""
     from scipy.optimize import linear_sum_assignment
 
-    met = [share for shares in special.crossings.values() for share in shares]
-    path = special.path(np.unique([*np.linspace(0.0, 1.0, 401), *met]))
+    crossings = [share for shares in special.crossings.values() for share in shares]
+    path = special.path(np.unique([*np.linspace(0.0, 1.0, 401), *crossings]))
     for before, row in pairwise(path):
         row[:] = row[linear_sum_assignment(np.abs(before[:, None] - row))[1]]
     return path
 
 
 @tell.register(EquilibriumBranch)
-def _(found: EquilibriumBranch) -> str:
+def _(branch: EquilibriumBranch) -> str:
     """What is special, in the order of the branch, the ends, and the cycles that leave."""
-    (kind, why), last = found.ends
-    lines = [f"{found._heading()}: {found.stable.sum()} stable", f"  {kind}: {why}"]
-    lines += [f"  {_told_equilibrium(one)}" for one in found.special]
-    for place in (0, -1) if found.intervals is not None else ():
-        lines.append(f"  {_told_set(found, place)}")
+    (kind, why), last = branch.ends
+    lines = [f"{branch._heading()}: {branch.stable.sum()} stable", f"  {kind}: {why}"]
+    lines += [f"  {_told_equilibrium(special)}" for special in branch.special]
+    for index in (0, -1) if branch.intervals is not None else ():
+        lines.append(f"  {_told_set(branch, index)}")
     lines.append(f"  {last[0]}: {last[1]}")
-    lines += [f"  {found.how}"] if found.how else []
-    return "\n".join([*lines, *(tell(one) for one in found.cycles)])
+    lines += [f"  {branch.how}"] if branch.how else []
+    return "\n".join([*lines, *(tell(cycle) for cycle in branch.cycles)])
 
 
-def _told_set(found: EquilibriumBranch, place: int) -> str:
-    assert found.intervals is not None
+def _told_set(branch: EquilibriumBranch, index: int) -> str:
+    assert branch.intervals is not None
     ends = (
-        ", ".join(f"{n} = {v:.10g}" for n, v in zip(found.states, end, strict=True)) for end in found.intervals[place]
+        ", ".join(f"{n} = {v:.10g}" for n, v in zip(branch.states, end, strict=True)) for end in branch.intervals[index]
     )
-    return f"at {found.over} = {found.values[place]:.15g} from {' to '.join(ends)}"
+    return f"at {branch.over} = {branch.values[index]:.15g} from {' to '.join(ends)}"
 
 
 def _told_equilibrium(special: SpecialEquilibrium) -> str:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from fmu_models.base import console
 from fmu_models.base.table import Cell, Column, table
 from fmu_models.fmu.library import platforms, sources, this_folder
+from fmu_models.report.run_summary import LISTED
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
@@ -26,7 +27,6 @@ CAUSALITIES = (
     *("input", "output", "local", "independent"),
 )
 YES_OR_NO = ("can", "completed", "has", "might", "needs", "provides")  # beginnings of the attributes that are
-LISTED = 40  # rows of one kind that a person reads; programs get all
 
 
 def sheet(fmu: Fmu) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def sheet(fmu: Fmu) -> dict[str, Any]:
 def _interfaces(fmu: Fmu) -> list[dict[str, Any]]:
     """What each interface declares, in the words of the standard."""
     root = ElementTree.parse(fmu.folder / "modelDescription.xml").getroot()
-    found = []
+    interfaces = []
     for tag, kind in INTERFACES.items():
         element = root.find(tag)
         if element is not None:
@@ -70,8 +70,10 @@ def _interfaces(fmu: Fmu) -> list[dict[str, Any]]:
                 for name, value in stated.items()
                 if value not in ("false", "0")
             ]
-            found.append({"kind": kind, "identifier": element.get("modelIdentifier"), "capabilities": capabilities})
-    return found
+            interfaces.append(
+                {"kind": kind, "identifier": element.get("modelIdentifier"), "capabilities": capabilities}
+            )
+    return interfaces
 
 
 def _experiment(d: ModelDescription) -> dict[str, Any]:
@@ -116,10 +118,10 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     for interface in content["interfaces"]:
         capable = ", ".join(interface["capabilities"]) or "no optional capability"
         out.print(plain(f"{interface['kind']} ({interface['identifier']}): {capable}"))
-    here = "runs here" if content["runs_here"] else "none for this machine"
+    platform = "runs here" if content["runs_here"] else "none for this machine"
     n_sources = len(content["sources"])
     built = f"{n_sources} source files" + ("" if content["runs_here"] else ", built when it is simulated")
-    out.print(plain(f"platforms: {', '.join(content['platforms']) or 'none'} ({here})"))
+    out.print(plain(f"platforms: {', '.join(content['platforms']) or 'none'} ({platform})"))
     out.print(plain(f"sources: {built if n_sources else 'none'}"))
     out.print(plain(f"continuous states: {len(content['states'])}; event indicators: {content['event_indicators']}"))
     if content["default_experiment"]:

@@ -32,10 +32,10 @@ def inline_svg(figure: Figure, prefix: str, title: str) -> str:
     svg = re.sub(r'(xlink:href="#|url\(#)', rf"\1{prefix}-", svg)
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
-    head, end, rest = svg.partition(">")
-    return f'{head} role="img" aria-label="{escape(title)}"{end}{rest.strip()}'
+    head, end, body = svg.partition(">")
+    return f'{head} role="img" aria-label="{escape(title)}"{end}{body.strip()}'
 
 
 def _shortened(tag: re.Match[str]) -> str:
     """A drawn line or mark with places to hundredths of a point, which is below what any paper shows."""
-    return re.sub(r'(?<= )(d|x|y)="([^"]*)"', lambda found: re.sub(r"(\.\d\d)\d+", r"\1", found[0]), tag[0])
+    return re.sub(r'(?<= )(d|x|y)="([^"]*)"', lambda number: re.sub(r"(\.\d\d)\d+", r"\1", number[0]), tag[0])

@@ -65,7 +65,7 @@ def check_page(path: str | os.PathLike[str]) -> Path:
 
 
 def write_page(
-    found: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False, motion: Motion | None = None
+    result: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False, motion: Motion | None = None
 ) -> Path:
     """Write a family as a page. motion: the one that a click shows below; none if None.
 
@@ -75,15 +75,15 @@ def write_page(
     target = check_page(path)
     import plotly.graph_objects as graph
 
-    figure = graph.Figure(traces(found), _layout(found))
+    figure = graph.Figure(traces(result), _layout(result))
     text = figure.to_html(
         full_html=True,
         include_plotlyjs=True,
         config={"displaylogo": False, "scrollZoom": True},
         default_height="100%" if motion is None else "75vh",
-        post_script=None if motion is None else CLICK % _clicked(found, motion),
+        post_script=None if motion is None else CLICK % _clicked(result, motion),
     )
-    text = text.replace("<head>", f"<head><title>{_layout(found)['title']['text']}</title>", 1)
+    text = text.replace("<head>", f"<head><title>{_layout(result)['title']['text']}</title>", 1)
     if motion is not None:
         head, _, tail = text.rpartition("</body>")
         text = f"{head}<p>A click above shows the motion of that place here.</p>{motion.frame}</body>{tail}"
@@ -92,23 +92,23 @@ def write_page(
     return target
 
 
-def _clicked(found: Any, motion: Motion) -> str:
+def _clicked(result: Any, motion: Motion) -> str:
     """What a click has to know, as JSON: a point of a diagram is a motion's own state, a cell names two values."""
-    known: dict[str, Any] = {
+    content: dict[str, Any] = {
         "state": {"model": motion.model, "version": motion.version, "set": dict(motion.values)},
-        "axes": [found.over] if isinstance(found, Diagram) else list(found.axes),
+        "axes": [result.over] if isinstance(result, Diagram) else list(result.axes),
     }
-    if isinstance(found, Diagram):
-        known["states"] = found.states
-        places = (np.nonzero(np.isfinite(shown)) for shown in found.shown)
-        known["starts"] = [points[place].tolist() for points, place in zip(found.points, places, strict=True)]
-    return json.dumps(known).replace("</", "<\\/")
+    if isinstance(result, Diagram):
+        content["states"] = result.states
+        places = (np.nonzero(np.isfinite(mask)) for mask in result.shown)
+        content["starts"] = [points[indices].tolist() for points, indices in zip(result.points, places, strict=True)]
+    return json.dumps(content).replace("</", "<\\/")
 
 
-def _layout(found: Any) -> dict[str, Any]:
-    names = (found.over, found.of) if isinstance(found, Diagram) else tuple(found.axes)
+def _layout(result: Any) -> dict[str, Any]:
+    names = (result.over, result.of) if isinstance(result, Diagram) else tuple(result.axes)
     return {
-        "title": {"text": html.escape(found.model)},
+        "title": {"text": html.escape(result.model)},
         "xaxis": {"title": {"text": names[0]}},
         "yaxis": {"title": {"text": names[1]}},
         "template": "simple_white",
@@ -118,33 +118,33 @@ def _layout(found: Any) -> dict[str, Any]:
 
 
 @singledispatch
-def traces(found: Any) -> list[dict[str, Any]]:
+def traces(result: Any) -> list[dict[str, Any]]:
     """What is drawn of a family, as plotly has it."""
-    raise StickslipError(f"There is no page of {type(found).__name__}. Draw it by --figure.")
+    raise StickslipError(f"There is no page of {type(result).__name__}. Draw it by --figure.")
 
 
 @traces.register(Diagram)
 def _(diagram: Diagram) -> list[dict[str, Any]]:
     """A dot per point, a trace per sweep."""
-    made = []
-    for d, way in enumerate(diagram.directions):
-        shown = diagram.shown[d]
-        m, r = np.nonzero(np.isfinite(shown))
+    figures = []
+    for d, direction in enumerate(diagram.directions):
+        visible = diagram.shown[d]
+        m, r = np.nonzero(np.isfinite(visible))
         words = np.array([diagram.word(d, i) or "none" for i in range(len(diagram.values))], dtype=object)
-        made.append(
+        figures.append(
             {
                 "type": "scattergl",
                 "mode": "markers",
-                "name": way,
+                "name": direction,
                 "x": diagram.values[m].tolist(),
-                "y": shown[m, r].tolist(),
+                "y": visible[m, r].tolist(),
                 "customdata": words[m].tolist(),
-                "marker": {"color": SWEEPS[way], "size": (4, 2)[d]},
+                "marker": {"color": SWEEPS[direction], "size": (4, 2)[d]},
                 "hovertemplate": f"{diagram.over} = %{{x:{DIGITS}}}<br>{diagram.of} = %{{y:{DIGITS}}}"
-                f"<br>motion %{{customdata}}<extra>{way}</extra>",
+                f"<br>motion %{{customdata}}<extra>{direction}</extra>",
             }
         )
-    return made
+    return figures
 
 
 @traces.register(Basins)
@@ -152,14 +152,14 @@ def _(basins: Basins) -> list[dict[str, Any]]:
     """The grid, and the attractors on it."""
     if len(basins.axes) != 2:
         raise StickslipError(f"A page of basins is over two states, found {', '.join(basins.axes)}.")
-    said = attractors_of(basins)
-    made = _grid(basins.axes, basins.labels, said, colours_of(said), "steps", basins.steps)
+    names = attractors_of(basins)
+    figures = _grid(basins.axes, basins.labels, names, colours_of(names), "steps", basins.steps)
     limits = [(values.min(), values.max()) for values in basins.axes.values()]
-    for name, colour, one in zip(said, colours_of(said), basins.attractors, strict=True):
-        points = np.stack([one.points[:, basins.states.index(axis)] for axis in basins.axes], axis=1)
+    for name, colour, attractor in zip(names, colours_of(names), basins.attractors, strict=True):
+        points = np.stack([attractor.points[:, basins.states.index(axis)] for axis in basins.axes], axis=1)
         inside = np.all([(low <= p) & (p <= high) for (low, high), p in zip(limits, points.T, strict=True)], axis=0)
-        marker = {"color": colour, "size": 9 if one.period else 2, "line": {"color": "black", "width": 1.5}}
-        made.append(
+        marker = {"color": colour, "size": 9 if attractor.period else 2, "line": {"color": "black", "width": 1.5}}
+        figures.append(
             {
                 "type": "scattergl",
                 "mode": "markers",
@@ -170,26 +170,26 @@ def _(basins: Basins) -> list[dict[str, Any]]:
                 "showlegend": False,
             }
         )
-    return made
+    return figures
 
 
 @traces.register(Chart)
 def _(chart: Chart) -> list[dict[str, Any]]:
-    said = [f"{chart.what} {name}" for name in classes_of(chart)]
-    return _grid(chart.axes, chart.labels, said, colours_of(chart.classes), "value", chart.values)
+    names = [f"{chart.what} {name}" for name in classes_of(chart)]
+    return _grid(chart.axes, chart.labels, names, colours_of(chart.classes), "value", chart.values)
 
 
 def _grid(
     axes: Mapping[str, NDArray[np.float64]],
     labels: NDArray[np.int64],
-    said: Sequence[str],
+    names: Sequence[str],
     colours: Sequence[str],
     behind: str,
     numbers: NDArray[Any],
 ) -> list[dict[str, Any]]:
     """Cells in the colours of their classes, what each is under the cursor, and a legend."""
-    (name, x), (other, y) = axes.items()
-    texts = {**dict(enumerate(said)), **{value: text for value, (text, _) in UNLABELLED.items()}}
+    (name, x), (second, y) = axes.items()
+    texts = {**dict(enumerate(names)), **{value: text for value, (text, _) in UNLABELLED.items()}}
     shades = [PALE, *colours]
     steps = [(k + edge) / len(shades) for k in range(len(shades)) for edge in (0, 1)]
     cells = {
@@ -202,8 +202,8 @@ def _grid(
         "colorscale": [[step, shades[i // 2]] for i, step in enumerate(steps)],
         "showscale": False,
         "text": [[texts[int(label)] for label in row] for row in labels.T],
-        "customdata": [[None if np.isnan(one) else float(one) for one in row] for row in numbers.T],
-        "hovertemplate": f"{name} = %{{x:{DIGITS}}}<br>{other} = %{{y:{DIGITS}}}<br>%{{text}}"
+        "customdata": [[None if np.isnan(number) else float(number) for number in row] for row in numbers.T],
+        "hovertemplate": f"{name} = %{{x:{DIGITS}}}<br>{second} = %{{y:{DIGITS}}}<br>%{{text}}"
         f"<br>{behind} %{{customdata:{DIGITS}}}<extra></extra>",
     }
     legend = [
@@ -216,7 +216,7 @@ def _grid(
             "marker": {"color": colour, "size": 12, "symbol": "square", "line": {"color": "grey", "width": 1}},
         }
         for text, colour in [
-            *zip(said, colours, strict=True),
+            *zip(names, colours, strict=True),
             *((text, PALE) for value, (text, _) in UNLABELLED.items() if (labels == value).any()),
         ]
     ]

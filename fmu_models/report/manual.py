@@ -88,7 +88,7 @@ def forget_old(folder: Path) -> None:
 
 def _state() -> str:
     """Digest of all that a page may show."""
-    return digest(*(part for path in sorted(_sources()) for part in (path.name, path.read_bytes())))
+    return digest(*(item for path in sorted(_sources()) for item in (path.name, path.read_bytes())))
 
 
 def _sources() -> Iterator[Path]:
@@ -110,19 +110,19 @@ def _build(work: Path, strict: bool, progress: Callable[[float], None]) -> None:
     paths = [str(shipped.ROOM), os.environ.get("PYTHONPATH", "")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
     with (
-        open(work / "said", "w+", encoding="utf-8", errors="replace") as said,
+        open(work / "said", "w+", encoding="utf-8", errors="replace") as log,
         subprocess.Popen(
-            line, stdout=subprocess.PIPE, stderr=said, env=environment, text=True, encoding="utf-8", errors="replace"
+            line, stdout=subprocess.PIPE, stderr=log, env=environment, text=True, encoding="utf-8", errors="replace"
         ) as process,
     ):
         assert process.stdout is not None
         for words in process.stdout:
-            if found := re.match(r"(making|reading|writing) .*\[ *(\d+)%\]", words):
-                begin, end = PHASES[found[1]]
-                progress(begin + (end - begin) * int(found[2]) / 100)
+            if match := re.match(r"(making|reading|writing) .*\[ *(\d+)%\]", words):
+                start, end = PHASES[match[1]]
+                progress(start + (end - start) * int(match[2]) / 100)
         process.wait()
-        said.seek(0)
-        lines = [text.rstrip() for text in said if text.strip()]
+        log.seek(0)
+        lines = [text.rstrip() for text in log if text.strip()]
     if process.returncode:
         complaints = [text for text in lines if re.search(": (WARNING|ERROR): ", text)] or lines
         raise StickslipError("The manual cannot be built. Sphinx says: " + "\n".join(complaints[-LAST_WORDS:]))

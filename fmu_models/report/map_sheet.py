@@ -18,25 +18,25 @@ def print_map(content: dict[str, Any], out: Console) -> None:
         out.print(f"  {name} <- {rule}")
     out.print("  " + ", ".join(f"{name} = {value:g}" for name, value in content["parameters"].items()))
     period = content["period"]
-    what = "Fixed points" if period == 1 else f"Motions of period {period}"
+    heading = "Fixed points" if period == 1 else f"Motions of period {period}"
     where = ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high) in content["box"].items())
     if content["motions"]:
-        out.print(_motion_table(content, f"{what}, {where}"))
+        out.print(_motion_table(content, f"{heading}, {where}"))
     else:
-        out.print(f"{what}: none found for {where}")
+        out.print(f"{heading}: none found for {where}")
     if content.get("jumps"):
-        made = console.table(">jump at", ">left", ">right", "", title=f"Jumps of the {_iterate(period)}")
+        jumps = console.table(">jump at", ">left", ">right", "", title=f"Jumps of the {_iterate(period)}")
         for row in content["jumps"]:
             crossing = "crosses the diagonal; no fixed point" if row["crosses_diagonal"] else ""
-            made.add_row(*(f"{round(row[key], 9):.6g}" for key in ("x", "left", "right")), crossing)
-        out.print(made)
+            jumps.add_row(*(f"{round(row[key], 9):.6g}" for key in ("x", "left", "right")), crossing)
+        out.print(jumps)
     if "bifurcations" in content:
         _print_bifurcations(content["bifurcations"], out)
     if "lyapunov" in content:
-        found = content["lyapunov"]
-        pairs = zip(found["exponents"], found["standard_errors"], strict=True)
-        shown = ", ".join("-inf" if value is None else value_with_sd(value, error) for value, error in pairs)
-        out.print(f"Lyapunov exponents: {shown} per step, from {found['steps']} steps")
+        exponents = content["lyapunov"]
+        pairs = zip(exponents["exponents"], exponents["standard_errors"], strict=True)
+        listing = ", ".join("-inf" if value is None else value_with_sd(value, error) for value, error in pairs)
+        out.print(f"Lyapunov exponents: {listing} per step, from {exponents['steps']} steps")
 
 
 def _iterate(period: int) -> str:
@@ -45,24 +45,24 @@ def _iterate(period: int) -> str:
 
 def _motion_table(content: dict[str, Any], title: str) -> Any:
     states = list(content["rule"])
-    made = console.table(*(f">{name}" for name in states), ">eigenvalues", "class", "", title=title)
+    motions = console.table(*(f">{name}" for name in states), ">eigenvalues", "class", "", title=title)
     for motion in content["motions"]:
-        values = "\n".join(_complex(one) for one in motion["eigenvalues"])
+        values = "\n".join(_complex(eigenvalue) for eigenvalue in motion["eigenvalues"])
         verdict = "stable" if motion["stable"] else "unstable" if motion["hyperbolic"] else "undecided"
         columns = ("\n".join(f"{point[name]:.10g}" for point in motion["points"]) for name in states)
-        made.add_row(*columns, values, "\n".join(motion["classes"]), verdict)
-    return made
+        motions.add_row(*columns, values, "\n".join(motion["classes"]), verdict)
+    return motions
 
 
 def _print_bifurcations(rows: list[dict[str, Any]], out: Console) -> None:
     if not rows:
         out.print("On the way these motions meet neither a saddle-node nor a flip.")
         return
-    made = console.table("parameter", ">value", "what", "at", title="On the way")
+    bifurcations = console.table("parameter", ">value", "what", "at", title="On the way")
     for row in rows:
-        place = ", ".join(f"{name} {value:.6g}" for name, value in row["points"][0].items())
-        made.add_row(row["parameter"], f"{row['value']:.14g}", row["kind"], place)
-    out.print(made)
+        coordinates = ", ".join(f"{name} {value:.6g}" for name, value in row["points"][0].items())
+        bifurcations.add_row(row["parameter"], f"{row['value']:.14g}", row["kind"], coordinates)
+    out.print(bifurcations)
 
 
 def _complex(eigenvalue: dict[str, float]) -> str:

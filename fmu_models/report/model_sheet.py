@@ -62,8 +62,8 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
 def _exact_flow(system: HybridSystem) -> dict[str, Any]:
     """Whether every mode is linear with constant coefficients, and whether strobes are made by its exact flow in lanes;
     why not."""
-    found, lanes = obstacles(system), lane_obstacles(system)
-    return {"linear": not found, "lanes": not lanes, "obstacles": list(found or lanes)}
+    reasons, lanes = obstacles(system), lane_obstacles(system)
+    return {"linear": not reasons, "lanes": not lanes, "obstacles": list(reasons or lanes)}
 
 
 def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
@@ -73,9 +73,9 @@ def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
         "kind": contact.kind.words,
         "description": contact.description,
         "law": _law(contact, declared),
-        "equations": {what: _said(line) for what, line in of_contact(contact).items()},
+        "equations": {name: _said(line) for name, line in of_contact(contact).items()},
         "states": states_of(contact),
-        "indicators": [INDICATORS[what][1] for what in contact.indicators],
+        "indicators": [INDICATORS[indicator][1] for indicator in contact.indicators],
     }
 
 
@@ -87,7 +87,7 @@ def _law(contact: ContactDynamics, declared: Any) -> str | None:
 
 
 def _said(line: Line) -> str:
-    return "".join(part if isinstance(part, str) else readable(part) for part in line)
+    return "".join(token if isinstance(token, str) else readable(token) for token in line)
 
 
 def readable(expression: sympy.Basic) -> str:
@@ -133,8 +133,8 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     for contact in content["contacts"]:
         kind = f"{contact['kind']}, {contact['law']}" if contact["law"] else contact["kind"]
         out.print(f"\n[bold]{contact['name']}[/bold] ({kind}): {contact['description']}")
-        for what, expression in contact["equations"].items():
-            out.print(f"    {what:22s} {expression}", markup=False)
+        for name, expression in contact["equations"].items():
+            out.print(f"    {name:22s} {expression}", markup=False)
         out.print(f"    {'states':22s} {', '.join(contact['states'])}", markup=False)
         out.print(f"    {'indicators':22s} {'; '.join(contact['indicators'])}", markup=False)
     rows: list[list[str | Cell]] = [
@@ -143,9 +143,9 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     ]
     out.print(table("", ("parameter", "value", "from", "to", "unit", "meaning"), rows))
     rows = [
-        [one["name"], kind, number(one.get("value", one.get("start")), "g"), one["unit"], one["description"]]
+        [item["name"], kind, number(item.get("value", item.get("start")), "g"), item["unit"], item["description"]]
         for kind in ("input", "state", "output")
-        for one in content[f"{kind}s"]
+        for item in content[f"{kind}s"]
     ]
     out.print(table("", ("variable", "kind", "start", "unit", "meaning"), rows))
     for sentence in content["requirements"]:

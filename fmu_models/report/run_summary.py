@@ -15,6 +15,7 @@ from fmu_models.base.table import Cell, number, table
 from fmu_models.fmu.elements import owner
 from fmu_models.importer.texts import shown
 from fmu_models.language.contact_kinds import CONTACT_STATES, RIGID_STATES
+from fmu_models.report import beside_summary
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 
@@ -54,7 +55,7 @@ def summary(
     }
     if trajectory.texts:
         content["texts"] = {
-            name: dict(zip(("start", "end"), map(shown, both), strict=True)) for name, both in trajectory.texts.items()
+            name: dict(zip(("start", "end"), map(shown, ends), strict=True)) for name, ends in trajectory.texts.items()
         }
     if estimate:
         content["error"] = dataclasses.asdict(estimate) | {"companions": COMPANIONS}
@@ -97,8 +98,8 @@ def _kind(event: Any) -> str:
     """What an event is counted under."""
     if isinstance(event, Event):
         return f"contact {event.contact}"
-    which = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
-    return f"{event.kind}{which}"
+    label = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
+    return f"{event.kind}{label}"
 
 
 def _clocks(fmu: Fmu, trajectory: Trajectory) -> dict[str, int]:
@@ -111,23 +112,23 @@ def _clocks(fmu: Fmu, trajectory: Trajectory) -> dict[str, int]:
 
 def _not_finite(trajectory: Trajectory) -> dict[str, float]:
     """When variables first were no finite number; states never are, but what an FMU gives out may be."""
-    found = {}
+    rows = {}
     for name, data in trajectory.values.items():
         bad = np.flatnonzero(~np.isfinite(np.asarray(data, dtype=float)))
         if bad.size:
-            found[name] = float(trajectory.time[bad[0]])
-    return found
+            rows[name] = float(trajectory.time[bad[0]])
+    return rows
 
 
 def _contact(trajectory: Trajectory, name: str, *, rigid: bool) -> dict[str, Any]:
     names = RIGID_STATES if rigid else CONTACT_STATES
-    begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
+    start, end = float(trajectory.time[0]), float(trajectory.time[-1])
     events = [event for event in trajectory.events if event.contact == name]
     first = events[0].before if events else int(trajectory[f"{name}_state"][0])
-    changes = [(begin, first), *((event.time, event.after) for event in events), (end, first)]
+    changes = [(start, first), *((event.time, event.after) for event in events), (end, first)]
     shares: Counter[str] = Counter()
     for (since, state), (until, _) in itertools.pairwise(changes):
-        shares[names[state]] += (until - since) / (end - begin)  # type: ignore[assignment]
+        shares[names[state]] += (until - since) / (end - start)  # type: ignore[assignment]
     return {"events": len(events), "shares": dict(shares)}
 
 
@@ -162,6 +163,8 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(plain(f"{sum(content['events'].values())} events{f' ({listed})' if listed else ''}"))
     if "second_run" in content:
         _print_second(content["second_run"], out)
+    if "beside" in content:
+        beside_summary.print_summary(content["beside"], out)
     for path in content["files"]:
         out.print(plain(f"written: {path}"))
 
@@ -191,24 +194,24 @@ def _print_second(second: dict[str, Any], out: Console) -> None:
     if second["failure"]:
         out.print(plain(f"  it could not be made: {second['failure']}"))
     for event in second["events"][:LISTED]:
-        which = f" {event['indicator']}" if event["indicator"] >= 0 else ""
+        label = f" {event['indicator']}" if event["indicator"] >= 0 else ""
         out.print(
-            plain(f"  {event['kind']} event{which} at t = {event['time']:.9g} s, in the {event['run']} run alone")
+            plain(f"  {event['kind']} event{label} at t = {event['time']:.9g} s, in the {event['run']} run alone")
         )
     for row in second["variables"][:LISTED]:
-        most = "not finite in one of them" if row["most"] is None else f"at most {row['most']:.6g}"
-        out.print(plain(f"  {row['variable']} differs from t = {row['time']:.9g} s on: {most}"))
-    if (more := sum(max(0, len(second[part]) - LISTED) for part in ("events", "variables"))) > 0:
-        out.print(plain(f"  and {more} more, which --json lists"))
+        deviation = "not finite in one of them" if row["most"] is None else f"at most {row['most']:.6g}"
+        out.print(plain(f"  {row['variable']} differs from t = {row['time']:.9g} s on: {deviation}"))
+    if (unlisted := sum(max(0, len(second[name]) - LISTED) for name in ("events", "variables"))) > 0:
+        out.print(plain(f"  and {unlisted} more, which --json lists"))
 
 
 def _print_error(content: dict[str, Any], out: Console) -> None:
     error, units = content["error"], {name: row["unit"] for name, row in content["ranges"].items()}
-    own, others = error["seconds"]
+    seconds, others = error["seconds"]
     states = ", ".join(f"{name} {value:.1e} {units[name]}" for name, value in error["states"].items())
     out.print(
         f"[bold]error estimate {error['relative']:.1e}[/bold] of the largest value ({states}; events "
-        f"{error['event_time']:.1e} s); [bold]run time {own * 1e3:.3g} ms[/bold], "
+        f"{error['event_time']:.1e} s); [bold]run time {seconds * 1e3:.3g} ms[/bold], "
         f"and {others * 1e3:.3g} ms for the estimate"
     )
     defects = ", ".join(f"{name} {value:.1e} {units[name]}" for name, value in error["defect"].items())
@@ -219,9 +222,9 @@ def _print_error(content: dict[str, Any], out: Console) -> None:
         f"{error['by']}. No bound."
     )
     if error["wrong"] is not None:
-        what = f"'{error['contradiction']}' contradicts its contact" if error["contradiction"] else "by its defect"
+        verdict = f"'{error['contradiction']}' contradicts its contact" if error["contradiction"] else "by its defect"
         out.print(
-            f"  [bold]Wrong from t = {error['wrong']:.6g} s on[/bold] ({what}): a step went past something narrow.\n"
+            f"  [bold]Wrong from t = {error['wrong']:.6g} s on[/bold] ({verdict}): a step went past something narrow.\n"
             "  Start the run anew at times between, and tell us of the model."
         )
     if error["apart"] is not None:

@@ -121,15 +121,15 @@ def draw_families(title: str, over: str, rows: Sequence[Row], path: Path, *, ove
 
 def _exponents(over: str, rows: Sequence[Row], axes: Axes) -> None:
     """Exponents over a parameter, with bars of three standard errors."""
-    found = [row.family for row in rows if isinstance(row.family, Exponents)]
+    families = [row.family for row in rows if isinstance(row.family, Exponents)]
     at = [float(row.at or 0.0) for row in rows]
-    for i in range(len(found[0].values)):
-        values = [float(one.per_time[i]) for one in found]
-        errors = [3.0 * float(one.per_time_errors[i]) for one in found]
+    for i in range(len(families[0].values)):
+        values = [float(exponents.per_time[i]) for exponents in families]
+        errors = [3.0 * float(exponents.per_time_errors[i]) for exponents in families]
         axes.errorbar(
             at, values, errors, fmt=".-", capsize=2, linewidth=0.8, color=COLOURS[i], label=f"exponent {i + 1}"
         )
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_xlabel(over)
-    axes.set_ylabel(f"growth rate (1/{found[0].unit}), bars: 3 standard errors")
+    axes.set_ylabel(f"growth rate (1/{families[0].unit}), bars: 3 standard errors")
     axes.legend(frameon=False)

@@ -27,7 +27,7 @@ def print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
         for name, drive in scene.drives.items()
     )
     free = ", ".join(f"{name} = {value:g}" for name, value in scene.free.items())
-    said = {
+    texts = {
         "model": scene.model,
         "contacts": ", ".join(fmu.contacts) or "none",
         "drives": inputs or "none",
@@ -35,8 +35,8 @@ def print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
         "outputs": ", ".join(scene.outputs) or "none beside the states",
         "run": f"to t = {scene.stop_time:g} s",
     }
-    for what, text in said.items():
-        out.print(f"  {what:10s} {text}", markup=False)
+    for label, text in texts.items():
+        out.print(f"  {label:10s} {text}", markup=False)
 
 
 def print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
@@ -49,44 +49,51 @@ def print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
     title = f"{scene.compute.kind}{f' over {over}' if over else ''}"
     heads = ("result", *("" if row.at is None else f"{over} = {row.at:g}" for row in rows))
     values = ([name, *(number(row.values.get(name), ".10g") for row in rows)] for name in names)
-    made = table(title, heads, values)
-    out.print(made.turned() if len(rows) > len(names) else made)
+    results = table(title, heads, values)
+    out.print(results.turned() if len(rows) > len(names) else results)
 
 
 def print_comparisons(comparisons: tuple[Comparison, ...], out: Console) -> None:
     if not comparisons:
         return
-    made = console.table(
+    listing = console.table(
         "known value", ">at", ">known", ">found", ">error", ">allowed", "", title="against what is known"
     )
-    for one in comparisons:
-        at = "" if one.at is None else f"{one.at:g}"
-        numbers = (f"{one.known:.13g}", f"{one.found:.13g}", f"{one.error:.1e}", f"{one.tolerance:.0e}")
-        made.add_row(one.name, at, *numbers, "" if one.passed else "differs")
-    out.print(made)
+    for comparison in comparisons:
+        at = "" if comparison.at is None else f"{comparison.at:g}"
+        numbers = (
+            f"{comparison.known:.13g}",
+            f"{comparison.found:.13g}",
+            f"{comparison.error:.1e}",
+            f"{comparison.tolerance:.0e}",
+        )
+        listing.add_row(comparison.name, at, *numbers, "" if comparison.passed else "differs")
+    out.print(listing)
 
 
 def print_explained(content: dict[str, Any], out: Console) -> None:
-    made = console.table("left out", "name", "why", title="what the scene's FMU does without")
-    for part in content["left_out"]:
-        made.add_row(part["kind"], part["name"], part["why"])
-    out.print(made)
-    made = console.table("measured now", ">scene", ">whole model", ">saved", title="what that saves")
+    listing = console.table("left out", "name", "why", title="what the scene's FMU does without")
+    for row in content["left_out"]:
+        listing.add_row(row["kind"], row["name"], row["why"])
+    out.print(listing)
+    listing = console.table("measured now", ">scene", ">whole model", ">saved", title="what that saves")
     sizes = content["sizes"]
-    for what in sizes["scene"]:
-        a, b = sizes["scene"][what], sizes["model"][what]
-        unit = " kB" if what == "bytes" else ""
-        a, b = (a / 1000, b / 1000) if what == "bytes" else (a, b)
-        made.add_row("FMU file" if what == "bytes" else what, f"{a:.0f}{unit}", f"{b:.0f}{unit}", f"{b - a:.0f}{unit}")
+    for quantity in sizes["scene"]:
+        a, b = sizes["scene"][quantity], sizes["model"][quantity]
+        unit = " kB" if quantity == "bytes" else ""
+        a, b = (a / 1000, b / 1000) if quantity == "bytes" else (a, b)
+        listing.add_row(
+            "FMU file" if quantity == "bytes" else quantity, f"{a:.0f}{unit}", f"{b:.0f}{unit}", f"{b - a:.0f}{unit}"
+        )
     times = {
         "first result, nothing built": ("build_seconds", 1.0, "s"),
         "first result, FMU built before": ("start_seconds", 1.0, "s"),
         "time per run": ("run_seconds", 1e3, "ms"),
     }
-    for what, (key, factor, unit) in times.items():
-        a, b = (content[key][which] * factor for which in ("scene", "model"))
-        made.add_row(what, f"{a:.3g} {unit}", f"{b:.3g} {unit}", f"{b / a:.2f} times faster")
-    out.print(made)
+    for quantity, (key, factor, unit) in times.items():
+        a, b = (content[key][side] * factor for side in ("scene", "model"))
+        listing.add_row(quantity, f"{a:.3g} {unit}", f"{b:.3g} {unit}", f"{b / a:.2f} times faster")
+    out.print(listing)
     if content["difference"] is None:
         out.print("Contacts that are left out cannot be switched off in the whole model: its runs are another motion.")
     else:

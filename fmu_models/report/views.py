@@ -40,16 +40,16 @@ def _(diagram: Diagram, axes: Axes) -> None:
     from matplotlib.lines import Line2D
 
     for k, way in enumerate(diagram.directions):
-        shown = diagram.shown[k]
-        across = np.broadcast_to(diagram.values[:, None], shown.shape)
+        visible = diagram.shown[k]
+        across = np.broadcast_to(diagram.values[:, None], visible.shape)
         axes.plot(
             across.ravel(),
-            shown.ravel(),
+            visible.ravel(),
             "o",
             color=SWEEPS[way],
             markersize=(2.0, 0.9)[k],
             markeredgewidth=0.0,
-            rasterized=shown.size > DENSE,
+            rasterized=visible.size > DENSE,
         )
     if diagram.branches is not None:
         draw_branches(diagram.branches.branches, diagram.of, axes)
@@ -58,8 +58,8 @@ def _(diagram: Diagram, axes: Axes) -> None:
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
         dots = [
-            Line2D([], [], marker="o", ls="", color=SWEEPS[way], ms=5, label=f"swept {way}")
-            for way in diagram.directions
+            Line2D([], [], marker="o", ls="", color=SWEEPS[direction], ms=5, label=f"swept {direction}")
+            for direction in diagram.directions
         ]
         legend = axes.get_legend()
         if legend is None:
@@ -73,12 +73,12 @@ def colours_of(classes: Sequence[str]) -> list[str]:
     return [NONE if name == "0" else COLOURS[i % len(COLOURS)] for i, name in enumerate(classes)]
 
 
-def _mesh(axes: Axes, labels: Any, axes_of: Mapping[str, Any], classes: Sequence[str], said: Sequence[str]) -> None:
+def _mesh(axes: Axes, labels: Any, axes_of: Mapping[str, Any], classes: Sequence[str], names: Sequence[str]) -> None:
     """Classes as colours, with a legend that says them; what has none is hatched."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    (name, rows), (other, columns) = axes_of.items()
+    (name, rows), (second, columns) = axes_of.items()
     colours = colours_of(classes) or [NONE]
     axes.pcolormesh(
         rows,
@@ -90,15 +90,17 @@ def _mesh(axes: Axes, labels: Any, axes_of: Mapping[str, Any], classes: Sequence
         rasterized=True,
         shading="nearest",
     )
-    handles = [Patch(facecolor=colour, label=text) for colour, text in zip(colours, said, strict=False)]
+    handles = [Patch(facecolor=colour, label=text) for colour, text in zip(colours, names, strict=False)]
     for value, (text, hatch) in UNLABELLED.items():
         if (labels == value).any() and min(labels.shape) > 1:
-            part = np.ma.masked_where(labels != value, np.ones(labels.shape)).T
+            masked = np.ma.masked_where(labels != value, np.ones(labels.shape)).T
             white = ListedColormap(["white"])
-            axes.pcolor(rows, columns, part, hatch=hatch, cmap=white, shading="nearest", edgecolor="0.4", linewidth=0.0)
+            axes.pcolor(
+                rows, columns, masked, hatch=hatch, cmap=white, shading="nearest", edgecolor="0.4", linewidth=0.0
+            )
             handles.append(Patch(facecolor="white", edgecolor="0.4", hatch=hatch, label=text))
     axes.set_xlabel(name)
-    axes.set_ylabel(other)
+    axes.set_ylabel(second)
     beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
     if axes.figure is not None and len(axes.figure.axes) > 1:  # panels side by side have no room between them
         beside = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "ncols": 2}
@@ -134,8 +136,10 @@ def _(basins: Basins, axes: Axes) -> None:
 def attractors_of(basins: Basins) -> list[str]:
     """What each attractor is, and its share of the starts."""
     words = (
-        one.verdict.kind if isinstance(one, Cloud) else "-".join(map(str, (one.period, *one.began)))
-        for one in basins.attractors
+        attractor.verdict.kind
+        if isinstance(attractor, Cloud)
+        else "-".join(map(str, (attractor.period, *attractor.began)))
+        for attractor in basins.attractors
     )
     return [f"{word} ({100 * share:.3g} %)" for word, share in zip(words, basins.shares, strict=True)]
 
@@ -155,28 +159,28 @@ def _(chart: Chart, axes: Axes) -> None:
 
 
 @draw.register(ReducedMap)
-def _(found: ReducedMap, axes: Axes) -> None:
+def _(result: ReducedMap, axes: Axes) -> None:
     """The map over its state, the diagonal, and where they meet: full dots where it is less steep than 1."""
-    name = with_unit(found.of, found.units)
-    ends = [min(found.values[0], found.images.min()), max(found.values[-1], found.images.max())]
+    name = with_unit(result.of, result.units)
+    ends = [min(result.values[0], result.images.min()), max(result.values[-1], result.images.max())]
     axes.plot(ends, ends, color="0.6", linewidth=0.7)
-    axes.plot(found.values, found.images, color="black", linewidth=1.2)
-    at = found.fixed[:, found.states.index(found.of)]
-    for x, slope in zip(at, found.fixed_slopes, strict=True):
+    axes.plot(result.values, result.images, color="black", linewidth=1.2)
+    at = result.fixed[:, result.states.index(result.of)]
+    for x, slope in zip(at, result.fixed_slopes, strict=True):
         axes.plot(x, x, "o", color="black" if abs(slope) < 1.0 else "white", markeredgecolor="black", markersize=5)
-        place: dict[str, Any] = {"xytext": (-7, 5), "ha": "right"} if slope > 1.0 else {"xytext": (7, -9)}
-        axes.annotate(f"slope {slope:.3f}", (x, x), textcoords="offset points", fontsize="small", **place)
+        text_offset: dict[str, Any] = {"xytext": (-7, 5), "ha": "right"} if slope > 1.0 else {"xytext": (7, -9)}
+        axes.annotate(f"slope {slope:.3f}", (x, x), textcoords="offset points", fontsize="small", **text_offset)
     axes.set_xlabel(name)
     axes.set_ylabel(f"{name} after the step")
-    axes.set_title(found.model, fontsize="medium")
+    axes.set_title(result.model, fontsize="medium")
 
 
 @draw.register(Spectrum)
 def _(spectrum: Spectrum, axes: Axes) -> None:
     if spectrum.lines:
         floor = spectrum.amplitude.max() * FLOOR
-        kept = spectrum.amplitude > floor
-        axes.vlines(spectrum.frequency[kept], floor, spectrum.amplitude[kept], color="black", linewidth=1.2)
+        strong = spectrum.amplitude > floor
+        axes.vlines(spectrum.frequency[strong], floor, spectrum.amplitude[strong], color="black", linewidth=1.2)
         axes.set_ylim(floor, 3.0 * spectrum.amplitude.max())
         axes.set_ylabel(f"amplitude of {spectrum.of} ({spectrum.unit})")
     else:
@@ -189,16 +193,16 @@ def _(spectrum: Spectrum, axes: Axes) -> None:
 
 
 @draw.register(Exponents)
-def _(found: Exponents, axes: Axes) -> None:
-    number = np.arange(1, len(found.values) + 1)
-    finite = np.isfinite(found.per_time)
-    axes.bar(number[finite], found.per_time[finite], yerr=3 * found.per_time_errors[finite], color="0.7", capsize=4)
+def _(result: Exponents, axes: Axes) -> None:
+    number = np.arange(1, len(result.values) + 1)
+    finite = np.isfinite(result.per_time)
+    axes.bar(number[finite], result.per_time[finite], yerr=3 * result.per_time_errors[finite], color="0.7", capsize=4)
     for i in np.flatnonzero(~finite):
         axes.annotate("$-\\infty$", (number[i], 0.0), ha="center", va="top")
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_xticks(number)
     axes.set_xlabel("exponent")
-    axes.set_ylabel(f"growth rate (1/{found.unit}), bars: 3 standard errors")
+    axes.set_ylabel(f"growth rate (1/{result.unit}), bars: 3 standard errors")
 
 
 @draw.register(PoincareSection)

@@ -28,6 +28,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.check_compute import Names, checked_compute
 from fmu_models.scene.scene import Drive, Reference, Scene
+from fmu_models.simulation.inputs import signal_of
+from fmu_models.simulation.signal import Signal, knots
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -47,7 +49,7 @@ KEYS = {
     "and a constant too",
     "free": "parameters that stay parameters of the FMU, with their start values",
     "drives": 'inputs: a constant, `{ from = 0, to = "1 rad/s", begin = 0, end = "5 s" }` or '
-    "`{ times = [0, 5], values = [0, 1] }`",
+    '`{ times = [0, 5], values = [0, 1] }`, or a column of a log beside the scene, `"log.csv:speed"`',
     "start": "states at 0 s, and `<stop>_memory` for a start inside a stop that remembers its speed of entry",
     "compute": "`kind` and its keys, below",
     "reference": "known results by name, `[[reference]]` for each; `tolerance` (relative, 1e-9 if left out), `at` "
@@ -79,14 +81,14 @@ class _Check:
     def scene(self) -> Scene:
         doc = self.doc
         free = self._values("free", self.parameters, "parameter")
-        given = self._values("parameters", {**self.parameters, **self.inputs}, "parameter")
+        parameters = self._values("parameters", {**self.parameters, **self.inputs}, "parameter")
         drives = self._drives()
-        for name in given:
-            for other in ("free", "drives"):
-                if name in (free if other == "free" else drives):
+        for name in parameters:
+            for table in ("free", "drives"):
+                if name in (free if table == "free" else drives):
                     raise doc.fault(
-                        f"'{name}' is both fixed in [parameters] and given in [{other}]. Keep it in [parameters] to "
-                        f"fold it into the code, or in [{other}] to be able to change it.",
+                        f"'{name}' is both fixed in [parameters] and given in [{table}]. Keep it in [parameters] to "
+                        f"fold it into the code, or in [{table}] to be able to change it.",
                         "parameters",
                         name,
                     )
@@ -98,7 +100,7 @@ class _Check:
             model=doc.text("model"),
             contacts=self.contacts,
             laws=self.laws,
-            fixed={**defaults, **given},
+            fixed={**defaults, **parameters},
             free=free,
             drives=drives,
             start=self._start(),
@@ -132,17 +134,17 @@ class _Check:
         doc = self.doc
         self.contacts = doc.names("contacts")
         laws = {contact: doc.reference(contact, "laws") for contact in doc.table("laws")}
-        known = [contact.name for contact in self.full.contacts]
+        contacts = [contact.name for contact in self.full.contacts]
         for name in self.contacts or ():
-            if name not in known:
-                raise doc.fault(f"{self.full.name} has no contact '{name}'.{nearest(name, known)}", "contacts", name)
+            if name not in contacts:
+                raise doc.fault(f"{self.full.name} has no contact '{name}'.{nearest(name, contacts)}", "contacts", name)
         for name in laws:
-            if name in known and self.contacts is not None and name not in self.contacts:
+            if name in contacts and self.contacts is not None and name not in self.contacts:
                 raise doc.fault(
                     f"'{name}' gets a law but is left out. Add it to contacts, or take it out of [laws].", "laws", name
                 )
         if self.contacts is not None:
-            self.contacts = tuple(name for name in known if name in self.contacts)
+            self.contacts = tuple(name for name in contacts if name in self.contacts)
         try:
             return variant(self.full, self.contacts, laws, beside=doc.path.parent), laws
         except StickslipError as error:
@@ -153,7 +155,7 @@ class _Check:
         if self.contacts is None:
             return {}
         symbols: Any = self.kept.symbols
-        here = {s.name for s in symbols} | {o.name for o in self.kept.outputs}
+        available = {s.name for s in symbols} | {o.name for o in self.kept.outputs}
         lost = {}
         for contact in self.full.contacts:
             if contact.name in self.contacts:
@@ -161,82 +163,93 @@ class _Check:
             symbols = {*getattr(contact, "symbols", ()), *getattr(contact, "shown", ())}
             outputs = [o for o in self.full.outputs if o.expression.free_symbols & symbols]
             names = {*(str(s.name) for s in symbols), *(o.name for o in outputs), f"{contact.name}_force"}
-            lost |= {name: contact.name for name in names if name not in here}
+            lost |= {name: contact.name for name in names if name not in available}
         return lost
 
-    def _stranger(self, kind: str, name: str, known: Any, *place: str | int) -> StickslipError:
+    def _stranger(self, kind: str, name: str, names: Any, *path: str | int) -> StickslipError:
         """The error for a name that the scene's system does not have."""
         if name in self.lost:
             contact = self.lost[name]
             return self.doc.fault(
                 f"{kind} '{name}' needs contact '{contact}', which the scene leaves out. Add '{contact}' to contacts, "
                 f"or remove '{name}'.",
-                *place,
+                *path,
             )
-        has = nearest(name, known) if known else f" It has no {kind}s."
-        return self.doc.fault(f"{self.full.name} has no {kind} '{name}'.{has}", *place)
+        has = nearest(name, names) if names else f" It has no {kind}s."
+        return self.doc.fault(f"{self.full.name} has no {kind} '{name}'.{has}", *path)
 
     # values
 
-    def _values(self, table: str, known: Mapping[str, Quantity], kind: str) -> dict[str, float]:
-        found = {}
+    def _values(self, table: str, quantities: Mapping[str, Quantity], kind: str) -> dict[str, float]:
+        values = {}
         for name, raw in self.doc.table(table).items():
-            if name not in known:
-                raise self._stranger(kind, name, known, table, name)
-            found[name] = self.doc.value(raw, known[name].unit, table, name)
-        return found
+            if name not in quantities:
+                raise self._stranger(kind, name, quantities, table, name)
+            values[name] = self.doc.value(raw, quantities[name].unit, table, name)
+        return values
 
     def _drives(self) -> dict[str, Drive]:
         """Every input that is not held, at its default where the scene does not name it."""
-        found: dict[str, Drive] = {}
-        given = self.doc.table("drives")
-        for name in given:
+        drives: dict[str, Drive] = {}
+        tables = self.doc.table("drives")
+        for name in tables:
             if name not in self.inputs:
                 hint = " A parameter stands in [parameters] or [free]." if name in self.parameters else ""
                 fault = self._stranger("drive", name, self.inputs, "drives", name)
                 raise StickslipError(f"{fault}{hint}")
-        held = self.doc.table("parameters")
+        parameters = self.doc.table("parameters")
         for name, quantity in self.inputs.items():
-            if name in given:
-                found[name] = self._drive(given[name], quantity.unit, name)
-            elif name not in held:
+            if name in tables:
+                drives[name] = self._drive(tables[name], quantity.unit, name)
+            elif name not in parameters:
                 value = float(quantity.value)  # pyright: ignore[reportAttributeAccessIssue]  # an Input
-                found[name] = Drive(times=(0.0,), values=(value,))
-        return found
+                drives[name] = Drive(times=(0.0,), values=(value,))
+        return drives
 
     def _drive(self, raw: Any, unit: str, name: str) -> Drive:
-        doc, place = self.doc, ("drives", name)
+        doc, path = self.doc, ("drives", name)
+        if isinstance(raw, str) and ":" in raw:
+            try:
+                return self._from_log(raw, unit, name)
+            except StickslipError as error:
+                raise doc.fault(str(error), *path) from error
         if not isinstance(raw, dict):
-            return Drive(times=(0.0,), values=(doc.value(raw, unit, *place),))
+            return Drive(times=(0.0,), values=(doc.value(raw, unit, *path),))
         keys = ("times", "values") if "times" in raw or "values" in raw else ("from", "to", "begin", "end")
-        doc.check_keys(keys, *place)
+        doc.check_keys(keys, *path)
         for key in keys:
             if key not in raw:
-                raise doc.fault(f"drive '{name}' lacks '{key}'. It needs {', '.join(keys)}.", *place)
+                raise doc.fault(f"drive '{name}' lacks '{key}'. It needs {', '.join(keys)}.", *path)
         if keys[0] == "from":
-            times = [doc.value(raw[key], "s", *place, key) for key in ("begin", "end")]
-            values = [doc.value(raw[key], unit, *place, key) for key in ("from", "to")]
+            times = [doc.value(raw[key], "s", *path, key) for key in ("begin", "end")]
+            values = [doc.value(raw[key], unit, *path, key) for key in ("from", "to")]
         else:
-            times = doc.values(raw["times"], "s", *place, "times")
-            values = doc.values(raw["values"], unit, *place, "values")
+            times = doc.values(raw["times"], "s", *path, "times")
+            values = doc.values(raw["values"], unit, *path, "values")
         if len(times) != len(values) or len(times) < 2 or any(b < a for a, b in pairwise(times)):
             raise doc.fault(
                 f"drive '{name}' needs ascending times, at least two, and a value for each; found {len(times)} times "
                 f"and {len(values)} values.",
-                *place,
+                *path,
             )
         return Drive(times=tuple(times), values=tuple(values))
+
+    def _from_log(self, raw: str, unit: str, name: str) -> Drive:
+        signal = signal_of(raw, 0.0, 0.0, label=f"drive '{name}'", unit=unit, folder=self.doc.path.parent)
+        assert isinstance(signal, Signal)
+        knots({name: signal}, 0.0, self._stop_time())
+        return Drive(times=tuple(signal.time.tolist()), values=tuple(signal.value.tolist()), column=raw)
 
     def _start(self) -> dict[str, float]:
         from fmu_models.lowering.lower import lower
 
         self.system = lower(self.kept)
-        known, found = self._state_units(), {}
+        units, values = self._state_units(), {}
         for name, raw in self.doc.table("start").items():
-            if name not in known:
-                raise self._stranger("state", name, known, "start", name)
-            found[name] = self.doc.value(raw, known[name], "start", name)
-        return found
+            if name not in units:
+                raise self._stranger("state", name, units, "start", name)
+            values[name] = self.doc.value(raw, units[name], "start", name)
+        return values
 
     def _state_units(self) -> dict[str, str]:
         """Units of states, and of the speeds of entry that stops remember."""
@@ -246,30 +259,32 @@ class _Check:
     def _outputs(self) -> tuple[str, ...]:
         from fmu_models.language.mechanism import Mechanism
 
-        asked = self.doc.names("outputs")
-        known = [output.name for output in self.system.outputs]
-        if asked is None:
-            declared = {output.name for output in self.kept.outputs} if isinstance(self.kept, Mechanism) else set(known)
-            return tuple(name for name in known if name in declared)
-        known += [f"{contact.name}_state" for contact in self.system.contacts]
-        for name in asked:
-            if name not in known:
+        requested = self.doc.names("outputs")
+        available = [output.name for output in self.system.outputs]
+        if requested is None:
+            declared = (
+                {output.name for output in self.kept.outputs} if isinstance(self.kept, Mechanism) else set(available)
+            )
+            return tuple(name for name in available if name in declared)
+        available += [f"{contact.name}_state" for contact in self.system.contacts]
+        for name in requested:
+            if name not in available:
                 states = {state.name for state in self.system.states}
                 if name in states:
                     raise self.doc.fault(
                         f"'{name}' is a state, and states are always shown. Remove it.", "outputs", name
                     )
-                raise self._stranger("output", name, known, "outputs", name)
-        return asked
+                raise self._stranger("output", name, available, "outputs", name)
+        return requested
 
     def _stop_time(self) -> float:
         raw = self.doc.table().get("stop_time")
         if raw is None:
             raise self.doc.fault("'stop_time' is missing. Add when the run ends: stop_time = \"20 s\"")
-        found = self.doc.value(raw, "s", "stop_time")
-        if found <= 0.0:
-            raise self.doc.fault(f"the run must end after it starts, found stop_time = {found:g} s.", "stop_time")
-        return found
+        stop_time = self.doc.value(raw, "s", "stop_time")
+        if stop_time <= 0.0:
+            raise self.doc.fault(f"the run must end after it starts, found stop_time = {stop_time:g} s.", "stop_time")
+        return stop_time
 
     # what to compute
 
@@ -285,12 +300,12 @@ class _Check:
 
     def _references(self) -> tuple[Reference, ...]:
         doc = self.doc
-        found = []
+        references = []
         for i, table in enumerate(doc.entries("reference")):
             values = {name: doc.value(value, "1", "reference", i, name) for name, value in table.items()}
             at, tolerance = values.pop("at", None), values.pop("tolerance", 1e-9)
-            found.append(Reference(values=values, tolerance=tolerance, at=at))
-        return tuple(found)
+            references.append(Reference(values=values, tolerance=tolerance, at=at))
+        return tuple(references)
 
     # the whole
 
@@ -325,18 +340,18 @@ class _Check:
             if depth <= _ROUNDING * scale:
                 continue
             involved = [s.name for s in self.system.states if s in contact.depth.free_symbols]
-            place = next((("start", n) for n in involved if n in self.doc.table("start")), ("start",))
+            path = next((("start", n) for n in involved if n in self.doc.table("start")), ("start",))
             if contact.kind.impulsive:
                 raise self.doc.fault(
                     f"the start lies {depth:.6g} m behind the wall of contact '{contact.name}' "
                     f"({contact.description}). Choose {', '.join(involved)} such that its gap is not negative.",
-                    *place,
+                    *path,
                 )
             if f"{contact.name}_memory" not in scene.start:
                 raise self.doc.fault(
                     f"the start lies {depth:.6g} inside stop '{contact.name}', whose force depends on the speed of "
                     f"entry. Add {contact.name}_memory to [start], or start outside.",
-                    *place,
+                    *path,
                 )
 
 

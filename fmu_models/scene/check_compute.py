@@ -90,30 +90,30 @@ def _over(doc: Document, names: Names, table: Mapping[str, Any]) -> str | None:
     return over
 
 
-def _check_varied(doc: Document, names: Names, name: str, *place: str) -> None:
+def _check_varied(doc: Document, names: Names, name: str, *path: str) -> None:
     if name not in names.varied:
         hint = " It is fixed: move it to [free]." if name in names.parameters else nearest(name, names.varied)
-        raise doc.fault(f"'{name}' is neither a drive nor free.{hint}", *place)
+        raise doc.fault(f"'{name}' is neither a drive nor free.{hint}", *path)
 
 
 def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple[float, ...]]:
     """Values along each axis of a family."""
     if not kind.axes:
         return {}
-    given, place = doc.table("compute", "axes"), ("compute", "axes")
-    known = names.varied if kind.axes == PARAMETERS else names.states
-    if not given or (kind.axes == PARAMETERS and len(given) != 2):
+    table, path = doc.table("compute", "axes"), ("compute", "axes")
+    allowed = names.varied if kind.axes == PARAMETERS else names.states
+    if not table or (kind.axes == PARAMETERS and len(table) != 2):
         needs = "two free parameters or drives" if kind.axes == PARAMETERS else "states"
         raise doc.fault(
             f"a {name} needs axes over {needs}: [compute.axes] with NAME = {{ from = ..., to = ..., count = ... }}.",
-            *(place if given else ("compute",)),
+            *(path if table else ("compute",)),
         )
-    for axis in given:
+    for axis in table:
         if kind.axes == PARAMETERS:
-            _check_varied(doc, names, axis, *place, axis)
-        elif axis not in known:
-            raise names.stranger("state", axis, known, *place, axis)
-    return {axis: tuple(doc.values(raw, known[axis], *place, axis)) for axis, raw in given.items()}
+            _check_varied(doc, names, axis, *path, axis)
+        elif axis not in allowed:
+            raise names.stranger("state", axis, allowed, *path, axis)
+    return {axis: tuple(doc.values(raw, allowed[axis], *path, axis)) for axis, raw in table.items()}
 
 
 def _setting(doc: Document, key: str, default: float | str | None) -> float | str:

@@ -79,8 +79,8 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
     """
     kind = KINDS.load(scene.compute.kind, scene.folder)
     if kind.sweeps:
-        made = kind.compute(scene, fmu, arguments(scene))
-        return made if isinstance(made, tuple) else (made,)
+        computed = kind.compute(scene, fmu, arguments(scene))
+        return computed if isinstance(computed, tuple) else (computed,)
     over, values = scene.compute.over, scene.compute.values or (None,)
     rows: list[Row] = []
     start: dict[str, float] = {}
@@ -107,7 +107,7 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
     Raises:
         StickslipError: a reference to a result or a value that there is none of.
     """
-    found = []
+    comparisons = []
     for reference in scene.references:
         row = next((row for row in rows if _same(row.at, reference.at)), None)
         if row is None:
@@ -117,14 +117,14 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
                 f"{scene.path}: a reference is at {reference.at}, the scene computes at {at}. Give each reference the "
                 "'at' of its run."
             )
-        for name, known in reference.values.items():
+        for name, expected in reference.values.items():
             if name not in row.values:
                 raise StickslipError(f"{scene.path}: there is no result '{name}'.{nearest(name, row.values)}")
-            error = abs(row.values[name] - known) / (abs(known) or 1.0)
-            found.append(Comparison(name, row.at, row.values[name], known, error, reference.tolerance))
-    return tuple(found)
+            error = abs(row.values[name] - expected) / (abs(expected) or 1.0)
+            comparisons.append(Comparison(name, row.at, row.values[name], expected, error, reference.tolerance))
+    return tuple(comparisons)
 
 
-def _same(one: float | None, other: float | None) -> bool:
+def _same(first: float | None, second: float | None) -> bool:
     """Whether two values of what is varied are one, up to the rounding of an evenly spaced range."""
-    return one is other or (one is not None and other is not None and math.isclose(one, other, rel_tol=1e-12))
+    return first is second or (first is not None and second is not None and math.isclose(first, second, rel_tol=1e-12))

@@ -32,17 +32,18 @@ def read_scene(path: str | os.PathLike[str], *, trust: bool = False) -> Scene:
         text = path.read_bytes()
     except OSError as error:
         raise StickslipError(f"'{path}' cannot be read ({error.strerror}). Give a scene, a TOML file.") from error
-    kept = kept_folder("scene", str(path), digest(text), digest(*_own_sources())) / "scene.json"
-    if is_sealed(kept):
-        return Scene.from_json(kept.read_text("utf-8"))
+    cached = kept_folder("scene", str(path), digest(text), digest(*_own_sources())) / "scene.json"
+    if is_sealed(cached):
+        return Scene.from_json(cached.read_text("utf-8"))
     from fmu_models.scene.check import checked_scene
 
     scene = checked_scene(read_document(path, trust=trust))
-    if not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
+    from_logs = any(drive.column for drive in scene.drives.values())  # which may change while the text stays
+    if from_logs or not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
         return scene
-    with write_whole(kept, overwrite=True) as temporary:
+    with write_whole(cached, overwrite=True) as temporary:
         temporary.write_text(scene.to_json(), "utf-8")
-    seal(kept)
+    seal(cached)
     return scene
 
 

@@ -47,11 +47,11 @@ def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
     checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
     if not kept_by_name(scene.model, scene.laws):
         return built_of(reduced(scene), fmi_version)
-    kept = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
-    if not is_sealed(kept):
-        write(reduced(scene), kept, fmi_version=fmi_version, overwrite=True)
-        seal(kept)
-    return kept
+    cached = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
+    if not is_sealed(cached):
+        write(reduced(scene), cached, fmi_version=fmi_version, overwrite=True)
+        seal(cached)
+    return cached
 
 
 def export_scene(
@@ -70,9 +70,9 @@ def export_scene(
     path = checked(path, fmi_version, overwrite)
     if not packaging.plain:
         return write(reduced(scene), path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
-    kept = built_scene(scene, fmi_version)
+    cached = built_scene(scene, fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary:
-        shutil.copyfile(kept, temporary)
+        shutil.copyfile(cached, temporary)
     return path
 
 
@@ -81,16 +81,16 @@ def unfolded(scene: Scene) -> Scene:
     from fmu_models.scene.scene import Drive
 
     inputs = {u.name for u in variant(scene.model, scene.contacts, scene.laws, beside=scene.folder).inputs}
-    held = {name: Drive(times=(0.0,), values=(scene.fixed[name],)) for name in inputs if name in scene.fixed}
-    fixed = {name: value for name, value in scene.fixed.items() if name not in held}
-    return dataclasses.replace(scene, fixed=fixed, drives={**scene.drives, **held})
+    constant_drives = {name: Drive(times=(0.0,), values=(scene.fixed[name],)) for name in inputs if name in scene.fixed}
+    fixed = {name: value for name, value in scene.fixed.items() if name not in constant_drives}
+    return dataclasses.replace(scene, fixed=fixed, drives={**scene.drives, **constant_drives})
 
 
 def _content(scene: Scene) -> str:
     """All that the FMU depends on, as text; when the run ends and what is computed does not matter."""
     drives = {name: drive.values[0] for name, drive in scene.drives.items()}
-    parts = (
+    content = (
         *(scene.name, scene.title, scene.source, scene.model, scene.contacts, dict(scene.laws)),
         *(dict(scene.fixed), dict(scene.free), drives, dict(scene.start), scene.outputs),
     )
-    return json.dumps(parts, sort_keys=True)
+    return json.dumps(content, sort_keys=True)

@@ -14,10 +14,12 @@ from fmu_models.base.shown import Shown
 
 @dataclass(frozen=True, kw_only=True)
 class Drive(Shown):
-    """An input over time: straight lines between knots. times: (n,) s; values: (n,) in the unit of the input."""
+    """An input over time: straight lines between knots. times: (n,) s; values: (n,) in the unit of the input; column:
+    of the log that it is from, LOG:COLUMN."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
+    column: str = ""
 
     @property
     def constant(self) -> float | None:
@@ -138,7 +140,10 @@ class Scene(Shown):
     def from_json(cls, text: str) -> Scene:
         """The scene that ``to_json`` wrote."""
         data = json.loads(text)
-        drives = {name: Drive(times=tuple(d["times"]), values=tuple(d["values"])) for name, d in data["drives"].items()}
+        drives = {
+            name: Drive(**{**drive, "times": tuple(drive["times"]), "values": tuple(drive["values"])})
+            for name, drive in data["drives"].items()
+        }
         compute = data["compute"]
         axes = {name: tuple(values) for name, values in compute["axes"].items()}
         compute = Compute(**{**compute, "values": tuple(compute["values"]), "axes": axes})

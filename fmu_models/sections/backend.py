@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.sections.point import FmuPoints, Vector
 from fmu_models.simulation.ensemble import Where
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.sections import Section
 
 # periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
@@ -101,9 +101,14 @@ class Backend(Protocol):
         """One step of points (m, n)."""
         ...
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         ...
+
+
+@runtime_checkable
+class DirectedBackend(Backend, Protocol):
+    """A backend that tells the direction of a motion; the engine follows it by itself, and is not asked."""
 
     def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
         """(m, n) rates of the states at points (m, n)."""

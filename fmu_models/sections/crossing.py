@@ -36,9 +36,9 @@ class Crossing(FmuSection):
 
     def placed(self, starts: Vector) -> Vector:
         column = self.states.index(self.state)
-        near = np.abs(starts[:, column] - self.level) <= ON_LEVEL * self.sizes()[column]
+        close = np.abs(starts[:, column] - self.level) <= ON_LEVEL * self.sizes()[column]
         placed = starts.copy()
-        placed[near, column] = self.level
+        placed[close, column] = self.level
         return placed
 
     def where(self) -> Where:

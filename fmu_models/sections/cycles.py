@@ -68,10 +68,10 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     marks = marks[-MOST - 1 :]
     times = np.union1d(marks, np.linspace(marks[0], marks[-1], SAMPLES))
     states = simulate(fmu, marks[-1], output_times=times, **run)
-    found = _closed(states, np.isin(times, marks), [name for name in fmu.states if name not in fmu.cyclic])
-    if found is None:
+    closed = _closed(states, np.isin(times, marks), [name for name in fmu.states if name not in fmu.cyclic])
+    if closed is None:
         return None
-    start, stop = marks[-1 - found], marks[-1]
+    start, stop = marks[-1 - closed], marks[-1]
     # a motion that came to rest long ago closes no cycle
     if until - stop > 2.0 * (stop - start):
         return None
@@ -105,9 +105,9 @@ def _marks(events: Sequence[Event]) -> list[float]:
 def _closed(states: Trajectory, marked: NDArray[np.bool_], names: Sequence[str]) -> int | None:
     """How many marks back from the last one the motion was where it is there."""
     at, sizes = {n: states[n][marked] for n in names}, {n: np.abs(states[n]).max() for n in names}
-    for back in range(1, np.count_nonzero(marked)):
-        if all(abs(at[n][-1] - at[n][-1 - back]) <= CLOSED * sizes[n] for n in names):
-            return back
+    for lag in range(1, np.count_nonzero(marked)):
+        if all(abs(at[n][-1] - at[n][-1 - lag]) <= CLOSED * sizes[n] for n in names):
+            return lag
     return None
 
 
@@ -128,17 +128,21 @@ def _extremes(
     )
     time, names = sampled.time, fmu.states
     # the states, then their rates, at all the times asked for
-    known = np.stack([sampled[name] for name in (*names, *(f"der({name})" for name in names))])
+    derivatives = np.stack([sampled[name] for name in (*names, *(f"der({name})" for name in names))])
     for _ in range(ROUNDS):
-        beyond = [_beyond(time, s * known[i], s * known[len(names) + i]) for i in range(len(names)) for s in (1, -1)]
-        asked = np.setdiff1d(np.concatenate(beyond), time)
-        if not asked.size:
+        beyond = [
+            _beyond(time, s * derivatives[i], s * derivatives[len(names) + i])
+            for i in range(len(names))
+            for s in (1, -1)
+        ]
+        extra_times = np.setdiff1d(np.concatenate(beyond), time)
+        if not extra_times.size:
             break
-        more = simulate(fmu, stop, output_times=asked, **run)
-        found = np.stack([more[name] for name in (*names, *(f"der({name})" for name in names))])
-        order = np.argsort(time := np.concatenate([time, asked]))
-        time, known = time[order], np.concatenate([known, found], axis=1)[:, order]
-    lowest, highest = known.min(axis=1), known.max(axis=1)
+        extra_run = simulate(fmu, stop, output_times=extra_times, **run)
+        extra_values = np.stack([extra_run[name] for name in (*names, *(f"der({name})" for name in names))])
+        order = np.argsort(time := np.concatenate([time, extra_times]))
+        time, derivatives = time[order], np.concatenate([derivatives, extra_values], axis=1)[:, order]
+    lowest, highest = derivatives.min(axis=1), derivatives.max(axis=1)
     return sampled, {name: (float(lowest[i]), float(highest[i])) for i, name in enumerate(names)}
 
 

@@ -166,8 +166,8 @@ class _Scan:
     def __call__(self, x: float) -> float:
         """Value at x, remembered; nan if it is not finite."""
         if x not in self.value:
-            found = float(self.function(x))
-            self.value[x] = found if math.isfinite(found) else math.nan
+            value = float(self.function(x))
+            self.value[x] = value if math.isfinite(value) else math.nan
             self.evaluations += 1
             bisect.insort(self.places, x)
         return self.value[x]
@@ -210,10 +210,10 @@ class _Scan:
 
     def _narrow_edge(self, a: float, b: float) -> None:
         """Bisect for the end of an undefined stretch; exactly one of a and b has a value."""
-        here = math.isnan(self(a))
+        undefined = math.isnan(self(a))
         while b - a > self.accuracy:
             m = (a + b) / 2
-            if math.isnan(self(m)) == here:
+            if math.isnan(self(m)) == undefined:
                 a = m
             else:
                 b = m
@@ -226,8 +226,8 @@ class _Scan:
             m = (a + b) / 2
             if math.isnan(self(m)):
                 return [(a, m), (m, b)]
-            left, right = abs(self.squashed(m) - self.squashed(a)), abs(self.squashed(b) - self.squashed(m))
-            a, b = (a, m) if left >= right else (m, b)
+            left_rise, right = abs(self.squashed(m) - self.squashed(a)), abs(self.squashed(b) - self.squashed(m))
+            a, b = (a, m) if left_rise >= right else (m, b)
         self.gaps.add((a, b))
         return []
 
@@ -238,10 +238,10 @@ class _Scan:
 
     def follow_dips(self) -> None:
         """Sample the bottom of every dip of the distance to the diagonal that could reach it."""
-        for (a, m), (other, b) in itertools.pairwise(self.cells()):
+        for (a, m), (following, b) in itertools.pairwise(self.cells()):
             ga, gm, gb = abs(self.above(a)), abs(self.above(m)), abs(self.above(b))
             same = self.above(a) * self.above(m) > 0 and self.above(m) * self.above(b) > 0
-            if m == other and same and self.noise < gm <= min(ga, gb, self.near):
+            if m == following and same and self.noise < gm <= min(ga, gb, self.near):
                 sign = math.copysign(1.0, self.above(m))
                 self._bottom(lambda x, sign=sign: sign * self.above(x), a, b)
 
@@ -267,30 +267,30 @@ class _Scan:
 
     def _root(self, a: float, b: float) -> float:
         def above(x: float) -> float:
-            found = self.above(float(x))
-            if math.isnan(found):
+            value = self.above(float(x))
+            if math.isnan(value):
                 raise ValueError(x)
-            return found
+            return value
 
         root = brentq(above, a, b, xtol=self.accuracy / 100, rtol=4 * np.finfo(float).eps)
         return float(np.asarray(root))
 
     def _beside(self, a: float, x: float, b: float) -> list[tuple[float, float]]:
         """Cells between a and b with further zeros: those of the distance to the diagonal over that to the zero x."""
-        found = []
+        points = []
         for end in (a, b):
-            near = x + 1e-3 * (end - x)
-            if abs(near - x) <= self.accuracy or min(abs(self.above(end)), abs(self.above(near))) <= self.noise:
+            inner = x + 1e-3 * (end - x)
+            if abs(inner - x) <= self.accuracy or min(abs(self.above(end)), abs(self.above(inner))) <= self.noise:
                 continue
             sign = math.copysign(1.0, self.above(end))
-            if sign * self.above(near) < 0.0:
-                found.append((min(near, end), max(near, end)))
+            if sign * self.above(inner) < 0.0:
+                points.append((min(inner, end), max(inner, end)))
             elif max(abs(self.above(a)), abs(self.above(b))) <= self.near:
-                low, high = min(near, end), max(near, end)
+                low, high = min(inner, end), max(inner, end)
                 bottom = self._bottom(lambda y, sign=sign: sign * self.above(y) / abs(y - x), low, high)
                 if sign * self.above(bottom) < 0.0:
-                    found += [(low, bottom), (bottom, high)]
-        return found
+                    points += [(low, bottom), (bottom, high)]
+        return points
 
     def _bottom(self, height: Function, low: float, high: float) -> float:
         """Where a positive function is least."""
@@ -300,7 +300,7 @@ class _Scan:
 
     def _touching(self, zeros: list[float]) -> list[float]:
         """The zeros, and where the distance to the diagonal is least and no more than the noise, or ends so."""
-        rest = [
+        remaining = [
             m
             for a, m, b in zip(self.places, self.places[1:], self.places[2:], strict=False)
             if abs(self.above(m)) <= self.noise
@@ -309,17 +309,17 @@ class _Scan:
         ]
         ends = [x for x in (self.low, self.high) if abs(self.above(x)) <= self.noise]
         beside_jumps = [x for gap in self.gaps for x in gap if abs(self.above(x)) <= self.touch]
-        return sorted({*zeros, *rest, *ends, *beside_jumps})
+        return sorted({*zeros, *remaining, *ends, *beside_jumps})
 
     def stretches(self) -> tuple[tuple[float, float], ...]:
         """Where every sample is a fixed point, up to the noise; the ends are bisected."""
-        found = []
+        stretches = []
         for flat, run in itertools.groupby(list(self.places), key=lambda x: abs(self.above(x)) <= self.noise):
             inside = list(run)
             if not flat or len(inside) < 3 or inside[-1] - inside[0] <= STRETCH * (self.high - self.low):
                 continue
-            found.append((self._end(inside[0], -1), self._end(inside[-1], 1)))
-        return tuple(found)
+            stretches.append((self._end(inside[0], -1), self._end(inside[-1], 1)))
+        return tuple(stretches)
 
     def _end(self, inside: float, step: int) -> float:
         at = self.places.index(inside) + step
@@ -345,8 +345,8 @@ class _Scan:
 
     def _jump(self, a: float, b: float) -> Jump:
         x = (a + b) / 2
-        left, right = (x if abs(self.above(end)) <= self.touch else self(end) for end in (a, b))
-        return Jump(x, left, right)
+        left_value, right = (x if abs(self.above(end)) <= self.touch else self(end) for end in (a, b))
+        return Jump(x, left_value, right)
 
     def fixed_point(self, x: float, jumps: list[Jump], slope: Function | None) -> FixedPoint:
         """The fixed point at x, its slope taken on the piece that it lies on."""
@@ -360,29 +360,29 @@ class _Scan:
         reach = 0.01 * (self.high - self.low)
         side = 0 if min(below, over) > 100 * self.accuracy else (1 if over > below else -1)
         room = max(below, over) if side else min(below, over)
-        found = derivative(
+        slope_estimate = derivative(
             self.values,
             x,
             initial_step=min(reach, 0.5 * room),
             step_direction=side,
             tolerances={"rtol": 1e-12, "atol": 1e-12},
         )
-        self.evaluations += int(found.nfev)
-        return FixedPoint(x, float(found.df), float(found.error))
+        self.evaluations += int(slope_estimate.nfev)
+        return FixedPoint(x, float(slope_estimate.df), float(slope_estimate.error))
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """The function at each x; not as a ufunc, which reads the processor's flags: compiled code may raise them."""
-        return np.reshape([float(self.function(float(one))) for one in np.ravel(x)], np.shape(x))
+        return np.reshape([float(self.function(float(abscissa))) for abscissa in np.ravel(x)], np.shape(x))
 
     def apart(self, points: list[FixedPoint]) -> list[FixedPoint]:
         """The fixed points without those that only the noise sets apart."""
-        kept: list[FixedPoint] = []
+        distinct: list[FixedPoint] = []
         for point in points:
-            apart = 10 * self.accuracy + 4 * self.noise / max(abs(1 - point.slope), 1e-8)
-            if kept and point.x - kept[-1].x <= apart:
+            separation = 10 * self.accuracy + 4 * self.noise / max(abs(1 - point.slope), 1e-8)
+            if distinct and point.x - distinct[-1].x <= separation:
                 continue
-            kept.append(point)
-        return kept
+            distinct.append(point)
+        return distinct
 
     def undefined(self) -> tuple[tuple[float, float], ...]:
         """Runs of samples without a value, from the last sample with one to the next with one."""

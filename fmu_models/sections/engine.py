@@ -19,8 +19,8 @@ from fmu_models.lanes.library import Stepper, lanes_of
 from fmu_models.sections.backend import PATIENCE, SectionQuestions
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.engine import Engine
-from fmu_models.simulation.ensemble import Runs, Targets, make_runs
-from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.ensemble import EnsembleRuns, Targets, make_runs
+from fmu_models.simulation.rows import RunRows, joined
 
 # steps in lanes in the time of one by the series, about
 PACE = 8
@@ -44,16 +44,13 @@ class EngineBackend:
         return ""
 
     def fresh(self) -> Self:
-        other = copy.copy(self)
-        other.counts = []
-        return other
+        backend = copy.copy(self)
+        backend.counts = []
+        return backend
 
     def stepper(self, motions: int) -> Stepper | None:
         """What makes the steps of so many motions at once, if not the engine."""
         return None
-
-    def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
-        raise NotImplementedError("the engine follows the motion's direction by itself")
 
     def step(
         self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
@@ -65,12 +62,12 @@ class EngineBackend:
         derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
         return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], messages)
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs, in one call of the engine per chain."""
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
             return joined([self.run(section, jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
-        places = [place for _, place in section.columns]
+        places = [index for _, index in section.columns]
         periods = section.periods(jobs.varied, len(jobs))
         sizes = (len(section.fmu.states), len(section.contacts))
         runs = self._runs(section, jobs)
@@ -80,7 +77,7 @@ class EngineBackend:
         points, derivatives = rows.points[..., places], rows.derivatives
         if jobs.derivatives:
             derivatives = np.zeros((*points.shape, len(places)))
-            columns = [places.index(place) for place in _along(section, jobs)]
+            columns = [places.index(index) for index in _along(section, jobs)]
             derivatives[..., columns] = rows.derivatives[:, :, places, :]
         if section.states[-1:] == ("phase",):
             points[..., -1] /= periods[:, None]
@@ -89,7 +86,7 @@ class EngineBackend:
         messages = {int(i): section.missed(float(periods[i])) for i in lost} | rows.messages
         return replace(rows, points=points, derivatives=derivatives, messages=messages)
 
-    def _runs(self, section: SectionQuestions, jobs: Jobs) -> Runs:
+    def _runs(self, section: SectionQuestions, jobs: Jobs) -> EnsembleRuns:
         m, n = len(jobs), len(section.fmu.states)
         variables, phased = section.fmu.variables, section.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in section.values.items()} | dict(jobs.varied)
@@ -98,7 +95,7 @@ class EngineBackend:
         periods = section.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / section.sizes()[:n]
-        return Runs(
+        return EnsembleRuns(
             references=[variables[name].valueReference for name in (*constants, *numbers)],
             values=values,
             starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
@@ -155,7 +152,7 @@ class LanesBackend(EngineBackend):
 def _along(section: SectionQuestions, jobs: Jobs) -> list[int]:
     """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
     matters = [name not in section.memories or jobs.starts[:, i].any() for i, name in enumerate(section.states)]
-    return [place for (_, place), decides in zip(section.columns, matters, strict=True) if decides]
+    return [index for (_, index), decides in zip(section.columns, matters, strict=True) if decides]
 
 
 def _targets(section: SectionQuestions, jobs: Jobs) -> Targets | None:

@@ -24,7 +24,7 @@ from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
 from fmu_models.sections.backend import Begin, SectionQuestions
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -75,23 +75,23 @@ class ImporterBackend:
         why: dict[int, str] = {}
         for i in range(m):
             values = {**section.values, **{name: float(numbers[i]) for name, numbers in varied.items()}}
-            begin = section.begin(points[i], values, float(periods[i]))
+            departure = section.begin(points[i], values, float(periods[i]))
             try:
-                flow = self.flow(points[i, :n], begin, derivative=derivative)
-                if begin.section is not None and not flow.crossed:
+                flow = self.flow(points[i, :n], departure, derivative=derivative)
+                if departure.section is not None and not flow.crossed:
                     why[i] = section.missed(float(periods[i]))
                     continue
                 scale = np.append(np.ones(n), periods[i] or 1.0)
                 ends[i] = np.append(flow.states, flow.time)[:k] / scale[:k]
-                times[i] = flow.time - begin.time
+                times[i] = flow.time - departure.time
                 if derivative:
-                    exact = self.derivative(points[i, :n], begin, flow, section.sizes()[:n])
+                    exact = self.derivative(points[i, :n], departure, flow, section.sizes()[:n])
                     derivatives[i] = (exact * scale / scale[:, None])[:k, :k]
             except StickslipError as error:
                 ends[i], why[i] = np.nan, str(error)
         return Step(section.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         return stepwise.run(section, jobs, stop)
 
     def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
@@ -100,8 +100,8 @@ class ImporterBackend:
         rates = np.zeros_like(points)
         for i, (point, period) in enumerate(zip(points, periods.tolist(), strict=True)):
             values = {**section.values, **{name: float(numbers[i]) for name, numbers in varied.items()}}
-            begin = section.begin(point, values, period)
-            flow = self.flow(point, replace(begin, latest=begin.time), derivative=True)
+            departure = section.begin(point, values, period)
+            flow = self.flow(point, replace(departure, latest=departure.time), derivative=True)
             rates[i] = flow.start_rates
         return rates
 
@@ -114,19 +114,19 @@ class ImporterBackend:
             finally:
                 self._idle.append(driver)
 
-    def flow(self, x: Vector, begin: Begin, *, derivative: bool = False, events: bool = False) -> Flow:
+    def flow(self, x: Vector, departure: Begin, *, derivative: bool = False, events: bool = False) -> Flow:
         """The motion from states (n,), with its events and misses on request.
 
         Raises:
             StickslipError: it cannot be continued; says why.
         """
-        values = {**begin.values, **dict(zip(self.fmu.states, x.tolist(), strict=True))}
+        values = {**departure.values, **dict(zip(self.fmu.states, x.tolist(), strict=True))}
         with self._driver() as driver:
             return driver.follow(
-                values, begin.time, begin.latest, section=begin.section, derivative=derivative, told=events
+                values, departure.time, departure.latest, section=departure.section, derivative=derivative, told=events
             )
 
-    def derivative(self, x: Vector, begin: Begin, flow: Flow, sizes: Vector) -> Vector:
+    def derivative(self, x: Vector, departure: Begin, flow: Flow, sizes: Vector) -> Vector:
         """(n + 1, n + 1) of the states and the time of the end, by those of the begin; sizes (n,) of the states.
 
         Raises:
@@ -134,39 +134,39 @@ class ImporterBackend:
         """
         n = len(x)
         if not np.isfinite(flow.derivative).all() or not np.allclose(flow.start, x, rtol=1e-12, atol=0.0):
-            return self._differences(x, begin, flow, sizes)
+            return self._differences(x, departure, flow, sizes)
         matrix = np.zeros((n + 1, n + 1))
         # a motion that begins later from these states is, at first, one from states that are behind by their rates
         matrix[:n, :n], matrix[:n, n] = flow.derivative, -flow.derivative @ flow.start_rates
-        if begin.section is not None:
-            bound = self.fmu.states.index(begin.section.state)
+        if departure.section is not None:
+            bound = self.fmu.states.index(departure.section.state)
             matrix[n] = -matrix[bound] / flow.rates[bound]
             matrix[:n] += np.outer(flow.rates, matrix[n])
         return matrix
 
-    def _differences(self, x: Vector, begin: Begin, flow: Flow, sizes: Vector) -> Vector:
+    def _differences(self, x: Vector, departure: Begin, flow: Flow, sizes: Vector) -> Vector:
         n = len(x)
         matrix = np.zeros((n + 1, n + 1))
-        bound = self.fmu.states.index(begin.section.state) if begin.section is not None else -1
-        for j in (j for j in range(n + (begin.period > 0.0)) if j != bound):
-            change = CHANGE * (sizes[j] if j < n else begin.period)
+        bound = self.fmu.states.index(departure.section.state) if departure.section is not None else -1
+        for j in (j for j in range(n + (departure.period > 0.0)) if j != bound):
+            change = CHANGE * (sizes[j] if j < n else departure.period)
             moved = np.zeros(n + 1)
             moved[j] = change
-            matrix[:, j] = (self._end(x, begin, moved) - self._end(x, begin, -moved)) / (2.0 * change)
+            matrix[:, j] = (self._end(x, departure, moved) - self._end(x, departure, -moved)) / (2.0 * change)
         if bound >= 0:
             # a start farther along its motion arrives at the same point
             along = np.append(flow.start_rates, 1.0)
             matrix[:, bound] = -(matrix @ along - matrix[:, bound] * along[bound]) / along[bound]
         return matrix
 
-    def _end(self, x: Vector, begin: Begin, moved: Vector) -> Vector:
+    def _end(self, x: Vector, departure: Begin, moved: Vector) -> Vector:
         """(n + 1,) where a motion beside another one arrives, and when; a period later, before which no time lies."""
         n = len(x)
-        by = begin.period + float(moved[n])
-        late = begin.latest + (by if begin.section is not None else begin.period)
-        beside = replace(begin, time=begin.time + by, latest=late)
+        by = departure.period + float(moved[n])
+        late = departure.latest + (by if departure.section is not None else departure.period)
+        beside = replace(departure, time=departure.time + by, latest=late)
         flow = self.flow(x + moved[:n], beside)
-        if begin.section is not None and not flow.crossed:
+        if departure.section is not None and not flow.crossed:
             raise StickslipError("a motion beside this one does not come to the section")
         return np.append(flow.states, flow.time)
 

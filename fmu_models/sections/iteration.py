@@ -61,21 +61,23 @@ class Iteration(SectionSystem):
         Raises:
             StickslipError: a value that the map cannot have, or no inverse to go backward by.
         """
-        given = values or {}
-        check_values(declared, given)
+        parameters = values or {}
+        check_values(declared, parameters)
         if backward and declared.inverse is None:
             raise StickslipError(
                 f"{declared.name} has no inverse: several states lead to the same one, or the declaration does not say "
                 "which does. Only the positive map can be followed."
             )
-        made = cls(declared, {p.name: float(given.get(p.name, p.value)) for p in declared.parameters}, backward)
-        if backward and np.isnan(made(np.array([state.start for state in declared.states]))).any():
-            found = ", ".join(f"{name} = {value:g}" for name, value in made.values.items())
+        iteration = cls(
+            declared, {p.name: float(parameters.get(p.name, p.value)) for p in declared.parameters}, backward
+        )
+        if backward and np.isnan(iteration(np.array([state.start for state in declared.states]))).any():
+            listing = ", ".join(f"{name} = {value:g}" for name, value in iteration.values.items())
             raise StickslipError(
-                f"{declared.name} has no inverse at {found}: its formula has no value there. Choose other parameters, "
-                "or follow the positive map."
+                f"{declared.name} has no inverse at {listing}: its formula has no value there. Choose other "
+                "parameters, or follow the positive map."
             )
-        return made
+        return iteration
 
     @property
     def name(self) -> str:
@@ -83,7 +85,9 @@ class Iteration(SectionSystem):
         return self.map.name
 
     def unit_of(self, name: str) -> str:
-        return next((one.unit for one in (*self.map.states, *self.map.parameters) if one.name == name), "1")
+        return next(
+            (quantity.unit for quantity in (*self.map.states, *self.map.parameters) if quantity.name == name), "1"
+        )
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -236,9 +240,11 @@ def _functions(declared: Map, backward: bool) -> tuple[Any, Any, Any]:
 
 def _evaluate(function: Any, x: Vector, parameters: Sequence[Any]) -> Vector:
     with np.errstate(all="ignore"):
-        found = function(*np.moveaxis(x, -1, 0), *parameters)
-    whole = np.stack([np.broadcast_to(np.asarray(one, dtype=float), x.shape[:-1]) for one in found], axis=-1)
-    return np.where(np.isfinite(whole), whole, np.nan)
+        components = function(*np.moveaxis(x, -1, 0), *parameters)
+    stacked = np.stack(
+        [np.broadcast_to(np.asarray(component, dtype=float), x.shape[:-1]) for component in components], axis=-1
+    )
+    return np.where(np.isfinite(stacked), stacked, np.nan)
 
 
 @cache

@@ -74,10 +74,10 @@ def newton(
                 if not worse.any():
                     break
                 step[worse] /= 2
-                for part, again in zip(after, evaluated(points[worse] - step[worse]), strict=True):
-                    part[worse] = again
-            kept = _size(after[0]) < LARGEST
-            step, (points, residuals, slopes) = step[kept], (part[kept] for part in after)
+                for array, retried in zip(after, evaluated(points[worse] - step[worse]), strict=True):
+                    array[worse] = retried
+            bounded = _size(after[0]) < LARGEST
+            step, (points, residuals, slopes) = step[bounded], (array[bounded] for array in after)
             if last or not len(points):
                 break
             last = until_settled and bool((_size(step) <= accuracy * scale(points)).all())

@@ -74,19 +74,19 @@ def orbit_at(
     Raises:
         StickslipError: as for ``flow_derivative``.
     """
-    found = flow_derivative(fmu, start_time + period, start_time=start_time, start=start, **run)
-    multipliers = np.linalg.eigvals(found.by_start).astype(complex)
+    flow = flow_derivative(fmu, start_time + period, start_time=start_time, start=start, **run)
+    multipliers = np.linalg.eigvals(flow.by_start).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    begin = np.array([start.get(name, _start(fmu, name)) for name in found.states])
-    residual = float(np.abs(found.end - begin).max())
+    initial = np.array([start.get(name, _start(fmu, name)) for name in flow.states])
+    residual = float(np.abs(flow.end - initial).max())
     return Orbit(
         period,
-        dict(zip(found.states, begin.tolist(), strict=True)),
-        found.by_start,
+        dict(zip(flow.states, initial.tolist(), strict=True)),
+        flow.by_start,
         multipliers,
         residual,
         autonomous,
-        found.one_sided,
+        flow.one_sided,
     )
 
 
@@ -120,12 +120,12 @@ def find_orbit(
         x, time = points[0, : len(states)], float(points[0, -1]) if autonomous else period
         if time <= 0.0:
             return np.full_like(points, np.nan), np.full((1, len(points[0]), len(points[0])), np.nan)
-        begin = dict(zip(states, x.tolist(), strict=True))
-        found = flow_derivative(fmu, start_time + time, start_time=start_time, start=begin, **run)
-        matrix, miss = found.by_start - np.eye(len(x)), found.end - x
+        initial = dict(zip(states, x.tolist(), strict=True))
+        flow = flow_derivative(fmu, start_time + time, start_time=start_time, start=initial, **run)
+        matrix, miss = flow.by_start - np.eye(len(x)), flow.end - x
         gap = float(np.abs(miss).max())
         if autonomous:
-            f = _rates(fmu, time, begin, start_time, **run)
+            f = _rates(fmu, time, initial, start_time, **run)
             matrix, miss = np.block([[matrix, f[1][:, None]], [f[0], 0.0]]), np.append(miss, 0.0)
         return miss[None], matrix[None]
 
@@ -147,12 +147,12 @@ def find_orbit(
     return orbit_at(fmu, period, start, start_time=start_time, autonomous=autonomous, **run)
 
 
-def _rates(fmu: Fmu, period: float, begin: Mapping[str, float], start_time: float, **run: Any) -> NDArray[np.float64]:
+def _rates(fmu: Fmu, period: float, initial: Mapping[str, float], start_time: float, **run: Any) -> NDArray[np.float64]:
     """(2, n) rates of the states at the start and after a period."""
     end = start_time + period
-    motion = simulate(fmu, end, start_time=start_time, start=begin, output_times=[start_time, end], **run)
+    motion = simulate(fmu, end, start_time=start_time, start=initial, output_times=[start_time, end], **run)
     still = np.zeros(2)  # a memory, but for the events that set it
-    return np.stack([motion[f"der({name})"] if name in fmu.states else still for name in begin], axis=1)
+    return np.stack([motion[f"der({name})"] if name in fmu.states else still for name in initial], axis=1)
 
 
 def _start(fmu: Fmu, state: str) -> float:

@@ -19,12 +19,12 @@ from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.lanes.library import has_lanes
-from fmu_models.sections.backend import Backend, SectionQuestions
+from fmu_models.sections.backend import Backend, DirectedBackend, SectionQuestions
 from fmu_models.sections.engine import EngineBackend, LanesBackend
 from fmu_models.sections.importer import ImporterBackend
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.engine import engine_of
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
@@ -79,16 +79,16 @@ class FmuSection(SectionQuestions):
 
     def at(self, **values: float) -> Self:
         """With other values of parameters or inputs."""
-        other = super().at(**values)
-        other.backend = self.backend.fresh()
-        return other
+        section = super().at(**values)
+        section.backend = self.backend.fresh()
+        return section
 
     def stepped_by(self, stepper: str) -> Self:
         """The same made by another stepper."""
-        other = copy.copy(self)
-        other.stepper = _checked(stepper)
-        other._connect()
-        return other
+        section = copy.copy(self)
+        section.stepper = _checked(stepper)
+        section._connect()
+        return section
 
     def identity(self) -> dict[str, Any]:
         """With the FMU's token and hash, and the stepper where it is chosen."""
@@ -112,10 +112,12 @@ class FmuSection(SectionQuestions):
         return self.backend.step(self, points, varied or {}, derivative=derivative)
 
     def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
-        """(m, n) rates of the states at points (m, n)."""
-        return self.backend.along(self, points, varied or {})
+        """(m, n) rates of the states at points (m, n), where the backend tells them."""
+        if isinstance(self.backend, DirectedBackend):
+            return self.backend.along(self, points, varied or {})
+        return super().along(points, varied)
 
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return self.backend.run(self, jobs, stop)
 

@@ -95,7 +95,7 @@ def find_periodic(
         inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
         if inside.all() and least_periods(iteration, points[None], size)[0] == period:
             points = _from_least(points, size)
-            if not any(_same(iteration, points, other, size) for other in motions):
+            if not any(_same(iteration, points, motion, size) for motion in motions):
                 motions.append(points)
     return tuple(
         motion_at(iteration, points) for points in sorted(motions, key=lambda points: tuple(_rounded(points[0], size)))
@@ -124,17 +124,17 @@ class Cycles:
         """Number of points."""
         return self.points.shape[1]
 
-    def only(self, which: NDArray[Any]) -> Cycles:
+    def only(self, indices: NDArray[Any]) -> Cycles:
         """Some of them."""
-        points, times, residuals = self.points[which], self.times[which], self.residuals[which]
-        return Cycles(points, self.eigenvalues[which], times, self.began[which], residuals)
+        points, times, residuals = self.points[indices], self.times[indices], self.residuals[indices]
+        return Cycles(points, self.eigenvalues[indices], times, self.began[indices], residuals)
 
     def motions(self) -> list[PeriodicMotion]:
         """One by one."""
         began = map(tuple, self.began.tolist())
         stability, times = map(Stability, self.eigenvalues), self.times.tolist()
-        parts = zip(self.points, stability, times, began, self.residuals.tolist(), strict=True)
-        return [PeriodicMotion(*part) for part in parts]
+        rows = zip(self.points, stability, times, began, self.residuals.tolist(), strict=True)
+        return [PeriodicMotion(*columns) for columns in rows]
 
 
 def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
@@ -235,28 +235,28 @@ def solved_cycles(
     m, period, n = guesses.shape
     names = list(varied or {})
     # a value that is held, and the number of the guess, travel with the points
-    kept = np.stack([*(np.asarray((varied or {})[name], dtype=float) for name in names), np.arange(m, dtype=float)], 1)
+    fixed = np.stack([*(np.asarray((varied or {})[name], dtype=float) for name in names), np.arange(m, dtype=float)], 1)
     width = period * n
 
     def equations(flat: Vector) -> tuple[Vector, Vector]:
-        points, held = flat[:, :width].reshape(-1, period, n), flat[:, width:]
-        values = {name: np.repeat(held[:, i], period) for i, name in enumerate(names)}
+        points, fixed_columns = flat[:, :width].reshape(-1, period, n), flat[:, width:]
+        values = {name: np.repeat(fixed_columns[:, i], period) for i, name in enumerate(names)}
         step = system.step(points.reshape(-1, n), values)
         miss = system.difference(step.points.reshape(points.shape) - np.roll(points, -1, axis=1))
-        whole = np.zeros((len(flat), flat.shape[1], flat.shape[1]))
-        whole[:, :width, :width] = _cycle_matrix(step.derivatives.reshape(-1, period, n, n))
-        whole[:, width:, width:] = np.eye(held.shape[1])
-        return np.concatenate([miss.reshape(-1, width), np.zeros_like(held)], axis=1), whole
+        extended = np.zeros((len(flat), flat.shape[1], flat.shape[1]))
+        extended[:, :width, :width] = _cycle_matrix(step.derivatives.reshape(-1, period, n, n))
+        extended[:, width:, width:] = np.eye(fixed_columns.shape[1])
+        return np.concatenate([miss.reshape(-1, width), np.zeros_like(fixed_columns)], axis=1), extended
 
-    begin = np.concatenate([guesses.reshape(m, width), kept], axis=1)
-    found = newton(
+    first_guess = np.concatenate([guesses.reshape(m, width), fixed], axis=1)
+    solution = newton(
         equations,
-        begin,
+        first_guess,
         accuracy=SETTLED,
         until_settled=True,
         scale=lambda flat: 1.0 + np.abs(flat[:, :width]).max(axis=1),
     )
-    flat = found.points[found.converged]
+    flat = solution.points[solution.converged]
     return system.wrapped(flat[:, :width].reshape(-1, period, n)), flat[:, -1].round().astype(np.int64)
 
 
@@ -283,9 +283,9 @@ def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> NDArra
     """(m,) the least parts of their period after which cycles (m, period, n) repeat themselves, to (n,)."""
     m, period, _ = cycles.shape
     lengths = np.full(m, period, np.int64)
-    for part in (part for part in range(period - 1, 0, -1) if period % part == 0):
-        apart = system.difference(cycles - np.roll(cycles, part, axis=1))
-        lengths[(np.abs(apart) <= within).all(axis=(1, 2))] = part
+    for length in (divisor for divisor in range(period - 1, 0, -1) if period % divisor == 0):
+        distances = system.difference(cycles - np.roll(cycles, length, axis=1))
+        lengths[(np.abs(distances) <= within).all(axis=(1, 2))] = length
     return lengths
 
 

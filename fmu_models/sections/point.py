@@ -52,8 +52,8 @@ class FmuPoints(SectionSystem):
         memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self.memories]
         return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
 
-    def _phase(self, place: int) -> list[tuple[str, int]]:
-        return [("phase", place)] if self.forced else []
+    def _phase(self, index: int) -> list[tuple[str, int]]:
+        return [("phase", index)] if self.forced else []
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
@@ -115,14 +115,14 @@ class FmuPoints(SectionSystem):
         """With other values of parameters or inputs."""
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
-        other = copy.copy(self)
-        other.values = {**self.values, **{n: float(v) for n, v in values.items()}}
-        return other
+        section = copy.copy(self)
+        section.values = {**self.values, **{n: float(v) for n, v in values.items()}}
+        return section
 
     def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) states by name, in SI units; what is not given has the default of the FMU."""
         starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
-        point = named_point(self.name, self.states, np.array([float(one or 0.0) for one in starts]), given)
+        point = named_point(self.name, self.states, np.array([float(start or 0.0) for start in starts]), given)
         for name, value in zip(self.states, point.tolist(), strict=True):
             if name in self.fmu.variables:
                 check_value(self.fmu, name, value)
@@ -130,8 +130,8 @@ class FmuPoints(SectionSystem):
 
     def sizes(self) -> Vector:
         """(n,) nominal values."""
-        known = [self.fmu.variables.get(name) for name in self.states]
-        return np.array([float(getattr(one, "nominal", None) or 1.0) for one in known])
+        state_variables = [self.fmu.variables.get(name) for name in self.states]
+        return np.array([float(getattr(variable, "nominal", None) or 1.0) for variable in state_variables])
 
     @cached_property
     def turns(self) -> Vector:  # type: ignore[override] # computed once
@@ -148,24 +148,24 @@ class FmuPoints(SectionSystem):
 
     def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
         """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
-        found = dict(zip(self.states, point.tolist(), strict=True))
-        given: dict[str, dict[str, float]] = {
-            kind: {name: value for name, value in self.values.items() if name in known}
-            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+        start = dict(zip(self.states, point.tolist(), strict=True))
+        constants: dict[str, dict[str, float]] = {
+            kind: {name: value for name, value in self.values.items() if name in names}
+            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
         }
-        states = {name: value for name, value in found.items() if name in self.fmu.states}
-        return {**given, "start": states | {name: found[name] for name in self.memories if found[name] != 0.0}}
+        states = {name: value for name, value in start.items() if name in self.fmu.states}
+        return {**constants, "start": states | {name: start[name] for name in self.memories if start[name] != 0.0}}
 
 
 def _checked(
-    fmu: Fmu, known: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
+    fmu: Fmu, names: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
 ) -> dict[str, float]:
     values = dict(given or {})
-    check_names(fmu, "parameter", values, known)
+    check_names(fmu, "parameter", values, names)
     for name, value in values.items():
         check_value(fmu, name, float(value))
     if forcing is not None:
-        check_names(fmu, "parameter", {forcing: None}, known)
+        check_names(fmu, "parameter", {forcing: None}, names)
         frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
         if not frequency > 0.0:
             raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")

@@ -24,7 +24,7 @@ from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.run import check_names, check_value
-from fmu_models.simulation.sections import Follower, Section, SectionPoint
+from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
 from fmu_models.simulation.tangent import flow_derivative
 
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
@@ -76,7 +76,7 @@ class ReturnMap(SectionSystem):
             "inputs": dict(inputs or {}),
             "tolerance": tolerance,
         }
-        self._follower = Follower(fmu, section, **self._run)
+        self._follower = SectionFollower(fmu, section, **self._run)
         self.values = {**self._run["parameters"], **self._run["inputs"]}
 
     @property
@@ -99,8 +99,8 @@ class ReturnMap(SectionSystem):
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
         run: dict[str, Any] = dict(self._run)
-        for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs)):
-            run[kind] = {**run[kind], **{name: float(v) for name, v in values.items() if name in known}}
+        for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs)):
+            run[kind] = {**run[kind], **{name: float(v) for name, v in values.items() if name in names}}
         others: dict[str, Any] = {
             "section": self.section,
             "cap": self.cap,
@@ -125,7 +125,7 @@ class ReturnMap(SectionSystem):
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)
-        self._follower = Follower(self.fmu, self.section, **self._run)
+        self._follower = SectionFollower(self.fmu, self.section, **self._run)
 
     def check(self, name: str, values: NDArray[np.float64]) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
@@ -156,15 +156,15 @@ class ReturnMap(SectionSystem):
         for i, x in enumerate(points[:, 0].tolist()):
             system = self.at(**{name: float(v[i]) for name, v in varied.items()}) if varied else self
             try:
-                back = system.crossing(x)
-                slopes[i] = system.slope(x) if derivative and back is not None else np.nan
+                crossing = system.crossing(x)
+                slopes[i] = system.slope(x) if derivative and crossing is not None else np.nan
             except StickslipError as error:
                 why[i] = str(error)
                 continue
-            if back is None:
+            if crossing is None:
                 why[i] = f"the motion does not return within {self.cap:g} s"
             else:
-                after[i, 0], times[i] = back.states[self.state], back.time
+                after[i, 0], times[i] = crossing.states[self.state], crossing.time
         return Step(after, slopes, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
 
     def _contents(self) -> dict[str, object]:
@@ -176,8 +176,8 @@ class ReturnMap(SectionSystem):
         Raises:
             StickslipError: a start out of its range, or a motion that the engine cannot continue.
         """
-        found = self.crossing(x)
-        return math.nan if found is None else found.states[self.state]
+        crossing = self.crossing(x)
+        return math.nan if crossing is None else crossing.states[self.state]
 
     def states_at(self, x: float) -> dict[str, float]:
         """The states at the start for a value of the state; those left out have their defaults."""
@@ -187,9 +187,9 @@ class ReturnMap(SectionSystem):
 
     def crossing(self, x: float) -> SectionPoint | None:
         """The return itself, or None."""
-        for one in self._follower.follow(self.states_at(x), self.cap):
-            if self._accept is None or self._accept(one):
-                return one
+        for passage in self._follower.follow(self.states_at(x), self.cap):
+            if self._accept is None or self._accept(passage):
+                return passage
         return None
 
     def slope(self, x: float) -> float:
@@ -198,13 +198,13 @@ class ReturnMap(SectionSystem):
         Raises:
             StickslipError: as for a value; or the motion touches the bound of a contact without crossing it.
         """
-        back = self.crossing(x)
-        if back is None:
+        crossing = self.crossing(x)
+        if crossing is None:
             return math.nan
-        found = flow_derivative(self.fmu, back.time, start=self.states_at(x), **self._run)
-        change = dict(zip(found.states, (found.by_start @ self._direction(x, found.states)).tolist(), strict=True))
-        later = change[self.section.state] / back.rates[self.section.state]
-        return change[self.state] - back.rates[self.state] * later
+        flow = flow_derivative(self.fmu, crossing.time, start=self.states_at(x), **self._run)
+        change = dict(zip(flow.states, (flow.by_start @ self._direction(x, flow.states)).tolist(), strict=True))
+        later = change[self.section.state] / crossing.rates[self.section.state]
+        return change[self.state] - crossing.rates[self.state] * later
 
     def _direction(self, x: float, names: Sequence[str]) -> np.ndarray:
         """(n,) derivative of the start values by x; from differences where they are a function."""

@@ -48,9 +48,9 @@ def eigenvalue_class(eigenvalue: complex) -> str:
 
 def eigenvalues_of(derivatives: NDArray[np.float64]) -> NDArray[np.complex128]:
     """(..., n) of derivatives (..., n, n), largest modulus first."""
-    found = np.linalg.eigvals(derivatives).astype(complex)
-    order = np.lexsort((-np.real(found), -np.abs(found)), axis=-1)
-    return np.take_along_axis(found, order, axis=-1)
+    eigenvalues = np.linalg.eigvals(derivatives).astype(complex)
+    order = np.lexsort((-np.real(eigenvalues), -np.abs(eigenvalues)), axis=-1)
+    return np.take_along_axis(eigenvalues, order, axis=-1)
 
 
 def are_stable(eigenvalues: NDArray[np.complex128]) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from fmu_models.sections.oscillator import FmuSection
 from fmu_models.sections.point import Vector
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
-from fmu_models.simulation.field import Field, is_forced
+from fmu_models.simulation.field import VectorField, is_forced
 
 # the ratio that is farthest from those of whole numbers
 GOLDEN = 0.5 * (1.0 + 5.0**0.5)
@@ -65,13 +65,13 @@ class Strobe(FmuSection):
             if self.forcing is not None or not self.fmu.ours:
                 return None
             try:
-                if is_forced(Field(self.fmu, self.values), point[: len(self.fmu.states)]):
+                if is_forced(VectorField(self.fmu, self.values), point[: len(self.fmu.states)]):
                     return None
             except StickslipError:  # the point cannot be begun from
                 return None
         period = self.every * float(self.period or 0.0) / GOLDEN
-        given = {"parameters": self.values, "tolerance": self.tolerance, "stepper": self.stepper}
-        return Strobe(self.fmu, period=period, autonomous=True, **given), GOLDEN
+        settings = {"parameters": self.values, "tolerance": self.tolerance, "stepper": self.stepper}
+        return Strobe(self.fmu, period=period, autonomous=True, **settings), GOLDEN
 
     def log_volumes(self, points: Vector) -> Vector | None:
         """By the divergence of the rates, where no event changes volumes."""
@@ -87,10 +87,10 @@ class Strobe(FmuSection):
             StickslipError: it cannot be made.
         """
         assert isinstance(self.backend, ImporterBackend)
-        begin = self.begin(point, self.values, float(self.periods({}, 1)[0]))
-        return self.backend.flow(point, begin, events=True)
+        departure = self.begin(point, self.values, float(self.periods({}, 1)[0]))
+        return self.backend.flow(point, departure, events=True)
 
-    def _phase(self, place: int) -> list[tuple[str, int]]:
+    def _phase(self, index: int) -> list[tuple[str, int]]:
         return []
 
     def repeats(self, periods: Vector) -> Vector:

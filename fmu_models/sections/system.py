@@ -23,7 +23,7 @@ from fmu_models.families import stepwise
 from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 Vector = NDArray[np.float64]
 
@@ -109,13 +109,13 @@ class SectionSystem(Shown, ABC):
         """(m, n) the direction of the motion at points (m, n), of what is autonomous."""
         raise StickslipError(f"{self.name} has no direction of its motion: a step of it is no part of a flow.")
 
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return stepwise.run(self, jobs, stop)
 
     def make(
         self, jobs: Jobs, *, workers: int | None = None, progress: Callable[[float], Any] = lambda fraction: None
-    ) -> Rows:
+    ) -> RunRows:
         """The rows of all jobs, by threads, in memory; see ``runner`` for the rest."""
         return Runner(self, execution=Execution(workers=workers), progress=progress).make(jobs)
 
@@ -146,9 +146,9 @@ class SectionSystem(Shown, ABC):
         turns = self.turns
         if np.isinf(turns).all():
             return points
-        whole = np.where(np.isfinite(turns), turns, 1.0)
+        period = np.where(np.isfinite(turns), turns, 1.0)
         with np.errstate(invalid="ignore"):
-            return np.where(np.isfinite(turns), points - np.round(points / whole) * whole, points)
+            return np.where(np.isfinite(turns), points - np.round(points / period) * period, points)
 
     def sizes(self) -> Vector:
         """(n,) typical size of each number of a point; infinite for one that only drifts and makes no difference."""
@@ -169,22 +169,22 @@ class SectionSystem(Shown, ABC):
         return {"model": self.name, "states": self.states, **self.values}
 
 
-def named_point(name: str, states: Sequence[str], defaults: Vector, given: Any) -> Vector:
+def named_point(name: str, states: Sequence[str], defaults: Vector, values: Any) -> Vector:
     """(n,) a point from a mapping by name or from all its numbers.
 
     Raises:
         StickslipError: unknown names, or another number of numbers.
     """
-    if given is None:
+    if values is None:
         return defaults.copy()
-    if isinstance(given, Mapping):
+    if isinstance(values, Mapping):
         point = defaults.copy()
-        for one, value in given.items():
-            if one not in states:
-                raise StickslipError(f"{name} has no state '{one}'.{nearest(one, states)}")
-            point[list(states).index(one)] = float(value)
+        for state, value in values.items():
+            if state not in states:
+                raise StickslipError(f"{name} has no state '{state}'.{nearest(state, states)}")
+            point[list(states).index(state)] = float(value)
     else:
-        point = np.array(given, dtype=float)
+        point = np.array(values, dtype=float)
     if point.shape != (len(states),) or not np.isfinite(point).all():
-        raise StickslipError(f"{name} starts at {len(states)} finite numbers ({', '.join(states)}), found {given}.")
+        raise StickslipError(f"{name} starts at {len(states)} finite numbers ({', '.join(states)}), found {values}.")
     return point

@@ -36,6 +36,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.defect import Defect, defect_of
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.run import Repeated, simulate
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
@@ -89,7 +90,7 @@ def simulate_with_error(
     start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
@@ -104,30 +105,30 @@ def simulate_with_error(
     def stage(i: int) -> Callable[[float], None]:
         return lambda fraction: progress((i + fraction) / stages) if progress else None
 
-    given: dict[str, Any] = {
+    settings: dict[str, Any] = {
         "parameters": dict(parameters or {}),
         "start": dict(start or {}),
-        "inputs": dict(inputs or {}),
+        "inputs": signals_of(fmu, inputs or {}, start_time, stop_time),
     }
     span: dict[str, Any] = {"start_time": start_time, "output_times": output_times}
-    trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **span)
-    begin = time.perf_counter()
-    check = _checked(Repeated(fmu, stop_time, start_time, tolerance, **given), trajectory, output_times, stage(1))
+    trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **settings, **span)
+    started = time.perf_counter()
+    check = _checked(Repeated(fmu, stop_time, start_time, tolerance, **settings), trajectory, output_times, stage(1))
     runs, refused = ({}, check.refused) if check.other is None else ({COMPANIONS[0]: check.other}, {})
     for i, name in enumerate(COMPANIONS[1:], 2):
         finer = name.startswith("tolerance")
-        moved = given if finer else _moved(fmu, given, +1 if name == "data up" else -1)
+        moved = settings if finer else _moved(fmu, settings, +1 if name == "data up" else -1)
         companion = Repeated(fmu, stop_time, start_time, tolerance * (0.1 if finer else 1.0), **moved)
         try:
             runs[name] = companion.trajectory(output_times, check.ends, stage(i))
         except StickslipError as error:
             refused[name] = str(error)
-    seconds = trajectory.seconds, time.perf_counter() - begin
+    seconds = trajectory.seconds, time.perf_counter() - started
     return trajectory, _estimate(fmu, trajectory, runs, refused, check, seconds)
 
 
 @dataclass(frozen=True)
-class _Check:
+class _DefectCheck:
     """The defect of a run, the run with other steps, where these end, and whether its own defect is rounding."""
 
     defect: Defect
@@ -152,7 +153,7 @@ def _wrong_from(defect: Defect, sizes: NDArray[np.float64]) -> float | None:
 
 def _checked(
     repeated: Repeated, run: Trajectory, output_times: ArrayLike | None, progress: Callable[[float], None]
-) -> _Check:
+) -> _DefectCheck:
     states = repeated.fmu.states
     sizes = np.array([max(np.abs(run[state]).max(), _resting(repeated.fmu, state)) for state in states])
 
@@ -160,22 +161,22 @@ def _checked(
         breaks = np.concatenate([repeated.kinks, [event.time for event in trajectory.events]])
         return defect_of(lambda times: repeated.record(times, ends), breaks, len(states))
 
-    own = defect(run, None)
-    name = repeated.deciding_name(own.contradiction[1]) if own.contradiction else ""
-    other, ends, latest = None, own.edges, own
+    own_defect = defect(run, None)
+    name = repeated.deciding_name(own_defect.contradiction[1]) if own_defect.contradiction else ""
+    second, ends, latest = None, own_defect.edges, own_defect
     try:
         for _ in range(_ROUNDS):
-            other = repeated.trajectory(output_times, ends, progress)
-            if own is latest and _wrong_from(own, sizes) is None:
+            second = repeated.trajectory(output_times, ends, progress)
+            if own_defect is latest and _wrong_from(own_defect, sizes) is None:
                 break
-            latest = defect(other, ends)
+            latest = defect(second, ends)
             if _wrong_from(latest, sizes) is None:
                 break
             if latest.resolved:
                 ends = np.union1d(ends, latest.edges)
     except StickslipError as error:
-        return _Check(own, name, sizes, None, ends, False, {COMPANIONS[0]: str(error)})
-    return _Check(own, name, sizes, other, ends, _wrong_from(latest, sizes) is None and latest.resolved)
+        return _DefectCheck(own_defect, name, sizes, None, ends, False, {COMPANIONS[0]: str(error)})
+    return _DefectCheck(own_defect, name, sizes, second, ends, _wrong_from(latest, sizes) is None and latest.resolved)
 
 
 def _resting(fmu: Fmu, state: str) -> float:
@@ -184,13 +185,13 @@ def _resting(fmu: Fmu, state: str) -> float:
     return _REST * (1.0 if nominal is None else abs(float(nominal)))
 
 
-def _moved(fmu: Fmu, given: Mapping[str, dict[str, Any]], side: int) -> dict[str, Any]:
+def _moved(fmu: Fmu, settings: Mapping[str, dict[str, Any]], side: int) -> dict[str, Any]:
     """Every value, given or default, moved by one rounding within its bounds; signals stay."""
-    memories = {name: value for name, value in given["start"].items() if name in fmu.memories}
+    memories = {name: value for name, value in settings["start"].items() if name in fmu.memories}
     defaults = {"parameters": fmu.parameters, "start": fmu.states, "inputs": fmu.inputs}
     moved: dict[str, Any] = {}
     for kind, names in defaults.items():
-        values = {name: given[kind].get(name, float(fmu.variables[name].start or 0.0)) for name in names}
+        values = {name: settings[kind].get(name, float(fmu.variables[name].start or 0.0)) for name in names}
         moved[kind] = {n: v if isinstance(v, Signal) else _nudged(fmu, n, float(v), side) for n, v in values.items()}
     moved["start"] |= memories
     return moved
@@ -212,7 +213,7 @@ def _estimate(
     trajectory: Trajectory,
     runs: Mapping[str, Trajectory],
     refused: Mapping[str, str],
-    check: _Check,
+    check: _DefectCheck,
     seconds: tuple[float, float],
 ) -> ErrorEstimate:
     wrong = check.wrong
@@ -222,19 +223,19 @@ def _estimate(
             f"moved by one rounding ({next(iter(refused.values()))})."
         )
     sizes = dict(zip(fmu.states, check.sizes.tolist(), strict=True))
-    shared = {name: _shared_events(trajectory, other) for name, other in runs.items()}
-    gaps = {name: _differences(trajectory, other, fmu.states, *shared[name]) for name, other in runs.items()}
+    shared = {name: _shared_events(trajectory, companion) for name, companion in runs.items()}
+    gaps = {name: _differences(trajectory, companion, fmu.states, *shared[name]) for name, companion in runs.items()}
     if wrong is not None:
         # the difference to the right run is the error, wherever it is; there is none to say without that run
         gaps = {COMPANIONS[0]: _whole_differences(trajectory, check, fmu.states)}
-        apart = math.inf
+        parting = math.inf
     else:
-        apart = min(until for _, until in shared.values())
+        parting = min(until for _, until in shared.values())
         for difference in gaps.values():
             for state, values in difference.items():
                 large = np.flatnonzero(values > APART * sizes[state])
-                apart = min(apart, float(trajectory.time[large[0]])) if large.size else apart
-    before = trajectory.time < apart
+                parting = min(parting, float(trajectory.time[large[0]])) if large.size else parting
+    before = trajectory.time < parting
     defect = dict(zip(fmu.states, np.abs(check.defect.sums).max(axis=0, initial=0.0).tolist(), strict=True))
     # what is left of a defect at later times only a run that is right can say
     states = dict.fromkeys(fmu.states, 0.0) if check.right else dict(defect)
@@ -248,39 +249,39 @@ def _estimate(
             end[state] = max(end[state], float(last))
             if largest > relative * sizes[state] > 0.0 or (relative == 0.0 and largest > 0.0):
                 relative, by = largest / sizes[state], name
-    moved = max((float(m[t < apart].max(initial=0.0)) for (t, m), _ in shared.values()), default=0.0)
-    found = None if apart == math.inf else apart
-    return ErrorEstimate(states, end, defect, wrong, check.name, relative, moved, found, by, refused, seconds)
+    moved = max((float(m[t < parting].max(initial=0.0)) for (t, m), _ in shared.values()), default=0.0)
+    parting_time = None if parting == math.inf else parting
+    return ErrorEstimate(states, end, defect, wrong, check.name, relative, moved, parting_time, by, refused, seconds)
 
 
-def _whole_differences(run: Trajectory, check: _Check, states: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def _whole_differences(run: Trajectory, check: _DefectCheck, states: Sequence[str]) -> dict[str, NDArray[np.float64]]:
     """Per state (n,) to the run with other steps, the size of the state from where on nothing is known."""
     unknown = np.zeros(run.time.size, dtype=bool) if check.right else run.time >= (check.wrong or -math.inf)
-    found = {}
+    differences = {}
     for state, size in zip(states, check.sizes.tolist(), strict=True):
         difference = np.zeros(run.time.size) if check.other is None else np.abs(check.other[state] - run[state])
-        found[state] = np.where(unknown, np.maximum(difference, size), difference)
-    return found
+        differences[state] = np.where(unknown, np.maximum(difference, size), difference)
+    return differences
 
 
 _Events = tuple[NDArray[np.float64], NDArray[np.float64]]  # times (m,) of shared events and by how much they moved (m,)
 
 
-def _shared_events(one: Trajectory, other: Trajectory) -> tuple[_Events, float]:
+def _shared_events(first: Trajectory, second: Trajectory) -> tuple[_Events, float]:
     """The events that two runs share from the start, and the time of the first that they do not."""
     times, moved, until = [], [], math.inf
-    for a, b in zip(one.events, other.events, strict=False):
+    for a, b in zip(first.events, second.events, strict=False):
         if (a.contact, a.before, a.after) != (b.contact, b.before, b.after):
             until = min(a.time, b.time)
             break
         times.append(a.time)
         moved.append(abs(a.time - b.time))
     else:
-        longer = max(one.events, other.events, key=len)
+        longer = max(first.events, second.events, key=len)
         until = longer[len(times)].time if len(longer) > len(times) else math.inf
     # an event at the very end of the run may come after it in the other one
     last = max(moved, default=0.0)
-    if one.time[-1] - until <= 10.0 * last:
+    if first.time[-1] - until <= 10.0 * last:
         times.append(until)
         moved.append(last)
         until = math.inf
@@ -288,14 +289,14 @@ def _shared_events(one: Trajectory, other: Trajectory) -> tuple[_Events, float]:
 
 
 def _differences(
-    one: Trajectory, other: Trajectory, states: Sequence[str], events: _Events, until: float
+    first: Trajectory, second: Trajectory, states: Sequence[str], events: _Events, until: float
 ) -> dict[str, NDArray[np.float64]]:
     """Per state (n,), zero near events, where velocities may have jumped in one run and not yet in the other."""
     times, moved = events
-    near = one.time >= until
+    late = first.time >= until
     if times.size:
-        right = np.searchsorted(times, one.time).clip(0, times.size - 1)
+        right = np.searchsorted(times, first.time).clip(0, times.size - 1)
         for event in (right, (right - 1).clip(0)):
-            reach = np.maximum(10.0 * moved[event], 4.0 * _ROUNDING * np.abs(one.time))
-            near |= np.abs(one.time - times[event]) <= reach
-    return {state: np.where(near, 0.0, np.abs(other[state] - one[state])) for state in states}
+            reach = np.maximum(10.0 * moved[event], 4.0 * _ROUNDING * np.abs(first.time))
+            late |= np.abs(first.time - times[event]) <= reach
+    return {state: np.where(late, 0.0, np.abs(second[state] - first[state])) for state in states}

@@ -53,27 +53,27 @@ class Defect:
 
 def defect_of(record: Record, breaks: Vector, states: int) -> Defect:
     """The defect of the run that ``record`` repeats; its rates may jump at ``breaks``, its start and end among them."""
-    left, right = _first_pieces(np.unique(breaks))
+    starts, right = _first_pieces(np.unique(breaks))
     done: list[tuple[Vector, ...]] = []
     resolved, largest = True, np.zeros(0)
     for depth in range(_DEPTH + 1):
-        times, rows = _sampled(record, left, right)
+        times, rows = _sampled(record, starts, right)
         largest = np.maximum(np.abs(rows).max(axis=(0, 1), initial=0.0), largest if largest.size else 0.0)
-        coarse = _is_coarse(rows, right - left, states, largest)
-        if depth == _DEPTH or 4 * coarse.sum() + sum(len(part[0]) for part in done) > _MOST:
-            resolved, coarse = not coarse.any(), np.zeros(left.size, dtype=bool)
-        done.append((left[~coarse], right[~coarse], times[~coarse], rows[~coarse]))
+        coarse = _is_coarse(rows, right - starts, states, largest)
+        if depth == _DEPTH or 4 * coarse.sum() + sum(len(piece[0]) for piece in done) > _MOST:
+            resolved, coarse = not coarse.any(), np.zeros(starts.size, dtype=bool)
+        done.append((starts[~coarse], right[~coarse], times[~coarse], rows[~coarse]))
         if not coarse.any():
             break
-        quarters = np.linspace(left[coarse], right[coarse], 5)
-        left, right = quarters[:-1].ravel(), quarters[1:].ravel()
-    left, right, times, rows = (np.concatenate(part) for part in zip(*done, strict=True))
-    order = np.argsort(left)
-    left, right, times, rows = left[order], right[order], times[order], rows[order]
-    rates = np.einsum("j,kjs->ks", _WEIGHTS, rows[:, 1:-1, states : 2 * states]) * (0.5 * (right - left))[:, None]
+        quarters = np.linspace(starts[coarse], right[coarse], 5)
+        starts, right = quarters[:-1].ravel(), quarters[1:].ravel()
+    starts, right, times, rows = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.argsort(starts)
+    starts, right, times, rows = starts[order], right[order], times[order], rows[order]
+    rates = np.einsum("j,kjs->ks", _WEIGHTS, rows[:, 1:-1, states : 2 * states]) * (0.5 * (right - starts))[:, None]
     sums = np.cumsum(rows[:, -1, :states] - rows[:, 0, :states] - rates, axis=0)
     return Defect(
-        np.setdiff1d(left, np.nextafter(breaks, np.inf)),
+        np.setdiff1d(starts, np.nextafter(breaks, np.inf)),
         right,
         sums,
         _contradiction(times, rows[:, :, 2 * states :]),
@@ -93,16 +93,16 @@ def _first_pieces(breaks: Vector) -> tuple[Vector, Vector]:
     ends = np.append(np.nextafter(breaks[1:-1], -np.inf), breaks[-1])
     edges = begins[:, None] + shares * (ends - begins)[:, None]
     edges[:, -1] = ends
-    left, right = edges[:, :-1].ravel(), edges[:, 1:].ravel()
+    starts, right = edges[:, :-1].ravel(), edges[:, 1:].ravel()
     # what is as short as rounding of time has no points inside
-    wide = right - left > 64 * _ROUNDING * np.maximum(np.abs(left), np.abs(right))
-    return left[wide], right[wide]
+    wide = right - starts > 64 * _ROUNDING * np.maximum(np.abs(starts), np.abs(right))
+    return starts[wide], right[wide]
 
 
-def _sampled(record: Record, left: Vector, right: Vector) -> tuple[Vector, Vector]:
+def _sampled(record: Record, starts: Vector, right: Vector) -> tuple[Vector, Vector]:
     """Times (k, 10) of the pieces' ends and points, and rows (k, 10, m) there."""
-    half, middle = 0.5 * (right - left)[:, None], 0.5 * (right + left)[:, None]
-    times = np.hstack([left[:, None], middle + half * _NODES, right[:, None]])
+    half, middle = 0.5 * (right - starts)[:, None], 0.5 * (right + starts)[:, None]
+    times = np.hstack([starts[:, None], middle + half * _NODES, right[:, None]])
     distinct, where = np.unique(times, return_inverse=True)
     return times, record(distinct)[where.reshape(times.shape)]
 
@@ -127,8 +127,8 @@ def _contradiction(times: Vector, values: Vector) -> tuple[float, int] | None:
     if not values.size:
         return None
     below = values < -_CONTRADICTS * np.abs(values).max(axis=(0, 1))
-    piece, point, which = np.nonzero(below)
+    piece, point, state = np.nonzero(below)
     if not piece.size:
         return None
     first = int(np.argmin(times[piece, point]))
-    return float(times[piece[first], point[first]]), int(which[first])
+    return float(times[piece[first], point[first]]), int(state[first])

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import simulate
 
 NODES = 32  # between two events
@@ -42,25 +42,25 @@ def volume_change(
     Args:
         start, parameters, inputs: as for ``simulate``; inputs are constant.
     """
-    given: dict[str, Any] = {"start": start, "parameters": parameters, "inputs": inputs}
-    events = [event.time for event in simulate(fmu, duration, output_times=[0.0, duration], **given).events]
+    settings: dict[str, Any] = {"start": start, "parameters": parameters, "inputs": inputs}
+    events = [event.time for event in simulate(fmu, duration, output_times=[0.0, duration], **settings).events]
     u, weights = np.polynomial.legendre.leggauss(NODES)
     u = 0.5 + 0.5 * u
     times, shares = [], []
-    for begin, end in pairwise(sorted({0.0, *events, duration})):
-        times.append(begin + (end - begin) * u**2 * (3.0 - 2.0 * u))
-        shares.append((end - begin) * 3.0 * weights * u * (1.0 - u))
+    for start_of_piece, end in pairwise(sorted({0.0, *events, duration})):
+        times.append(start_of_piece + (end - start_of_piece) * u**2 * (3.0 - 2.0 * u))
+        shares.append((end - start_of_piece) * 3.0 * weights * u * (1.0 - u))
     at, share = np.concatenate(times), np.concatenate(shares)
-    run = simulate(fmu, duration, output_times=at, **given)
-    known = {name: run[name] for name in fmu.states}
-    return float(share @ _divergence(fmu, at, known, {**parameters, **inputs}))
+    run = simulate(fmu, duration, output_times=at, **settings)
+    states = {name: run[name] for name in fmu.states}
+    return float(share @ _divergence(fmu, at, states, {**parameters, **inputs}))
 
 
 def _divergence(
     fmu: Fmu, times: NDArray[np.float64], states: Mapping[str, NDArray[np.float64]], constants: Mapping[str, float]
 ) -> NDArray[np.float64]:
     """(m,) sum of the derivatives of the rates of all states, each by its own state."""
-    field = Field(fmu, constants)
+    field = VectorField(fmu, constants)
     rows = np.array([states[name] for name in fmu.states]).T
     return np.array(
         [np.trace(field.slopes(row, (), time=time)) for time, row in zip(times.tolist(), rows, strict=True)]

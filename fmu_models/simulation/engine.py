@@ -52,7 +52,7 @@ class Engine:
         except OSError as error:
             raise StickslipError(f"'{fmu.path}' cannot be loaded: {error}") from error
         self.model = str(fmu.description.modelName)
-        self._idle: list[Instance] = []
+        self._idle: list[EngineInstance] = []
         handles: list[int] = []
         self._handles = handles
         try:
@@ -61,7 +61,7 @@ class Engine:
             unload(dll)
             raise StickslipError(
                 f"'{fmu.path.name}' was not exported by stickslip and has no engine of its own. Name a method of "
-                "integration: --method auto, or master.simulate_any."
+                "integration: --method auto, or fmu_models.simulate."
             ) from None
         if version() != RUN.VERSION:
             unload(dll)
@@ -84,34 +84,34 @@ class Engine:
         self._counted = fmu.fmi == 3
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
-    def derivative(self, instance: Instance, of: NDArray[np.uint32], by: int) -> NDArray[np.float64]:
+    def derivative(self, instance: EngineInstance, of: NDArray[np.uint32], by: int) -> NDArray[np.float64]:
         """(n,) derivatives of rates or outputs by one variable, all by reference, where the instance is.
 
         Raises:
             StickslipError: one of them has none there.
         """
-        found, known, one = np.empty(len(of)), c_uint32(by), c_double(1.0)
-        values = [(byref(one), 1), (found.ctypes.data, len(of))]
-        numbers = [part for value in values for part in (value if self._counted else value[:1])]
-        if self._directional(instance.handle, of.ctypes.data, len(of), byref(known), 1, *numbers) != 0:
+        derivatives, seed_reference, seed = np.empty(len(of)), c_uint32(by), c_double(1.0)
+        values = [(byref(seed), 1), (derivatives.ctypes.data, len(of))]
+        numbers = [number for value in values for number in (value if self._counted else value[:1])]
+        if self._directional(instance.handle, of.ctypes.data, len(of), byref(seed_reference), 1, *numbers) != 0:
             raise instance.failure()
-        return found
+        return derivatives
 
-    def take(self) -> Instance:
+    def take(self) -> EngineInstance:
         """An instance for one user, in whatever state the last one left it; give it back."""
         try:
             return self._idle.pop()
         except IndexError:
-            made = Instance(self)
-            self._handles.append(made.handle)
-            return made
+            instance = EngineInstance(self)
+            self._handles.append(instance.handle)
+            return instance
 
-    def give(self, instance: Instance) -> None:
+    def give(self, instance: EngineInstance) -> None:
         """Take it back."""
         self._idle.append(instance)
 
 
-class Instance:
+class EngineInstance:
     """One motion at a time, by one thread at a time; what a run writes to is kept for the next one."""
 
     def __init__(self, engine: Engine) -> None:
@@ -161,10 +161,10 @@ class Instance:
     def failure(self) -> StickslipError:
         """An error that says why the engine has refused last."""
         text = self._message.value.decode("utf-8", "replace")
-        head, colon, rest = text.partition(": ")
+        head, colon, message = text.partition(": ")
         # messages may begin with the C function that refused; that is of no use to the reader
-        said = rest if colon and head.startswith(("stickslip_", "whole_run_")) else text
-        return StickslipError(f"{self._model}: {said}")
+        reason = message if colon and head.startswith(("stickslip_", "whole_run_")) else text
+        return StickslipError(f"{self._model}: {reason}")
 
 
 @cache
@@ -187,13 +187,13 @@ def engine_of(fmu: Fmu) -> Engine:
     Raises:
         StickslipError: as for ``Engine``.
     """
-    known = _engines.get(fmu)
-    if known is None:
+    engine = _engines.get(fmu)
+    if engine is None:
         with _loading:
-            known = _engines.get(fmu)
-            if known is None:
-                known = _engines[fmu] = Engine(fmu)
-    return known
+            engine = _engines.get(fmu)
+            if engine is None:
+                engine = _engines[fmu] = Engine(fmu)
+    return engine
 
 
 _engines: weakref.WeakKeyDictionary[Fmu, Engine] = weakref.WeakKeyDictionary()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
-from fmu_models.simulation.rows import Rows
+from fmu_models.simulation.rows import RunRows
 
 _Ensemble = C.structure("Ensemble")
 _LINE = 8  # numbers in a line of memory
@@ -56,7 +56,7 @@ class Targets:
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
+class EnsembleRuns:
     """Many runs. values: (m, k) of the variables with these references; see engine/ensemble/ensemble.h for the rest."""
 
     references: list[int]
@@ -81,7 +81,9 @@ class Runs:
     stepper: Stepper | None = None
 
 
-def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Rows:
+def make_runs(
+    engine: Engine, sizes: tuple[int, int], where: Where, runs: EnsembleRuns, stop: NDArray[np.int32]
+) -> RunRows:
     """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them.
 
     Returns:
@@ -96,22 +98,30 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
     extended = n + contacts + 1
     kinds = {"derivatives": (extended, k)} if runs.jacobians else {"growth": k}
     # the engine writes the time since the last row behind each point
-    made = Rows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
+    rows = RunRows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
-    known = runs.known or Targets(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
+    targets = runs.known or Targets(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
     references = np.array(runs.references, np.uint32)
     inputs = [
-        np.ascontiguousarray(one, dtype=float)
-        for one in (runs.values, runs.starts, runs.periods, runs.patience, runs.weights, known.points, known.forms)
+        np.ascontiguousarray(array, dtype=float)
+        for array in (
+            runs.values,
+            runs.starts,
+            runs.periods,
+            runs.patience,
+            runs.weights,
+            targets.points,
+            targets.forms,
+        )
     ]
     along = np.array(runs.along, np.int64)
-    whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
+    integers = [np.ascontiguousarray(array, np.int64) for array in (targets.after, targets.orbits, targets.passes)]
     room = np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)
     memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
     lanes = runs.stepper.at if runs.stepper else 0
     lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
-    values, starts, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
-    after, orbits, passes = (one.ctypes.data for one in whole)
+    values, starts, periods, patience, weights, points, forms = (array.ctypes.data for array in inputs)
+    after, orbits, passes = (array.ctypes.data for array in integers)
     c = _Ensemble(
         n_runs=m,
         n_set=references.size,
@@ -136,7 +146,7 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
         longest=runs.longest,
         weights=weights,
         settled=runs.settled,
-        n_known=len(known.points),
+        n_known=len(targets.points),
         known=points,
         metric=forms,
         next=after,
@@ -146,22 +156,22 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
         flow=runs.flow,
         along=along.ctypes.data,
         room=room.ctypes.data,
-        points=made.points.ctypes.data,
-        held=made.held.ctypes.data,
-        began=made.began.ctypes.data,
-        growth=made.growth.ctypes.data if made.growth.size else None,
-        jacobians=made.derivatives.ctypes.data if made.derivatives.size else None,
-        rows=made.filled.ctypes.data,
-        steps=made.steps.ctypes.data,
-        outcomes=made.outcomes.ctypes.data,
-        recurs=made.periods.ctypes.data,
-        orbits=made.orbits.ctypes.data,
+        points=rows.points.ctypes.data,
+        held=rows.held.ctypes.data,
+        began=rows.began.ctypes.data,
+        growth=rows.growth.ctypes.data if rows.growth.size else None,
+        jacobians=rows.derivatives.ctypes.data if rows.derivatives.size else None,
+        rows=rows.filled.ctypes.data,
+        steps=rows.steps.ctypes.data,
+        outcomes=rows.outcomes.ctypes.data,
+        recurs=rows.periods.ctypes.data,
+        orbits=rows.orbits.ctypes.data,
         messages=ctypes.addressof(messages),
         stop=stop.ctypes.data,
         memory=memory.ctypes.data,
         lanes=lanes,
         lane_room=-(-lane_room.ctypes.data // (8 * _LINE)) * 8 * _LINE,
-        in_lanes=made.in_lanes.ctypes.data,
+        in_lanes=rows.in_lanes.ctypes.data,
     )
     instance = engine.take()
     try:
@@ -169,9 +179,9 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
             raise instance.failure()
     finally:
         engine.give(instance)
-    for i in np.flatnonzero((made.outcomes == OUTCOMES.BROKEN) | (made.outcomes == OUTCOMES.UNFIT)):
+    for i in np.flatnonzero((rows.outcomes == OUTCOMES.BROKEN) | (rows.outcomes == OUTCOMES.UNFIT)):
         text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0].decode("utf-8", "replace")
-        if made.outcomes[i] == OUTCOMES.UNFIT:
+        if rows.outcomes[i] == OUTCOMES.UNFIT:
             raise StickslipError(text)
-        made.messages[int(i)] = text
-    return dataclasses.replace(made, points=made.points[..., :-1], times=made.points[..., -1])
+        rows.messages[int(i)] = text
+    return dataclasses.replace(rows, points=rows.points[..., :-1], times=rows.points[..., -1])

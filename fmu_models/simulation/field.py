@@ -25,7 +25,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Rates:
+class FieldRates:
     """What is seen at a point, of n states.
 
     Attributes:
@@ -44,7 +44,7 @@ class Rates:
 class HasRates(Protocol):
     """What has rates at a point, at a time."""
 
-    def at(self, states: Vector, given: Mapping[str, float] | None = None, time: float = 0.0) -> Rates: ...
+    def at(self, states: Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0) -> FieldRates: ...
 
 
 def is_forced(field: HasRates, point: Vector) -> bool:
@@ -54,10 +54,10 @@ def is_forced(field: HasRates, point: Vector) -> bool:
         StickslipError: the engine refuses the point.
     """
     first, *others = (field.at(point, time=time).rates for time in (0.0, 0.7310585786, 2.391046))
-    return any((one != first).any() for one in others)
+    return any((state != first).any() for state in others)
 
 
-class Field:
+class VectorField:
     """The rates of an FMU of this suite, with one instance of it.
 
     Args:
@@ -89,24 +89,24 @@ class Field:
         return int(self.fmu.variables[name].valueReference)
 
     def at(
-        self, states: Sequence[float] | Vector, given: Mapping[str, float] | None = None, time: float = 0.0
-    ) -> Rates:
+        self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
+    ) -> FieldRates:
         """The rates at states (n,), with other values of parameters or inputs.
 
         Raises:
             StickslipError: the engine refuses the point.
         """
-        self._start(states, given, time)
+        self._start(states, parameters, time)
         request = whole_run.Request(np.array([time]), self._read)
         row = whole_run.run(self._engine, self._instance, request).values[0]
         states, rates, contacts, indicators = np.split(row, self._ends)
-        return Rates(states, rates, tuple(int(one) for one in contacts), indicators)
+        return FieldRates(states, rates, tuple(int(state) for state in contacts), indicators)
 
     def slopes(
         self,
         states: Sequence[float] | Vector,
         by: Sequence[str],
-        given: Mapping[str, float] | None = None,
+        parameters: Mapping[str, float] | None = None,
         time: float = 0.0,
     ) -> Vector:
         """(n, n + len(by)) derivatives of the rates by the states and by parameters or inputs, contact states held.
@@ -114,16 +114,16 @@ class Field:
         Raises:
             StickslipError: the engine refuses the point, or a rate has no derivative there.
         """
-        self._start(states, given, time)
-        known = [*self._states, *(self._reference(name) for name in by)]
+        self._start(states, parameters, time)
+        seeds = [*self._states, *(self._reference(name) for name in by)]
         of = np.array(self._rates, dtype=np.uint32)
-        return np.column_stack([self._engine.derivative(self._instance, of, one) for one in known])
+        return np.column_stack([self._engine.derivative(self._instance, of, seed) for seed in seeds])
 
-    def _start(self, states: Sequence[float] | Vector, given: Mapping[str, float] | None, time: float) -> None:
-        values = {self._reference(name): float(value) for name, value in (given or {}).items()}
-        there = dict(zip(self._states, np.asarray(states, dtype=float).tolist(), strict=True))
-        if not np.isfinite([*values.values(), *there.values()]).all():
+    def _start(self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None, time: float) -> None:
+        values = {self._reference(name): float(value) for name, value in (parameters or {}).items()}
+        start_values = dict(zip(self._states, np.asarray(states, dtype=float).tolist(), strict=True))
+        if not np.isfinite([*values.values(), *start_values.values()]).all():
             raise StickslipError(
                 f"'{self.fmu.description.modelName}' has no rates at {states}: a number is not finite."
             )
-        self._instance.restart({**self._constants, **values, **there}, time, self.tolerance)
+        self._instance.restart({**self._constants, **values, **start_values}, time, self.tolerance)

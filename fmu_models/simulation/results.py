@@ -144,11 +144,11 @@ def write_trajectory(
         import h5py
 
         # made in memory: the library of HDF5 crashes where a disk has no room left when it closes a file
-        made = io.BytesIO()
-        with h5py.File(made, "w") as file:
+        buffer = io.BytesIO()
+        with h5py.File(buffer, "w") as file:
             _write(file, trajectory, provenance, descriptions or {})
         with write_whole(path, overwrite=overwrite) as temporary:
-            temporary.write_bytes(made.getvalue() + SEAL + sha256(made.getbuffer()).hexdigest().encode())
+            temporary.write_bytes(buffer.getvalue() + SEAL + sha256(buffer.getbuffer()).hexdigest().encode())
     except OSError as error:
         reason = error.strerror or error
         raise WriteError(f"'{path}' cannot be written: {reason}. Is the disk full?") from error
@@ -181,8 +181,8 @@ def _write(
         _column(events, name, _array([getattr(event, name) for event in trajectory.events]))
     if trajectory.texts:
         group = file.create_group("texts", track_order=True)
-        for name, both in trajectory.texts.items():
-            _texts(group, _key(name), both).attrs["name"] = name
+        for name, texts in trajectory.texts.items():
+            _texts(group, _key(name), texts).attrs["name"] = name
     if provenance:
         _write_provenance(file.create_group("provenance"), provenance)
 
@@ -192,9 +192,9 @@ def _whole_arrays(trajectory: Trajectory) -> tuple[dict[str, np.ndarray], dict[s
     columns, units = dict(trajectory.values), dict(trajectory.units)
     for name, shape in trajectory.arrays.items():
         elements = element_names(name, shape)
-        parts = [columns.pop(element) for element in elements]
-        if parts:
-            columns[name] = np.stack(parts, axis=1).reshape(-1, *shape)
+        pieces = [columns.pop(element) for element in elements]
+        if pieces:
+            columns[name] = np.stack(pieces, axis=1).reshape(-1, *shape)
             units[name] = units[elements[0]]
     return columns, units
 
@@ -203,11 +203,15 @@ def _write_provenance(group: h5py.Group, provenance: Provenance) -> None:
     for name in (f.name for f in fields(provenance)):
         value = getattr(provenance, name)
         if name in SETTINGS:
-            part = group.create_group(name, track_order=True)
-            for key, given in value.items():
-                texts = isinstance(given, (str, bytes))
-                made = _texts(part, _key(key), [given]) if texts else part.create_dataset(_key(key), data=float(given))
-                made.attrs["name"] = key
+            subgroup = group.create_group(name, track_order=True)
+            for key, setting in value.items():
+                texts = isinstance(setting, (str, bytes))
+                dataset = (
+                    _texts(subgroup, _key(key), [setting])
+                    if texts
+                    else subgroup.create_dataset(_key(key), data=float(setting))
+                )
+                dataset.attrs["name"] = key
         else:
             group.attrs[name] = value[:LONGEST] if isinstance(value, str) else value
 
@@ -218,10 +222,10 @@ def _texts(group: h5py.Group, name: str, values: Sequence[Any]) -> h5py.Dataset:
 
     if isinstance(values[0], str):
         return group.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
-    made = group.create_dataset(name, (len(values),), dtype=h5py.vlen_dtype(np.uint8))
-    for place, value in enumerate(values):
-        made[place] = np.frombuffer(value, dtype=np.uint8)
-    return made
+    dataset = group.create_dataset(name, (len(values),), dtype=h5py.vlen_dtype(np.uint8))
+    for row, value in enumerate(values):
+        dataset[row] = np.frombuffer(value, dtype=np.uint8)
+    return dataset
 
 
 def _read_texts(data: Any) -> list[str] | list[bytes]:
@@ -242,8 +246,8 @@ def _column(group: h5py.Group, name: str, data: np.ndarray) -> h5py.Dataset:
 
 def _array(values: list[Any]) -> np.ndarray:
     """A column of numbers, or of texts as objects."""
-    made = np.array(values)
-    return np.array(values, dtype=object) if made.dtype.kind == "U" else made
+    array = np.array(values)
+    return np.array(values, dtype=object) if array.dtype.kind == "U" else array
 
 
 def _key(name: str) -> str:
@@ -272,13 +276,13 @@ def read_trajectory(path: str | os.PathLike[str]) -> Recording:
 def _is_sealed(path: Path) -> bool:
     """Whether the file is, to the last bit, as it was written."""
     length = path.stat().st_size - len(SEAL) - 64
-    found = sha256()
+    digest = sha256()
     try:
         with path.open("rb") as file:
             while length > 0 and (block := file.read(min(length, 1 << 20))):
-                found.update(block)
+                digest.update(block)
                 length -= len(block)
-            return length == 0 and file.read() == SEAL + found.hexdigest().encode()
+            return length == 0 and file.read() == SEAL + digest.hexdigest().encode()
     except OSError:
         return False
 
@@ -329,17 +333,17 @@ def _read(file: Any) -> Recording:
 
 
 def _read_provenance(group: Any) -> Provenance:
-    found: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     for name in (f.name for f in fields(Provenance)):
         if name in SETTINGS:
-            found[name] = {
+            settings[name] = {
                 str(data.attrs["name"]): _read_texts(data)[0] if data.shape else float(data[()])
                 for _, data in _datasets(group[name])
             }
         else:
             value = group.attrs[name]
-            found[name] = value if isinstance(value, str) else float(value)
-    return Provenance(**found)
+            settings[name] = value if isinstance(value, str) else float(value)
+    return Provenance(**settings)
 
 
 def _datasets(group: Any) -> Iterable[tuple[str, Any]]:

@@ -13,7 +13,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class RunRows:
     """What came of m runs.
 
     Attributes:
@@ -44,7 +44,7 @@ class Rows:
     @classmethod
     def empty(
         cls, runs: int, rows: int, width: int, contacts: int, *, growth: int = 0, derivatives: tuple[int, int] = (0, 0)
-    ) -> Rows:
+    ) -> RunRows:
         """Room for what is to come; ``width`` numbers a point."""
         return cls(
             np.full((runs, rows, width), np.nan),
@@ -64,23 +64,25 @@ class Rows:
 
     def arrays(self) -> dict[str, NDArray[np.generic]]:
         """All but the messages, by name; the first direction of each is the runs."""
-        return {one.name: getattr(self, one.name) for one in dataclasses.fields(self) if one.name != "messages"}
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "messages"}
 
-    def only(self, which: NDArray[np.int64]) -> Rows:
+    def only(self, indices: NDArray[np.int64]) -> RunRows:
         """Those of some runs."""
-        messages = {k: self.messages[int(i)] for k, i in enumerate(which) if int(i) in self.messages}
-        return Rows(**{name: part[which] for name, part in self.arrays().items()}, messages=messages)  # type: ignore[arg-type]
+        messages = {k: self.messages[int(i)] for k, i in enumerate(indices) if int(i) in self.messages}
+        return RunRows(**{name: array[indices] for name, array in self.arrays().items()}, messages=messages)  # type: ignore[arg-type]
 
     @property
     def ends(self) -> Vector:
         """(m, n) the last point of each run; nan where it has none."""
         last = np.maximum(self.filled - 1, 0)
-        found = self.points[np.arange(len(last)), last] if self.points.shape[1] else self.points[:, :0].sum(axis=1)
-        return np.where(self.filled[:, None] > 0, found, np.nan)
+        last_points = (
+            self.points[np.arange(len(last)), last] if self.points.shape[1] else self.points[:, :0].sum(axis=1)
+        )
+        return np.where(self.filled[:, None] > 0, last_points, np.nan)
 
 
-def joined(parts: Sequence[Rows], begins: Sequence[int]) -> Rows:
+def joined(pieces: Sequence[RunRows], begins: Sequence[int]) -> RunRows:
     """The rows of all chunks, which begin at these runs."""
-    messages = {b + i: text for part, b in zip(parts, begins, strict=True) for i, text in part.messages.items()}
-    arrays = [part.arrays() for part in parts]
-    return Rows(**{name: np.concatenate([one[name] for one in arrays]) for name in arrays[0]}, messages=messages)  # type: ignore[arg-type]
+    messages = {b + i: text for piece, b in zip(pieces, begins, strict=True) for i, text in piece.messages.items()}
+    arrays = [piece.arrays() for piece in pieces]
+    return RunRows(**{name: np.concatenate([piece[name] for piece in arrays]) for name in arrays[0]}, messages=messages)  # type: ignore[arg-type]

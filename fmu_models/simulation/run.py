@@ -7,7 +7,7 @@ import sys
 import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Columns, Events, Trajectory
 
@@ -32,7 +33,7 @@ def simulate(
     start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
@@ -43,7 +44,8 @@ def simulate(
         parameters: values that replace the defaults, in the units of the FMU.
         start: values of states at ``start_time``; for a start inside a stop that remembers its speed of entry also
             ``<stop>_memory``, m/s.
-        inputs: constant or Signal per input; the rate of an input is the slope of its Signal.
+        inputs: per input a constant, or what changes with time in one of the forms of ``inputs.signal_of`` (a Signal, a
+            column of a log, times and values, a pandas Series, a function); its rate is the slope of its Signal.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
         tolerance: relative local error of a step. Values above 1e-14 have no effect: the engine's default costs little.
         progress: called with the fraction of output times done, several times a second.
@@ -74,8 +76,8 @@ class Repeated:
     ) -> Trajectory:
         """The run with steps that end at ``ends`` (k,) s as well as where they would by themselves."""
         times = checked_times(output_times, self.start_time, self.stop_time)
-        known = _known_of(self.fmu)
-        return known.trajectory(times, self._rows(times, ends, known.recorded, progress))
+        model = _known_of(self.fmu)
+        return model.trajectory(times, self._rows(times, ends, model.recorded, progress))
 
     def record(self, times: NDArray[np.float64], ends: NDArray[np.float64] | None) -> NDArray[np.float64]:
         """(n, 2 s + d) the s states, their rates and the d deciding functions at times (n,), by direct evaluation.
@@ -91,9 +93,9 @@ class Repeated:
         recorded: NDArray[np.uint32],
         progress: Callable[[float], None] | None = None,
     ) -> whole_run.Result:
-        known, span = _known_of(self.fmu), (self.start_time, self.stop_time)
+        model, span = _known_of(self.fmu), (self.start_time, self.stop_time)
         values = self.parameters, self.start, self.inputs
-        return _rows(self.fmu, known, self.tolerance, span, *values, times, progress, ends, recorded)
+        return _rows(self.fmu, model, self.tolerance, span, *values, times, progress, ends, recorded)
 
     @property
     def kinks(self) -> NDArray[np.float64]:
@@ -146,7 +148,7 @@ class KeptRun(Shown):
         start_time: float = 0.0,
         parameters: Mapping[str, float] | None = None,
         start: Mapping[str, float] | None = None,
-        inputs: Mapping[str, float | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Trajectory:
@@ -163,31 +165,31 @@ class KeptRun(Shown):
 
 def _run(
     fmu: Fmu,
-    known: _Known,
+    model: _Known,
     tolerance: float,
     span: tuple[float, float],
     parameters: Mapping[str, float] | None,
     start: Mapping[str, float] | None,
-    inputs: Mapping[str, float | Signal] | None,
+    inputs: Mapping[str, Any] | None,
     output_times: ArrayLike | None,
     progress: Callable[[float], None] | None,
 ) -> Trajectory:
     """The arguments are those of ``simulate``; in their order, since names cost time."""
     check_span(*span)
     times = checked_times(output_times, *span)
-    recorded = known.recorded
-    result = _rows(fmu, known, tolerance, span, parameters, start, inputs, times, progress, None, recorded)
-    return known.trajectory(times, result)
+    recorded = model.recorded
+    result = _rows(fmu, model, tolerance, span, parameters, start, inputs, times, progress, None, recorded)
+    return model.trajectory(times, result)
 
 
 def _rows(
     fmu: Fmu,
-    known: _Known,
+    model: _Known,
     tolerance: float,
     span: tuple[float, float],
     parameters: Mapping[str, float] | None,
     start: Mapping[str, float] | None,
-    inputs: Mapping[str, float | Signal] | None,
+    inputs: Mapping[str, Any] | None,
     times: NDArray[np.float64],
     progress: Callable[[float], None] | None,
     ends: NDArray[np.float64] | None,
@@ -198,20 +200,21 @@ def _rows(
     initial: dict[int, float] = {}
     signals: dict[str, Signal] = {}
     if parameters:
-        _set(fmu, "parameter", parameters, known.parameters, initial)
+        _set(fmu, "parameter", parameters, model.parameters, initial)
     if start:
-        _set(fmu, "state", start, known.states, initial)
+        _set(fmu, "state", start, model.states, initial)
     if inputs:
-        signals = _set(fmu, "input", inputs, known.inputs, initial)
+        check_names(fmu, "input", inputs, model.inputs)
+        signals = _set(fmu, "input", signals_of(fmu, inputs, *span), model.inputs, initial)
     stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
     driven = None
     if signals or ends is not None:
         table = knots(signals, start_time, stop_time, ends)
-        references = [known.inputs[name][0] for name in signals]
+        references = [model.inputs[name][0] for name in signals]
         driven = np.array(references, dtype=np.uint32), table
         for i, name in enumerate(signals):
-            initial[references[i]], initial[known.rates[name]] = table[1][0, i], table[2][0, i]
-    engine = known.engine
+            initial[references[i]], initial[model.rates[name]] = table[1][0, i], table[2][0, i]
+    engine = model.engine
     instance = engine.take()
     try:
         instance.restart(initial, start_time, tolerance)
@@ -221,21 +224,21 @@ def _rows(
 
 
 def _set(
-    fmu: Fmu, kind: str, given: Mapping[str, float | Signal], known: _Settable, initial: dict[int, float]
+    fmu: Fmu, kind: str, values: Mapping[str, float | Signal], settable: _Settable, initial: dict[int, float]
 ) -> dict[str, Signal]:
     """Write checked start values by reference; the inputs that change with time are returned."""
     signals: dict[str, Signal] = {}
-    for name, value in given.items():
-        if name not in known:
-            check_names(fmu, kind, given, known)
+    for name, value in values.items():
+        if name not in settable:
+            check_names(fmu, kind, values, settable)
         if isinstance(value, Signal):
             if kind != "input":
                 raise StickslipError(f"'{name}' is a {kind} and takes a number, found a Signal: only inputs change.")
             signals[name] = value
             continue
-        reference, low, high = known[name]
+        reference, low, high = settable[name]
         if not (isinstance(value, _PLAIN) and low <= value <= high):
-            check_names(fmu, kind, given, known)
+            check_names(fmu, kind, values, settable)
             check_value(fmu, name, value)
         initial[reference] = value
     return signals
@@ -292,10 +295,12 @@ _all_known: weakref.WeakKeyDictionary[Fmu, _Known] = weakref.WeakKeyDictionary()
 
 
 def _known_of(fmu: Fmu) -> _Known:
-    found = _all_known.get(fmu)
-    if found is None:
-        found = _all_known[fmu] = _Known(fmu)
-    return found
+    if not isinstance(fmu, Fmu):
+        raise StickslipError(f"An opened FMU is run here, found {fmu!r}. Load it first: fmu_models.load({fmu!r}).")
+    model = _all_known.get(fmu)
+    if model is None:
+        model = _all_known[fmu] = _Known(fmu)
+    return model
 
 
 def _bounds(variable: ScalarVariable) -> tuple[float, float]:
@@ -315,10 +320,10 @@ def check_tolerance(tolerance: float) -> None:
         raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
 
 
-def check_names(fmu: Fmu, kind: str, given: Iterable[str], known: Collection[str]) -> None:
-    for name in given:
-        if name not in known:
-            has = nearest(name, known) if known else f" It has no {kind}s."
+def check_names(fmu: Fmu, kind: str, names: Iterable[str], choices: Collection[str]) -> None:
+    for name in names:
+        if name not in choices:
+            has = nearest(name, choices) if choices else f" It has no {kind}s."
             raise StickslipError(f"'{fmu.description.modelName}' has no {kind} '{name}'.{has}")
 
 

@@ -69,7 +69,7 @@ class SectionPoint(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Crossings(Shown):
+class SectionCrossings(Shown):
     """All of a motion, in order.
 
     Attributes:
@@ -99,7 +99,7 @@ def crossings(
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     tolerance: float = 1e-14,
-) -> Crossings:
+) -> SectionCrossings:
     """The crossings of a level by a state, from ``start_time`` to ``stop_time``, or the first ``most`` of them.
 
     Args:
@@ -111,18 +111,18 @@ def crossings(
     """
     if most is not None and most < 1:
         raise StickslipError(f"At most {most} crossings are asked for. Ask for one at least, or leave it open.")
-    follower = Follower(
+    follower = SectionFollower(
         fmu, Section(state, level, direction), parameters=parameters, inputs=inputs, tolerance=tolerance
     )
-    found = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
-    return Crossings(
-        np.array([one.time for one in found]),
-        {name: np.array([one.states[name] for one in found]) for name in fmu.states},
-        {name: np.array([one.contacts[name] for one in found], dtype=np.int8) for name in fmu.contacts},
+    points = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
+    return SectionCrossings(
+        np.array([crossing.time for crossing in points]),
+        {name: np.array([crossing.states[name] for crossing in points]) for name in fmu.states},
+        {name: np.array([crossing.contacts[name] for crossing in points], dtype=np.int8) for name in fmu.contacts},
     )
 
 
-class Follower:
+class SectionFollower:
     """Follows one motion after the other to a section, with a single instance of the FMU."""
 
     def __init__(
@@ -152,7 +152,7 @@ class Follower:
         contacts = [f"{name}_state" for name in fmu.contacts]
         recorded = ["time", *fmu.states, *rates, *contacts]
         self._recorded = np.array([fmu.variables[name].valueReference for name in recorded], dtype=np.uint32)
-        self._section = whole_run.Section(
+        self._section = whole_run.SectionRequest(
             fmu.variables[section.state].valueReference, float(section.level), section.direction
         )
 
@@ -191,5 +191,5 @@ class Follower:
             )
             if motion != self._motions:
                 raise StickslipError(
-                    "Another motion has begun since; this one cannot go on. Follow each with a Follower of its own."
+                    "Another motion has begun since; this one cannot go on. Follow each with a SectionFollower of its own."
                 )

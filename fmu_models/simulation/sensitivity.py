@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.engine import Instance, engine_of
+from fmu_models.simulation.engine import EngineInstance, engine_of
+from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.run import check_names, check_tolerance, check_value, checked_times
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Events
@@ -68,8 +69,8 @@ class Sensitivity(Tabular):
         return pandas.DataFrame(columns | slopes, index=pandas.Index(self.time, name="time"))
 
     def _heading(self) -> str:
-        found = f"{len(self.time)} times, {len(self.events)} events"
-        return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {found}"
+        counts = f"{len(self.time)} times, {len(self.events)} events"
+        return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {counts}"
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """(n,) values of one of ``names``."""
@@ -118,7 +119,7 @@ class SensitiveRun(Shown):
         self._references = np.array([variables[name].valueReference for name in self.recorded], dtype=np.uint32)
         directions = np.array([variables[name].valueReference for name in self.by], dtype=np.uint32)
         self._engine = engine_of(fmu)
-        self._instance: Instance | None = self._engine.take()
+        self._instance: EngineInstance | None = self._engine.take()
         self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions)
 
     def _contents(self) -> dict[str, object]:
@@ -143,7 +144,7 @@ class SensitiveRun(Shown):
         start_time: float = 0.0,
         parameters: Mapping[str, float] | None = None,
         start: Mapping[str, float] | None = None,
-        inputs: Mapping[str, float | Signal] | None = None,
+        inputs: Mapping[str, Any] | None = None,
     ) -> Sensitivity:
         """A run from ``start_time`` (s) to the last of ``output_times`` (n,) s, whatever the run before it was.
 
@@ -164,6 +165,7 @@ class SensitiveRun(Shown):
         check_names(self.fmu, "parameter", parameters, self._parameters)
         check_names(self.fmu, "state", start, self._states)
         check_names(self.fmu, "input", inputs, self._inputs)
+        inputs = signals_of(self.fmu, inputs, start_time, float(times[-1]))
         initial = {**parameters, **start}
         for name, value in inputs.items():
             if not isinstance(value, Signal):
@@ -178,9 +180,9 @@ class SensitiveRun(Shown):
             for i, name in enumerate(signals):
                 initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
         request = whole_run.Request(times, self._references, driven)
-        begin = {variables[name].valueReference: float(value) for name, value in initial.items()}
+        start_values = {variables[name].valueReference: float(value) for name, value in initial.items()}
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(
-            request, begin, start_time, self.tolerance
+            request, start_values, start_time, self.tolerance
         )
         events = Events(result.events, self._contacts, self._rigid)
         return Sensitivity(

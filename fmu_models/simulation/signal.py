@@ -50,22 +50,29 @@ class Signal(Shown):
         """The same value throughout [start, stop]."""
         return cls([start, stop], [value, value])
 
+    @classmethod
+    def held(cls, time: ArrayLike, value: ArrayLike) -> Signal:
+        """Values that hold until the time of the next one: a jump there."""
+        return cls(np.repeat(np.asarray(time), 2)[1:], np.repeat(np.asarray(value), 2)[:-1])
+
     def piece(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Value and slope just after each of ``times`` (m,), both (m,)."""
         last = np.searchsorted(self.time, times, side="right") - 1
-        left = np.clip(last, 0, self.time.size - 2)
-        span = self.time[left + 1] - self.time[left]
+        piece = np.clip(last, 0, self.time.size - 2)
+        span = self.time[piece + 1] - self.time[piece]
         # at the very end there is no piece to the right: go on with the last value
-        rise = self.value[left + 1] - self.value[left]
+        rise = self.value[piece + 1] - self.value[piece]
         slope = np.where((span > 0) & (last < self.time.size - 1), rise / np.where(span > 0, span, 1), 0.0)
-        base = np.where(last > left, last, left)
+        base = np.where(last > piece, last, piece)
         return self.value[base] + slope * (times - self.time[base]), slope
 
 
 Knots = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
-def knots(signals: Mapping[str, Signal], start: float, stop: float, more: NDArray[np.float64] | None = None) -> Knots:
+def knots(
+    signals: Mapping[str, Signal], start: float, stop: float, step_ends: NDArray[np.float64] | None = None
+) -> Knots:
     """Common table of several signals over [start, stop], with more times if steps are to end at these too.
 
     Returns:
@@ -77,13 +84,13 @@ def knots(signals: Mapping[str, Signal], start: float, stop: float, more: NDArra
     for name, signal in signals.items():
         if signal.time[0] > start or signal.time[-1] < stop:
             raise StickslipError(
-                f"The signal for input '{name}' covers {signal.time[0]:g} s to {signal.time[-1]:g} s, "
-                f"the run {start:g} s to {stop:g} s. Extend the signal or shorten the run."
+                f"The signal for input '{name}' covers {signal.time[0]:.9g} s to {signal.time[-1]:.9g} s, "
+                f"the run {start:.9g} s to {stop:.9g} s. Extend the signal or shorten the run."
             )
     # a run may need a small part of a long signal
     ends = [(np.searchsorted(s.time, start, side="right"), np.searchsorted(s.time, stop)) for s in signals.values()]
     inner = [s.time[first:last] for s, (first, last) in zip(signals.values(), ends, strict=True)]
-    times = np.unique(np.concatenate([[start], *inner, [] if more is None else more]))
+    times = np.unique(np.concatenate([[start], *inner, [] if step_ends is None else step_ends]))
     values, slopes = np.empty((times.size, len(signals))), np.empty((times.size, len(signals)))
     for i, signal in enumerate(signals.values()):
         values[:, i], slopes[:, i] = signal.piece(times)

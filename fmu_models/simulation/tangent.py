@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,6 @@ from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import check_names, check_span
 from fmu_models.simulation.sensitivity import SensitiveRun
-from fmu_models.simulation.signal import Signal
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ def flow_derivative(
     start_time: float = 0.0,
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     by: Sequence[str] = (),
     tolerance: float = 1e-14,
 ) -> FlowDerivative:
@@ -59,8 +59,10 @@ def flow_derivative(
     check_span(start_time, stop_time)
     check_names(fmu, "parameter", dict.fromkeys(by), fmu.parameters)
     states = (*fmu.states, *(name for name in fmu.memories if name in (start or {})))
-    with SensitiveRun(fmu, by=[*states, *by], recorded=states, tolerance=tolerance) as kept:
-        found = kept.run([stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs)
-    end, derivative, n = found.values[0], found.derivative[0], len(states)
+    with SensitiveRun(fmu, by=[*states, *by], recorded=states, tolerance=tolerance) as sensitive_run:
+        sensitivity = sensitive_run.run(
+            [stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs
+        )
+    end, derivative, n = sensitivity.values[0], sensitivity.derivative[0], len(states)
     by_parameter = dict(zip(by, derivative[:, n:].T.copy(), strict=True))
-    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter, found.one_sided)
+    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter, sensitivity.one_sided)

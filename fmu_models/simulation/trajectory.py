@@ -99,13 +99,13 @@ class Events(Sequence[Event]):
         return self._event(self.rows[index].item())
 
     def __iter__(self) -> Iterator[Event]:
-        for begin in range(0, self.rows.size, _BLOCK):
-            yield from map(self._event, self.rows[begin : begin + _BLOCK].tolist())
+        for first in range(0, self.rows.size, _BLOCK):
+            yield from map(self._event, self.rows[first : first + _BLOCK].tolist())
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Sequence) or len(self) != len(other):
             return NotImplemented if not isinstance(other, Sequence) else False
-        return all(one == two for one, two in zip(self, other, strict=True))
+        return all(first == two for first, two in zip(self, other, strict=True))
 
     def __repr__(self) -> str:
         return f"<{len(self)} events of {', '.join(self.contacts)}>"
@@ -177,10 +177,10 @@ class ForeignEvent(Shown):
     clocks: str = ""
 
     def __str__(self) -> str:
-        which = (
+        indicator = (
             f" of indicator {self.indicator}" + (f" ({self.name})" if self.name else "") if self.indicator >= 0 else ""
         )
-        return f"{self.time:.9g} s: {self.kind}{which}{f', {self.clocks} ticks' if self.clocks else ''}"
+        return f"{self.time:.9g} s: {self.kind}{indicator}{f', {self.clocks} ticks' if self.clocks else ''}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,9 +239,9 @@ class Trajectory(Tabular):
         """The variables as columns of a table indexed by time (s)."""
         import pandas
 
-        made = pandas.DataFrame(dict(self.values), index=pandas.Index(self.time, name="time"))
-        made.attrs["units"] = {"time": "s", **self.units}
-        return made
+        table = pandas.DataFrame(dict(self.values), index=pandas.Index(self.time, name="time"))
+        table.attrs["units"] = {"time": "s", **self.units}
+        return table
 
     def plot(self, *what: str, ax: Axes | None = None) -> Axes:
         """Draw variables over time, or against each other.
@@ -252,9 +252,9 @@ class Trajectory(Tabular):
             StickslipError: the trajectory has no such variable.
         """
         axes = axes_or_new(ax)
-        shown = what or [name for name in self.values if f"der({name})" in self.values] or list(self.values)
+        variables = what or [name for name in self.values if f"der({name})" in self.values] or list(self.values)
         labels: dict[str, list[str]] = {"x": [], "y": []}
-        for text in shown:
+        for text in variables:
             across, colon, up = text.rpartition(":")
             across = across if colon else "time"
             axes.plot(self[across], self[up], linewidth=0.9, label=up)
@@ -262,7 +262,7 @@ class Trajectory(Tabular):
             labels["y"].append(self._label(up))
         axes.set_xlabel(", ".join(dict.fromkeys(labels["x"])))
         axes.set_ylabel(", ".join(dict.fromkeys(labels["y"])))
-        if len(shown) > 1:
+        if len(variables) > 1:
             axes.legend(frameon=False)
         return axes
 
@@ -271,9 +271,9 @@ class Trajectory(Tabular):
 
     def _heading(self) -> str:
         span = f" from {self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else ""
-        made = f", {self.method}" if self.method else ""
+        method = f", {self.method}" if self.method else ""
         return (
-            f"Trajectory: {len(self.time)} times{span}, {len(self.values)} variables, {len(self.events)} events{made}"
+            f"Trajectory: {len(self.time)} times{span}, {len(self.values)} variables, {len(self.events)} events{method}"
         )
 
     def _contents(self) -> Mapping[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.simulation.engine import RUN, C, Engine, Instance, address
+from fmu_models.simulation.engine import RUN, C, Engine, EngineInstance, address
 from fmu_models.simulation.signal import Knots
 
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -37,7 +37,7 @@ class Request(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionRequest:
     """A level of the state ``reference`` and the direction of its crossings: 1 upward, -1 downward, 0 both."""
 
     reference: int
@@ -56,7 +56,7 @@ class Result(NamedTuple):
 
 
 def run(
-    engine: Engine, instance: Instance, request: Request, progress: Callable[[float], None] | None = None
+    engine: Engine, instance: EngineInstance, request: Request, progress: Callable[[float], None] | None = None
 ) -> Result:
     """Make the run of an instance that was started.
 
@@ -71,9 +71,9 @@ def run(
     seconds = 0.0
     while status == RUN.MORE:
         c.n_events = 0
-        begin = time.perf_counter()
+        started = time.perf_counter()
         status = engine.simulate(instance.handle, c)
-        seconds += time.perf_counter() - begin
+        seconds += time.perf_counter() - started
         chunks.append(instance.events(c.n_events))
         if progress:
             progress(c.next_time / max(1, len(values)))
@@ -83,7 +83,9 @@ def run(
     return Result(values, events, c.steps, c.evaluations, seconds)
 
 
-def crossings(engine: Engine, instance: Instance, request: Request, section: Section) -> Iterator[NDArray[np.float64]]:
+def crossings(
+    engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest
+) -> Iterator[NDArray[np.float64]]:
     """Rows (m,) of the values recorded at one crossing after the other; the run goes on only as far as it is iterated.
 
     Raises:
@@ -148,7 +150,7 @@ class _Details:
 
     def passage(self, c: Any) -> Passage:
         n = min(int(c.misses.count), len(self.misses))
-        speeds, changes = (np.concatenate(part) for part in zip(*self.seen, strict=True))
+        speeds, changes = (np.concatenate(column) for column in zip(*self.seen, strict=True))
         return Passage(self.rates, speeds, changes, self.misses[:n].copy(), self.derivatives[:n].copy())
 
 
@@ -160,7 +162,7 @@ class Differentiator:
     """
 
     def __init__(
-        self, engine: Engine, instance: Instance, directions: NDArray[np.uint32], states: int | None = None
+        self, engine: Engine, instance: EngineInstance, directions: NDArray[np.uint32], states: int | None = None
     ) -> None:
         self._engine, self._instance, self._directions = engine, instance, directions
         events = instance.whole_run.event_capacity
@@ -185,10 +187,10 @@ class Differentiator:
         m = self._directions.size
         values = np.empty((request.times.size, request.references.size))
         derivatives = np.empty((*values.shape, m))
-        whole = structure(request, values, self._instance)  # keeps alive what the copy of it points into
-        whole.allowance = self._allowance
+        run_structure = structure(request, values, self._instance)  # keeps alive what the copy of it points into
+        run_structure.allowance = self._allowance
         c = _SensitivityRun(
-            run=whole,
+            run=run_structure,
             start=self._instance.start(initial, start_time, tolerance),
             n_directions=m,
             directions=self._directions.ctypes.data,
@@ -203,9 +205,9 @@ class Differentiator:
         status, seconds = RUN.MORE, 0.0
         while status == RUN.MORE:
             c.run.n_events = 0
-            begin = time.perf_counter()
+            started = time.perf_counter()
             status = self._engine.differentiate(self._instance.handle, c)
-            seconds += time.perf_counter() - begin
+            seconds += time.perf_counter() - started
             events.append(self._instance.events(c.run.n_events))
             changes.append(self._event_derivatives[: c.run.n_events].copy())
             if details:
@@ -217,7 +219,7 @@ class Differentiator:
         return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
-def structure(request: Request, values: NDArray[np.float64], instance: Instance) -> Any:
+def structure(request: Request, values: NDArray[np.float64], instance: EngineInstance) -> Any:
     """The request as the engine reads it, its values to go into ``values``, of a run that has not begun."""
     prepared = instance.whole_run
     c = _WholeRun(event_capacity=prepared.event_capacity, events=prepared.events)

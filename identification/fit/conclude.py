@@ -19,13 +19,13 @@ from fmu_models.language.laws import LAWS
 from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.regression import RegressionProblem
-from identification.estimators.releases import Fitted, breakaway
+from identification.estimators.releases import Breakaway, Fitted, breakaway
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.parts import Constant, FittedParameter, StatedConstant
 from identification.fit.result import FrictionFit
 from identification.fit.summaries import bins, sensors, summaries
-from identification.inference.choice import Inference, coloured_covariance, infer
+from identification.inference.choice import Inference, Inferred, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.problem import (
     Problem,
@@ -65,59 +65,39 @@ def conclude(
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
     """
-    made = solved.estimate
-    estimator, problem, found, law = made.estimator, made.problem, made.solution, made.law
-    rest, seen, free = searched(problem, found)
+    estimate = solved.estimate
+    estimator, problem, solution, law = estimate.estimator, estimate.problem, estimate.solution, estimate.law
+    searched_problem, at_searched, free = searched(problem, solution)
     count = len(law.parameters)
-    _check_determined(rest, seen, law)
-    shifts = _shifts(problem, found, rest, seen, free)
-    instruments: np.ndarray | float = 0.0
-    if "gain" in shifts:
-        by_sensor = np.stack([shifts["gain"][free], shifts["delay"][free]], axis=1)
-        instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
-    if "lines" in shifts:
-        instruments = instruments + shifts["lines"][free] @ shifts["lines"][free].T
-    names = [motion.log.name for motion in ready.motions]
+    _check_determined(searched_problem, at_searched, law)
+    shifts = _shifts(problem, solution, searched_problem, at_searched, free)
     of_law = int(np.count_nonzero(free[:count]))
     inference = infer(
-        rest,
-        seen,
+        searched_problem,
+        at_searched,
         asked,
         count=of_law,
-        logs=names,
-        instruments=instruments,
-        tested=problem.tested(found),
+        logs=[motion.log.name for motion in ready.motions],
+        instruments=_instruments(ready, shifts, free),
+        tested=problem.tested(solution),
         progress=progress,
     )
-    white = among(white_covariance(rest, seen), free)
+    white = among(white_covariance(searched_problem, at_searched), free)
     covariance = wider**2 * among(inference.covariance, free)
-    elastic = None
-    if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
-        elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
-        elastic = _followed(solved, elastic) if elastic is not None and elastic.elastic else elastic
-    releases = None
-    alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
-    if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
-        unknowns = tuple(unknown.name for unknown in problem.unknowns)
-        moves = _by_logarithm(solved, shifts)
-        releases = breakaway(
-            ready, law, Fitted(unknowns, found.values, covariance, problem.held, solved.covariance, moves)
-        )
-        if releases is not None and inference.whiteness is not None:
-            releases = replace(releases, of_wrong_law=bool(inference.whiteness.beyond))
+    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(side for conflict in solved.conflicts for side in _sides(solved, conflict, shifts))
     bound = None if inference.bound is None else among(inference.bound, free)
-    every = _parameters(problem, found, (covariance, white, bound), scale)
-    parameters = every[:count]
-    nuisance = tuple(one for one in every[count:] if not one.name.startswith(LINE))
-    rows = problem.rows(found.values)
-    segments = len(np.unique(found.evaluation.cluster))
+    unknowns = _parameters(problem, solution, (covariance, white, bound), scale)
+    parameters = unknowns[:count]
+    nuisance = tuple(unknown for unknown in unknowns[count:] if not unknown.name.startswith(LINE))
+    rows = problem.rows(solution.values)
+    segments = len(np.unique(solution.evaluation.cluster))
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=(*estimator.structure, *ready.assumed, *_held(every)),
+        structure=(*estimator.structure, *ready.assumed, *_held(unknowns)),
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
@@ -129,19 +109,19 @@ def conclude(
         bins=tuple(b for place, contact in enumerate(ready.contacts) for b in bins(rows, place, contact)),
         sensors=sensors(ready),
         segments=segments,
-        values=len(found.evaluation.residual),
-        rms_residual=problem.rms(found.values),
+        values=len(solution.evaluation.residual),
+        rms_residual=problem.rms(solution.values),
         residual_unit=problem.residual_unit,
-        autocorrelation=autocorrelation(found.evaluation.residual, found.evaluation.cluster),
-        converged=found.converged,
-        message=found.message,
+        autocorrelation=autocorrelation(solution.evaluation.residual, solution.evaluation.cluster),
+        converged=solution.converged,
+        message=solution.message,
         warnings=(
-            *made.warnings,
+            *estimate.warnings,
             *warnings,
             *ready.warnings,
             *_contradicting(contradictions, solved),
-            *_warnings(law, found, parameters, segments),
-            *_unseen(law, found.values[:count], rows),
+            *_warnings(law, solution, parameters, segments),
+            *_unseen(law, solution.values[:count], rows),
             *inference.warnings,
             *(elastic.warnings if elastic else ()),
             *(releases.warnings if releases else ()),
@@ -154,8 +134,42 @@ def conclude(
         presliding=elastic,
         breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
-        solved=Solved(problem, found, covariance),
+        solved=Solved(problem, solution, covariance),
     )
+
+
+def _instruments(ready: Pool, shifts: Mapping[str, np.ndarray], free: np.ndarray) -> np.ndarray | float:
+    """Covariance that sensors taken as given bring, of the unknowns that are searched, (m, m); 0 where none is."""
+    covariance: np.ndarray | float = 0.0
+    if "gain" in shifts:
+        by_sensor = np.stack([shifts["gain"][free], shifts["delay"][free]], axis=1)
+        covariance = by_sensor @ ready.sensors.covariance @ by_sensor.T
+    if "lines" in shifts:
+        covariance = covariance + shifts["lines"][free] @ shifts["lines"][free].T
+    return covariance
+
+
+def _in_stick(
+    ready: Pool, solved: Adjusted, inference: Inferred, covariance: np.ndarray, shifts: Mapping[str, np.ndarray]
+) -> tuple[PreSliding | None, Breakaway | None]:
+    """What sticks say beside the slips: how they give way, and the level at which they let go."""
+    estimate = solved.estimate
+    problem, values, law = estimate.problem, estimate.solution.values, estimate.law
+    # the force of a stick on one of two discs holds that of the other
+    if not estimate.estimator.rigid or len(ready.contacts) != 1:
+        return None, None
+    elastic = presliding(ready, float(law.value(np.zeros(1), values[: len(law.parameters)])[0]))
+    if elastic is not None and elastic.elastic:
+        elastic = _followed(solved, elastic)
+    gives_way = elastic is not None and elastic.elastic
+    if gives_way or not isinstance(problem, RegressionProblem | ShootingProblem) or problem.terms:
+        return elastic, None
+    names = tuple(unknown.name for unknown in problem.unknowns)
+    moves = _by_logarithm(solved, shifts)
+    releases = breakaway(ready, law, Fitted(names, values, covariance, problem.held, solved.covariance, moves))
+    if releases is not None and inference.whiteness is not None:
+        releases = replace(releases, of_wrong_law=bool(inference.whiteness.beyond))
+    return elastic, releases
 
 
 def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:

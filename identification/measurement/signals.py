@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.unit_names import conversion
 from identification.measurement.motion import savitzky_golay
 from identification.measurement.recipe import (
     FRICTION,
@@ -28,7 +29,6 @@ from identification.measurement.recipe import (
 )
 from rig_io.logs.table import Table
 from rig_io.repair.clock import mended
-from rig_io.repair.table import conversion
 
 GRAVITY = 9.81  # m/s2
 GAP = 10.0  # median sample intervals: a longer one is a gap

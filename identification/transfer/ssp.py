@@ -9,7 +9,7 @@ from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 from fmu_models.coupling import ssp_writer
-from fmu_models.coupling.ssp_writer import FITTED, Entry
+from fmu_models.coupling.ssp_writer import FITTED, ParameterEntry
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from identification.transfer.values import HandedValue
@@ -42,9 +42,9 @@ def write_ssp(
     return ssp_writer.write(path, system, {name: {FITTED: _entries(values)}}, overwrite=overwrite)
 
 
-def _entries(values: Sequence[HandedValue]) -> list[Entry]:
+def _entries(values: Sequence[HandedValue]) -> list[ParameterEntry]:
     return [
-        Entry(
+        ParameterEntry(
             value.target,
             value.value,
             value.unit,

@@ -35,7 +35,7 @@ _FITTED: dict[str, Callable[[], Any]] = {
     "drive_encoder": Encoder,
     "ripple": Ripple,
 }
-_TIMES = {"transient": (5.0, "s"), "duration": (20.0, "s"), "sampling_rate": (1000.0, "1/s")}
+_TIMES = {"transient": "s", "duration": "s", "sampling_rate": "1/s"}
 
 
 def emulations(scene: Scene) -> list[Emulation]:
@@ -125,8 +125,8 @@ def _sensors(scene: Scene) -> dict[str, Any]:
         elif key == "smoothing":
             smoothing = _quantity(raw, "s", f"{where}: '{key}'")
         else:
-            settings[key] = _quantity(raw, _TIMES[key][1], f"{where}: '{key}'")
-    defaults = {key: default for key, (default, _) in _TIMES.items()}
+            settings[key] = _quantity(raw, _TIMES[key], f"{where}: '{key}'")
+    defaults: dict[str, float] = {}
     if scene.contacts == ():
         defaults["transient"] = 0.0  # a free decay would be over
     if settings.get("holds") and "duration" not in settings:

@@ -12,6 +12,7 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
+from fmu_models.base.unit_names import conversion
 from rig_io.description import quantities
 from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
@@ -23,7 +24,7 @@ from rig_io.logs.table import Table
 from rig_io.packages.described import files_of
 from rig_io.packages.sidecar import SIDECAR, file_hash, mapping
 from rig_io.readers import read_table
-from rig_io.repair.table import COUNTED, conversion
+from rig_io.repair.table import COUNTED
 
 SPEEDS = ("drive_speed", "drive_speed_uncertainty")
 
@@ -239,7 +240,7 @@ def is_length(unit: str | None) -> bool:
 
 
 def _field(file: File, column: Proposal, several: bool) -> dict[str, Any]:
-    entry: dict[str, Any] = {"name": column.name, "role": column.role}
+    entry: dict[str, Any] = {"name": column.name, "role": column.role, **column.kept}
     if several:
         entry["file"] = file.path.name
     if column.unit is not None:

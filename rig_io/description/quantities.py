@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fmu_models.base.errors import StickslipError
-from rig_io.repair.table import conversion
+from fmu_models.base.unit_names import conversion
 
 UNKNOWN = ("unknown", "?", "unbekannt", "inconnu", "sconosciuto", "desconocido", "none", "-")
 _NUMBER = r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"

@@ -7,7 +7,8 @@ role that is not more likely than not is not proposed: a wrong proposal is worse
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ FOLLOWS = 0.9  # of the steps of a count at which a column of edge times must le
 class Proposal:
     """For one column. role: None where none is likely; unit: what it is written in, None where nothing tells; header:
     the unit that the file states; confidence: of the role, 0 to 1; guessed: what of "role" and "unit" the file does not
-    state outright, with the reason."""
+    state outright, with the reason; kept: what an earlier sidecar says of it beside these."""
 
     name: str
     role: str | None
@@ -34,6 +35,7 @@ class Proposal:
     confidence: float
     reason: str
     guessed: Mapping[str, str]
+    kept: Mapping[str, Any] = field(default_factory=dict)
 
 
 def proposals(table: Table, stem: str = "") -> tuple[Proposal, ...]:

@@ -25,6 +25,9 @@ TURNS = "a drive turns"  # the one sign of the kind of experiment that needs nob
 DECAYED = 0.5  # share of the first third's movement that is left in the last, of a free decay
 _DECAY = re.compile(r"decay|ausschwing|abkling|libre|libero|smorz|amort|free|schwingversuch")
 
+# keys of a column that are proposed and said here; others of an earlier sidecar stay
+WRITTEN = ("name", "role", "file", "unit", "header_unit", "guessed", "confidence")
+
 
 @dataclass(frozen=True, eq=False)
 class File:
@@ -77,6 +80,7 @@ def described_file(path: Path, table: Table, answers: Answers, example: Mapping[
                 unit=entry.get("unit", column.unit),
                 guessed=guessed,
                 reason="as described before",
+                kept={key: value for key, value in entry.items() if key not in WRITTEN},
                 **stated_role,
             )
             column = replace(column, confidence=column.confidence if guessed else 1.0)

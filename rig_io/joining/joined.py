@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.unit_names import conversion
 from rig_io.joining.clocks import ClockFit, on_one_clock
 from rig_io.logs.columns import TIME
 from rig_io.logs.stamps import DAY
 from rig_io.logs.table import Table
-from rig_io.repair.table import conversion
 
 RULES = ("columns", "time", "clocks")
 SAME = 0.5  # sample intervals by which the clocks of files with one signal each may differ

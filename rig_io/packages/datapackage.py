@@ -16,16 +16,17 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, WriteError, nearest
 from fmu_models.base.files import FULL, OVERWRITE, existing, write_whole
 from fmu_models.base.registry import Reference
+from fmu_models.base.unit_names import conversion
 from rig_io.joining.joined import Joined, joined
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigConstants, RigLog, StickslipWarning
 from rig_io.logs.table import Table
 from rig_io.packages import sidecar
-from rig_io.packages.described import fields_of, files_of, with_roles, with_units
+from rig_io.packages.described import Field, fields_of, files_of, with_roles, with_units
 from rig_io.packages.sidecar import SIDECAR, mapping
 from rig_io.readers import check_kind, csv_log, read_table
 from rig_io.repair.counters import counted
-from rig_io.repair.table import Checked, check_edges, checked, conversion
+from rig_io.repair.table import Checked, check_edges, checked
 
 LASER = "laser"
 # the calibration that a column needs
@@ -101,11 +102,16 @@ def read_columns(path: str | os.PathLike[str], *, reader: Reference | None = Non
     Raises:
         StickslipError: as in `rig_io.readers.read_table`; a unit that is not the file's; another checksum.
     """
-    path = existing(path, "log")
+    return described_columns(existing(path, "log"), reader)[0]
+
+
+def described_columns(path: Path, reader: Reference | None = None) -> tuple[Table, tuple[Field, ...], float | None]:
+    """As `read_columns`, with what the sidecar says of the columns, and the rate (Hz) of a file without a clock."""
     _, resource = _description(path, required=False)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
-    fields = [field for field in fields_of(resource, where) if field.file in (None, path.name)] if resource else []
-    return with_units(read_table(path, reader, _dialect(resource, where)), fields)
+    fields = tuple(field for field in fields_of(resource, where) if field.file in (None, path.name)) if resource else ()
+    table = with_units(read_table(path, reader, _dialect(resource, where)), fields)
+    return table, fields, _rate(resource, where)
 
 
 def _dialect(resource: Mapping[str, Any], where: str) -> dict[str, str]:
@@ -142,17 +148,23 @@ def _run(
     """The files of a log as one table, its columns by their roles."""
     fields = fields_of(resource, where)
     options = _dialect(resource, where)
-    rate = resource.get("sampling_rate")
-    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9):
-        raise StickslipError(f'{where}: "sampling_rate" holds {rate!r}; expected a number of Hz.')
+    rate = _rate(resource, where)
     tables = []
     for file in files_of(resource) if resource else (path.name,):
         existing(path.parent / file, "log")
         file_fields = [field for field in fields if field.file in (None, file)]
         table = read_table(path.parent / file, reader, options)
-        tables.append(with_roles(table, file_fields, where, None if rate is None else float(rate)))
+        tables.append(with_roles(table, file_fields, where, rate))
     rule = resource.get("join")
     return joined(tables, rule if rule is None else str(rule), sizes)
+
+
+def _rate(resource: Mapping[str, Any], where: str) -> float | None:
+    """Hz, of files without a clock."""
+    rate = resource.get("sampling_rate")
+    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9):
+        raise StickslipError(f'{where}: "sampling_rate" holds {rate!r}; expected a number of Hz.')
+    return None if rate is None else float(rate)
 
 
 def _calibrated(table: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:

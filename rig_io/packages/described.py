@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.unit_names import conversion
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.table import Table
 from rig_io.logs.text_layout import unit_like
-from rig_io.repair.table import conversion
 
 # what the reference of the manual says of each key of a field
 FIELD_KEYS = {
@@ -21,6 +21,8 @@ FIELD_KEYS = {
     "unit": "of the column; that which the file states if left out",
     "header_unit": "which the file states, and which `unit` overrules",
     "file": "that it stands in, where the log has several",
+    "variable": "of a model that the column measures; its name if left out",
+    "hold": "as an input of a model: true where a value holds until the next one; straight lines if left out",
     "guessed": "what of it nobody has confirmed, and why it was guessed",
 }
 COUNT_UNITS = ("", "1", "-", "count", "counts", "pulses")
@@ -37,6 +39,8 @@ class Field:
     file: str | None = None
     explicit: bool = False
     guessed: tuple[str, ...] = ()
+    variable: str | None = None
+    hold: bool = False
 
 
 def files_of(resource: Mapping[str, Any]) -> tuple[str, ...]:
@@ -77,8 +81,10 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
     if role is not None and role not in COLUMNS:
         raise StickslipError(f"{where}: column '{name}' has the unknown role {role!r}.{nearest(str(role), COLUMNS)}")
     guesses = entry.get("guessed", {})
-    unit, header = entry.get("unit"), entry.get("header_unit")
-    file = entry.get("file")
+    unit, header, file, variable = (entry.get(key) for key in ("unit", "header_unit", "file", "variable"))
+    hold = entry.get("hold", False)
+    if not isinstance(hold, bool):
+        raise StickslipError(f"{where}: \"hold\" of column '{name}' is {hold!r}; expected true or false.")
     return Field(
         name,
         role,
@@ -87,6 +93,8 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
         None if file is None else str(file),
         explicit,
         tuple(str(key) for key in guesses) if isinstance(guesses, dict) else (),
+        None if variable is None else str(variable),
+        hold,
     )
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.unit_names import conversion
 from rig_io.logs.arrangement import Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import (
@@ -30,7 +31,6 @@ from rig_io.logs.log import (
 )
 from rig_io.packages.described import files_of
 from rig_io.repair.plausible import check_radius
-from rig_io.repair.table import conversion
 
 SIDECAR = "datapackage.json"
 LOADS = ("load0", "load1")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -11,16 +10,13 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.unit_names import OtherDimensionError, base_units, conversion_factor
+from fmu_models.base.unit_names import conversion
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
 from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
 from rig_io.repair.plausible import check_sizes
 
 AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped by another clock
-# how to state an angle or its rate: 1/min, Hz and 1 may count turns as well as radians
-_ANGLES = {"rad": "rad, deg or turn", "rad/s": "rad/s, deg/s, turn/s or rpm"}
-_DEGREE_OR_GON = re.compile(r"\b[gG]rad\b")
 COUNTED = ("", "1", "count", "counts", "pulses")  # how files call the unit of a count
 
 
@@ -148,33 +144,6 @@ def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None)
     if unit == column.unit or (column.unit == "1" and unit in COUNTED):
         return values
     return values * conversion(unit, column.unit, f"{table.source}: column '{column.name}'")
-
-
-def conversion(unit: str, expected: str, where: str) -> float:
-    """Factor from one unit to another.
-
-    Raises:
-        StickslipError: the unit is unknown, has another dimension, or leaves open which angle it means (1/min, Grad);
-            the message begins with ``where``.
-    """
-    if unit == expected:
-        return 1.0
-    expectation = _ANGLES.get(expected, f"{expected} or a multiple of it")
-    if "rad" in expected and _DEGREE_OR_GON.search(unit):
-        raise StickslipError(f"{where} is in '{unit}', which may be degrees or gon. Write deg or gon.")
-    try:
-        factor = conversion_factor(unit, expected)
-        counts_angles = "radian" in dict(base_units(unit).powers)
-    except OtherDimensionError as error:
-        raise StickslipError(
-            f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "
-            "mixed up."
-        ) from error
-    except ValueError as error:
-        raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expectation}.") from error
-    if expected in _ANGLES and not counts_angles:
-        raise StickslipError(f"{where} is in '{unit}', which counts radians or whole turns. Write {expectation}.")
-    return factor
 
 
 def check_edges(table: Table, columns: Mapping[str, np.ndarray], breaks: Sequence[int]) -> None:

@@ -28,13 +28,13 @@ import numpy as np
 from fmu_models.validation.bench.problems import of_model, of_scene
 from fmu_models.validation.bench.reference import reference
 from fmu_models.validation.methods.event_taylor import EventTaylor
-from fmu_models.validation.methods.result import Problem
+from fmu_models.validation.methods.result import MethodProblem
 from fmu_models.validation.methods.scipy_events import ScipyEvents
 
 Peer = Callable[[], tuple[np.ndarray, int]]
 
 
-def of(name: str, stop: float, contacts: tuple[str, ...] | None = None, **values: Mapping[str, float]) -> Problem:
+def of(name: str, stop: float, contacts: tuple[str, ...] | None = None, **values: Mapping[str, float]) -> MethodProblem:
     """A model with other values."""
     scene = of_model(name)
     fixed, start = {**scene.fixed, **values.get("fixed", {})}, dict(values.get("start", {}))
@@ -102,7 +102,7 @@ def ball_peer(tolerance: float, stop: float, phase: float) -> Peer:
     return run
 
 
-def cases() -> dict[str, tuple[Problem, Callable[[float], Peer]]]:
+def cases() -> dict[str, tuple[MethodProblem, Callable[[float], Peer]]]:
     """The three problems, and what makes their peers at a tolerance."""
     rig = of("disc_rig", bench_native_run.STOP, ("disc0",), fixed={"N0": 8.0, "w0": 0.83})
     support = of("discontinuous_support", 80.0 * math.pi, start={"x": 0.0, "v": 0.0})
@@ -117,7 +117,7 @@ def cases() -> dict[str, tuple[Problem, Callable[[float], Peer]]]:
     }
 
 
-def measure(name: str, problem: Problem, make_peer: Callable[[float], Peer], repetitions: int) -> None:
+def measure(name: str, problem: MethodProblem, make_peer: Callable[[float], Peer], repetitions: int) -> None:
     """Print one motion."""
     known = reference(problem)
     print(f"{name}: {problem.name}, {problem.stop_time:.6g} s. Reference: {known.sentence}")

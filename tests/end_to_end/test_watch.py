@@ -158,6 +158,7 @@ def test_half_written_files_restarts_and_a_removed_folder(bench: Path) -> None:
                 time.sleep(0.5)
                 assert "run-1.csv" not in names(), "it was still being written"
         waited(lambda: names().get("run-1.csv") == "fitted")
+        time.sleep(2.0)  # its line is printed after its state is kept
         process.send_signal(signal.SIGINT)
         printed, _ = process.communicate(timeout=60)
         assert (

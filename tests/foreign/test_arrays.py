@@ -17,7 +17,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.report.run_summary import summary
 from fmu_models.simulation.results import read_trajectory
@@ -101,7 +101,7 @@ def test_arrays_are_set_by_element(fmu: Fmu, method: str) -> None:
 def test_a_file_keeps_the_shape(fmu: Fmu, tmp_path: Path) -> None:
     with Driver(fmu, record=["A", "level"]) as driver:
         run = driver.run(1.0, output_times=[0.0, 0.5, 1.0])
-    recording = perform(fmu, Experiment(1.0, output_times=[0.0, 0.5, 1.0]))
+    recording = perform(fmu, FmuExperiment(1.0, output_times=[0.0, 0.5, 1.0]))
     recording.write(tmp_path / "run.csv")
     with (tmp_path / "run.csv").open() as file:
         head = next(csv.reader(file))

@@ -18,7 +18,7 @@ from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import driver as drivers
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.importer.motion_error import MotionError
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.report.run_summary import print_summary, summary
@@ -149,7 +149,7 @@ def test_a_run_by_the_shell_tells_of_ticks(clocked: Fmu, partitions: Fmu, capsys
         (clocked, {"sample": 4, "grow": 4, "later": 1, "go": 1, "fifth": 2, "tuned": 3}),
         (partitions, {"each": 2, "asked": 1, "soon": 0, "fifth": 0}),
     ):
-        recording = perform(fmu, Experiment(1.0, inputs={name: 1.0 for name in ("go", "asked") if name in said}))
+        recording = perform(fmu, FmuExperiment(1.0, inputs={name: 1.0 for name in ("go", "asked") if name in said}))
         content = summary(fmu, recording)
         assert content["clocks"] == said
     print_summary(content | {"files": []}, Console(width=200))

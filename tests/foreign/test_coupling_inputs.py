@@ -6,6 +6,7 @@ import json
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from coupled import exported, wires
 from models import Models
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.run import couple
+from fmu_models.coupling.ssp_writer import parameter_sets
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.toml_system import read_system
 from fmu_models.coupling.wiring import Connection, conversion
@@ -76,6 +78,8 @@ def test_a_scene_is_read(folder):
         (LINKS.replace('to = "a', 'factor = "x", to = "a') + UNITS, "line 1: 'factor' must be a number"),
         ("outputs = ['a.plce']\n" + UNITS, "line 1: .*no variable 'plce'.*'place'"),
         ("outputs = [1]\n" + UNITS, "line 1: 'outputs' must be a list of names"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\ninputs = { other = 'fast' }", "line 3: A column of a log is LOG:COLUMN"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\ninputs = { other = 'w.csv:x' }", "line 1: .*There is no log"),
         (LINKS + UNITS + "inputs = { other = 1.0 }", "line 7: .*'other' is given a value, but is fed"),
     ],
 )
@@ -199,3 +203,42 @@ def test_the_command_tells_and_writes(folder, tmp_path):
     assert target.read_text("utf-8").startswith("time [s],a.x [m]")
     done = CliRunner().invoke(app, ["couple", str(path), "--until", "1", "--solver", "gauss-seidel", "--step", "0.1"])
     assert "co-simulation of 2 units by Gauss-Seidel, fixed step: 10 steps" in done.stdout
+
+
+@pytest.mark.parametrize("solver", ["auto", "jacobi", "gauss-seidel"])
+def test_an_input_from_a_log_moves_the_unit(tmp_path, solver):
+    """A motor's set speed rises and jumps: a critically damped answer, whatever solves it."""
+    (tmp_path / "speed.csv").write_text("time [ms],w [rpm]\n0,0\n500,9.549296585513721\n500,0\n1000,0\n")
+    path = scene(
+        tmp_path,
+        f'solver = "{solver}"\nstop_time = 1.0\ntolerance = 1e-9\n[units.motor]\nmodel = "drive_motor"\n'
+        'parameters = { T = 0.1 }\nstart = { w = 0.0 }\ninputs = { w_set = "speed.csv:w", F = 0.0 }\n',
+    )
+    times = np.linspace(0.0, 1.0, 41)
+    found = couple(read_system(path), output_times=times)["motor.w"]
+    rate, lag = 2.0, 0.1  # rad/s2, s
+
+    def ramp(t):
+        return np.where(t > 0, rate * (t - 2 * lag + (t + 2 * lag) * np.exp(-t / lag)), 0.0)
+
+    def step(t):
+        return np.where(t > 0, 0.5 * rate * (1 - (1 + t / lag) * np.exp(-t / lag)), 0.0)
+
+    expected = ramp(times) - ramp(times - 0.5) - step(times - 0.5)
+    assert found == pytest.approx(expected, abs=2e-6 if solver == "auto" else 2e-3)
+
+
+def test_an_input_is_given_on_the_command_line(tmp_path):
+    (tmp_path / "speed.csv").write_text("time [s],w [rad/s]\n0,0.41\n1,0.6\n")
+    arguments = ["couple", "disc_rig_motors", "--until", "1", "--json"]
+    ends = {}
+    for name, value in {"constant": "0.41", "log": f"{tmp_path / 'speed.csv'}:w"}.items():
+        result = CliRunner().invoke(app, [*arguments, "--input", f"motor0.w_set={value}"], catch_exceptions=False)
+        ends[name] = json.loads(result.stdout)["variables"]["motor0.w"]["last"]
+    assert ends["log"] > ends["constant"] + 0.1
+
+
+def test_a_parameter_set_holds_no_moving_input(tmp_path):
+    system = read_system("disc_rig_motors").with_inputs({"motor0.w_set": lambda t: 0.41 + 0.01 * t})
+    with pytest.raises(StickslipError, match="input 'w_set' changes with time"):
+        parameter_sets(system)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from hostile_models import hostile
 from models import Models
@@ -17,7 +18,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.importer.driver import Driver
 from fmu_models.importer.instance import F
 from fmu_models.importer.motion_error import MotionError
-from fmu_models.importer.simulate import simulate_any
+from fmu_models.importer.simulate import simulate, simulate_any
+from fmu_models.simulation.signal import Signal
 
 
 def test_runs_of_one_driver_are_the_same_as_runs_of_new_ones(model: Models) -> None:
@@ -29,6 +31,19 @@ def test_runs_of_one_driver_are_the_same_as_runs_of_new_ones(model: Models) -> N
     new = simulate_any(model("ball"), 2.0)
     assert all(np.array_equal(again[name], new[name]) for name in new.values)
     assert again.events == new.events
+
+
+def test_one_call_runs_a_path_and_an_fmu_with_inputs_of_any_form(model: Models, tmp_path: Path) -> None:
+    times, values = np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 1.0])
+    (tmp_path / "log.csv").write_text("time [ms],force [1]\n0,0\n1000,2\n2000,1\n")
+    expected = simulate_any(model("driven"), 2.0, inputs={"u": Signal(times, values)})
+    forms = (f"{tmp_path}/log.csv:force", (times, values), pd.Series(values, index=times))
+    for form in (*forms, lambda t: np.interp(t, times, values)):
+        for fmu in (model("driven"), str(model("driven").path)):
+            assert simulate(fmu, 2.0, inputs={"u": form})["x"] == pytest.approx(expected["x"], abs=1e-6)
+    with Driver(model("driven")) as driver:
+        end = driver.sweep(2.0, {"x": [0.0]}, inputs={"u": forms[0]})["x"]
+    assert end == pytest.approx(expected["x"][-1], abs=1e-6)
 
 
 def test_a_sweep_is_the_runs_one_by_one(model: Models) -> None:

@@ -19,7 +19,7 @@ from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 
 REASONS = {
     "crash": r"crashed \(SIGSEGV, segmentation fault\)",
@@ -59,22 +59,22 @@ def test_a_process_of_its_own_survives(folder: Path, name: str) -> None:
     assert fmu.problems == []
     # what ends by itself has all the time that a busy machine may need
     with pytest.raises(StickslipError, match=REASONS[name]) as caught:
-        perform(fmu, Experiment(2.0), limits=Limits(3 if name == "hang" else 100, 400))
+        perform(fmu, FmuExperiment(2.0), limits=Limits(3 if name == "hang" else 100, 400))
     assert isinstance(caught.value, IsolatedFailure) == (name not in POLITE)
     good = Fmu.open(built("block_on_belt"))
-    assert perform(good, Experiment(1.0), limits=Limits(60, 400)).trajectory.time[-1] == 1.0
+    assert perform(good, FmuExperiment(1.0), limits=Limits(60, 400)).trajectory.time[-1] == 1.0
 
 
 @pytest.mark.parametrize("name", POLITE)
 def test_no_process_of_its_own_is_needed(folder: Path, name: str) -> None:
     with pytest.raises(StickslipError, match=REASONS[name]):
-        perform(Fmu.open(folder / f"{name}.fmu"), Experiment(2.0))
+        perform(Fmu.open(folder / f"{name}.fmu"), FmuExperiment(2.0))
 
 
 # the eater eats from the beginning
 @pytest.mark.parametrize("name", sorted({*NAMES} - {"eater"}))
 def test_before_the_harm_is_done_the_run_is_a_run(folder: Path, name: str) -> None:
-    recording = perform(Fmu.open(folder / f"{name}.fmu"), Experiment(0.5, start={"x": 1.0}), limits=Limits(60, 400))
+    recording = perform(Fmu.open(folder / f"{name}.fmu"), FmuExperiment(0.5, start={"x": 1.0}), limits=Limits(60, 400))
     end = 1.5 if name != "not_a_number" else 1.0 + (1 - 0.5**1.5) / 1.5
     assert recording.trajectory["x"][-1] == pytest.approx(end, rel=1e-6)
     assert recording.provenance

@@ -11,7 +11,7 @@ from models import Models
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
-from fmu_models.importer.experiment import Experiment
+from fmu_models.importer.experiment import FmuExperiment
 from fmu_models.importer.flow import FlowDriver
 from fmu_models.importer.second_run import perform_twice
 from fmu_models.importer.simulate import simulate_any
@@ -59,7 +59,7 @@ def test_a_longest_step_belongs_to_methods_of_integration(model: Models) -> None
 
 def test_a_second_run_finds_what_the_first_missed(model: Models) -> None:
     times = np.linspace(0.0, 10.0, 102)  # none within the pulse
-    _, second = perform_twice(model("pulse"), Experiment(10.0, output_times=times))
+    _, second = perform_twice(model("pulse"), FmuExperiment(10.0, output_times=times))
     assert not second.agrees
     assert [(e.kind, e.indicator, e.run) for e in second.events] == [("state", 0, "second")] * 2
     assert [e.time for e in second.events] == pytest.approx(EDGES, abs=1e-12)
@@ -68,9 +68,9 @@ def test_a_second_run_finds_what_the_first_missed(model: Models) -> None:
     assert difference.most == pytest.approx(1.0, abs=1e-9)
     assert second.lasts < 1e-3
     # and has nothing to say where both saw it
-    _, second = perform_twice(model("pulse"), Experiment(10.0, output_times=times, max_step=4e-3))
+    _, second = perform_twice(model("pulse"), FmuExperiment(10.0, output_times=times, max_step=4e-3))
     assert second.agrees and second.max_step < 4e-3
-    _, second = perform_twice(model("ball"), Experiment(2.4))
+    _, second = perform_twice(model("ball"), FmuExperiment(2.4))
     assert second.agrees, second
 
 

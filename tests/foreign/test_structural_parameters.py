@@ -14,7 +14,7 @@ from fmu_models.base.child_process import Limits
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.results import read_trajectory
 
@@ -79,7 +79,7 @@ def test_two_states_and_one_input_in_an_fmu_of_three(fmu: Fmu, method: str) -> N
 
 
 def test_the_command_and_its_files(fmu: Fmu, tmp_path: Path) -> None:
-    asked = Experiment(1.0, parameters={"n": 1, "r": 2, "C[1,1]": 2.0, "C[2,1]": 5.0}, output_times=[0.0, 1.0])
+    asked = FmuExperiment(1.0, parameters={"n": 1, "r": 2, "C[1,1]": 2.0, "C[2,1]": 5.0}, output_times=[0.0, 1.0])
     here, apart = perform(fmu, asked), perform(fmu, asked, limits=Limits())
     for recording in (here, apart):
         recording.write(tmp_path / "run.h5", overwrite=True)

@@ -17,7 +17,7 @@ from fmu_models.base.child_process import Limits
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.results import read_trajectory
 from identification import cli
@@ -153,9 +153,9 @@ def test_what_cannot_be_set(fmu: Fmu, options: dict[str, Any], said: str) -> Non
 
 
 def test_a_file_keeps_them(fmu: Fmu, tmp_path: Path) -> None:
-    asked = Experiment(1.0, parameters={"label": "a/b"}, inputs={"said": "go"}, output_times=[0.0, 1.0])
+    asked = FmuExperiment(1.0, parameters={"label": "a/b"}, inputs={"said": "go"}, output_times=[0.0, 1.0])
     if fmu.fmi == 3:
-        asked = Experiment(1.0, parameters={"label": "a/b", "key": "0x00ff"}, output_times=[0.0, 1.0])
+        asked = FmuExperiment(1.0, parameters={"label": "a/b", "key": "0x00ff"}, output_times=[0.0, 1.0])
     recording = perform(fmu, asked, limits=Limits.default())
     recording.write(tmp_path / "run.h5")
     again = read_trajectory(tmp_path / "run.h5")

@@ -4,6 +4,7 @@
     simulate_with_error  its estimate covers the distance
     SensitiveRun         derivatives against central differences of runs
     lanes                where a model qualifies: the state of the series at the end
+    outputs              derivatives extrapolate them
     importer, fmpy       Model Exchange and Co-Simulation of the first run
 
 A failure is shrunk and printed as a file that runs alone. Refusals of motions that the reference follows are counted by
@@ -29,6 +30,7 @@ from oracle.equations import Equations
 from oracle.motion import GRAZES, Run, run
 from oracle.random_declarations import declaration, pruned, values
 from quick_export import quick_export
+from test_output_derivatives import longest_pause, test_they_extrapolate_outputs
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.jobs import Jobs
@@ -265,6 +267,17 @@ def _fmpy(kind: str) -> Callable[..., str]:
     return road
 
 
+def _extrapolated(model: Model, drawn: Values, ours: Trajectory, reference: Run) -> str:
+    """Derivatives of outputs by Co-Simulation, in the longest pause of the motion from the declared start."""
+    if not model.fmu.outputs:
+        return ""
+    try:
+        test_they_extrapolate_outputs(model.fmu, longest_pause(model.fmu))
+    except AssertionError as error:
+        return f"derivatives of outputs do not extrapolate them: {str(error).splitlines()[0] if str(error) else ''}"
+    return ""
+
+
 def _table(drawn: Values) -> Any:
     """Inputs and their rates as fmpy takes them: two rows at every bend."""
     (times, _), *_ = drawn.inputs.values()
@@ -284,8 +297,9 @@ ROADS: dict[str, Callable[..., str]] = {
     "importer": _importer,
     "fmpy ModelExchange": _fmpy("ModelExchange"),
     "fmpy CoSimulation": _fmpy("CoSimulation"),
+    "derivatives of outputs": _extrapolated,
 }
-FIRST_ONLY = ("importer", "fmpy ModelExchange", "fmpy CoSimulation")
+FIRST_ONLY = ("derivatives of outputs", "importer", "fmpy ModelExchange", "fmpy CoSimulation")
 
 
 def simpler(declared: Declaration, drawn: Values) -> Iterator[tuple[Declaration, Values]]:

@@ -28,7 +28,7 @@ from fmu_models.codegen.package import FMI_VERSIONS, built
 from fmu_models.coupling.toml_system import read_system
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.report.fmu_sheet import print_sheet, sheet
 from fmu_models.scene.check import checked_scene
 from fmu_models.scene.scene import Scene
@@ -136,7 +136,7 @@ def _fit(generator: random.Random) -> None:
 def _run() -> bytes:
     """A trajectory with events and its origin, as HDF5."""
     path = Path("seed.h5").resolve()
-    perform(Fmu.open(built("block_on_belt")), Experiment(5.0, output_times=np.linspace(0, 5, 9))).write(path)
+    perform(Fmu.open(built("block_on_belt")), FmuExperiment(5.0, output_times=np.linspace(0, 5, 9))).write(path)
     data = path.read_bytes()
     path.unlink()
     return data
@@ -210,7 +210,7 @@ def _description(generator: random.Random) -> None:
     fmu = Fmu.open("lying.fmu")
     print_sheet(sheet(fmu), Console(file=StringIO(), width=WIDE))
     with contextlib.suppress(StickslipError):
-        perform(fmu, Experiment(0.3, output_times=[0.1, 0.3]))
+        perform(fmu, FmuExperiment(0.3, output_times=[0.1, 0.3]))
     with Driver(fmu) as driver:
         driver.run(0.3, output_times=[0.1, 0.3])
 

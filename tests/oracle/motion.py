@@ -22,7 +22,7 @@ from scipy.integrate import DOP853, Radau
 SAMPLES = 6  # of every indicator in a step
 GRAZES = "touches a bound within rounding"
 AT_ZERO = 1e-9  # of a speed or place, of the sizes of the motion
-CHATTER = 1e-5  # of the fastest impact: slower ones are the last; what they do is of the order of its square
+CHATTER = 1e-7  # of the fastest impact: slower ones are the last; with friction what they do is of its order
 SHORT = (1e-4, 1e-3, 1e-2)  # s, for which a tie is followed
 MOST_EVENTS, MOST_EVALUATIONS = 400, 30_000
 

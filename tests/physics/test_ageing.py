@@ -20,8 +20,8 @@ from fmu_models.language.laws import LAWS
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.validation.stress.cases import grid
-from fmu_models.validation.stress.equations import Equations
-from fmu_models.validation.stress.judge import Subject, judge
+from fmu_models.validation.stress.equations import StressEquations
+from fmu_models.validation.stress.judge import StressSubject, judge
 
 M, K, N, BELT = 1.25, 60.0, 4.905, 0.1  # kg, N/m, N, m/s
 LAW = {"mu_s": 0.65, "mu_k": 0.35, "p": 15.0, "b": 0.03}
@@ -108,7 +108,7 @@ def test_extremes_of_the_law_are_judged_accurate() -> None:
     (contact,) = model.contacts
     assert isinstance(contact, Friction)
     model = model.with_law(belt=LAWS.load("ageing").around(contact.law))
-    subject = Subject.of(model, block())
-    for case in (one for one in grid("block_on_belt", model, Equations(model)) if one.quick):
+    subject = StressSubject.of(model, block())
+    for case in (one for one in grid("block_on_belt", model, StressEquations(model)) if one.quick):
         cell = judge(case, subject)
         assert cell.verdict == "accurate", cell

@@ -127,8 +127,8 @@ def test_the_support_of_table_2(support):
 
 @pytest.fixture(scope="module")
 def stick_slip():
-    first = branch(Strobe(load("forced_stick_slip"), forcing="omega", every=2), "omega", (1.4, 2.0))
-    return branches(first, longest=8).branches
+    system = Strobe(load("forced_stick_slip"), forcing="omega", every=2)
+    return branches(system, "omega", (1.4, 2.0), longest=8).branches
 
 
 def test_stick_slip_is_a_closed_loop(stick_slip):

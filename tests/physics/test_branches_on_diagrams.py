@@ -45,7 +45,7 @@ def test_the_picture_has_what_is_stable_and_what_is_not(doubling, tmp_path):
     assert np.abs(drawn[:, 0] - 3.0).min() < 1e-11  # a flip lies on the line, and what is stable ends there
     said = {text.get_text() for text in axes.get_legend().get_texts()}
     assert said == {"stable", "unstable", "flip"}
-    picture = branches(doubling.branches.branches[0], of="multiplier").figure(tmp_path / "m.svg").read_text("utf-8")
+    picture = replace(doubling.branches, of="multiplier").figure(tmp_path / "m.svg").read_text("utf-8")
     assert "real part of the largest multiplier" in picture
 
 
@@ -57,9 +57,8 @@ def test_branches_are_laid_over_strobes_and_maps_alone():
         orbit_diagram(Strobe(support, period=1.0, autonomous=True), "omega", [0.9, 1.0], branches=1)
     with pytest.raises(StickslipError, match="none of period 1 or less was found"):
         orbit_diagram(Iteration.of(LOGISTIC), "r", [3.7, 3.71], transient=10, longest=0, branches=1)
-    first = branch(Iteration.of(LOGISTIC, {"r": 2.9}), "r", (2.8, 3.0), start={"x": 0.65})
     with pytest.raises(StickslipError, match="'multiplier' and 'period' are drawn, too"):
-        branches(first, of="multipliers")
+        branches(Iteration.of(LOGISTIC, {"r": 2.9}), "r", (2.8, 3.0), start={"x": 0.65}, of="multipliers")
 
 
 def test_the_reduced_map_of_the_henon_map():

@@ -97,7 +97,7 @@ def test_a_pitchfork_over_what_leaves_its_symmetry_alone_and_over_what_does_not(
 def test_what_could_not_be_followed_is_told_by_the_others():
     """Of a pitchfork and the flips of what leaves it, h takes the pitchfork apart."""
     system, begin = iterated({X: (1 + A) * X + H - X**3}, (0.0,), a=-0.1)
-    found = branches(branch(system, "a", (-0.2, 1.5), start=begin), longest=1).curves("h", (-0.05, 0.05))
+    found = branches(system, "a", (-0.2, 1.5), start=begin, longest=1).curves("h", (-0.05, 0.05))
     assert {one.kind for one in found.curves} == {"flip"}
     assert [why.partition(" at ")[0] for why in found.failures] == ["pitchfork"]
     assert "not followed: pitchfork at a = " in found.summary()

@@ -22,8 +22,8 @@ from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.validation.stress.cases import grid
-from fmu_models.validation.stress.equations import Equations
-from fmu_models.validation.stress.judge import Subject, judge
+from fmu_models.validation.stress.equations import StressEquations
+from fmu_models.validation.stress.judge import StressSubject, judge
 
 M, K, N = 1.25, 60.0, 4.905  # kg, N/m, N
 PLUS, MINUS = 0.2, 0.5  # friction coefficients of positive and of negative slip, at any speed
@@ -169,8 +169,8 @@ def test_extremes_of_the_law_are_judged_accurate() -> None:
     assert isinstance(contact, Friction)
     law = LAWS.load("directional").around(contact.law)
     model = model.with_law(belt=law)
-    subject = Subject.of(model, block())
-    cases = [one for one in grid("block_on_belt", model, Equations(model)) if one.quick]
+    subject = StressSubject.of(model, block())
+    cases = [one for one in grid("block_on_belt", model, StressEquations(model)) if one.quick]
     assert len(cases) > 5
     for case in cases:
         assert judge(case, subject).verdict == "accurate", judge(case, subject)

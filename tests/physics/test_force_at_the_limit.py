@@ -1,6 +1,8 @@
 """A block that friction holds, and a force that comes to what friction can give, exactly or with its rate untold.
 
 m x'' = u - F while it slides;    u = c t from rest: x = c (t - F/c)^3/(6 m)
+
+    on a plate with the speed V = A (1 - cos w t), oiled:    m v' = F + b (V - v) once m V' > F
 """
 
 from __future__ import annotations
@@ -14,8 +16,9 @@ import pytest
 import sympy
 from quick_export import quick_export
 
-from fmu_models import Coordinate, Coulomb, Friction, Input, Mechanism, Parameter
+from fmu_models import TIME, Coordinate, Coulomb, Friction, Input, Mechanism, Parameter
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.laws.coulomb_viscous import CoulombViscous
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 
@@ -60,3 +63,23 @@ def test_a_force_that_stays_at_the_limit_holds(block: Path, times: list[float]):
 def test_a_force_that_leaves_the_limit_moves_the_block_from_then_on(block: Path):
     run = simulate(Fmu.open(block), END, inputs={"u": Signal([0.0, 2.0, END], [1.0, 1.0, 2.0])})
     assert run["x"][-1] == pytest.approx((END - 2.0) ** 3 * 0.5 / 6, rel=1e-9)
+
+
+@pytest.mark.parametrize("w", [1.5, 2.0, 3.0, 4.5])
+def test_what_an_importer_drifts_off_does_not_hold_a_block_that_slips(tmp_path: Path, w: float):
+    """The speed of a held block is the importer's to integrate, and steep friction reads its errors as slip."""
+    x, m = Coordinate("x", "m", "place", velocity="v"), Parameter("m", 1.0, "kg", "mass", positive=True)
+    A, F, b = 1.0, 1.0, 1000.0  # m/s, N, N s/m
+    oiled = CoulombViscous(N=sympy.S.One, mu=sympy.Float(F), mu_v=sympy.Float(b))
+    made = Mechanism(
+        name="oiled", title="oiled", source="", coordinates=[x], kinetic_energy=m * x.v**2 / 2,
+        contacts=[Friction(name="plate", slip=x.v - A * (1 - sympy.cos(w * TIME)), law=oiled)],
+    )  # fmt: skip
+    path = quick_export(made, tmp_path / "oiled.fmu")
+    end = 0.5 * np.pi / w  # the plate is fastest to gain speed
+    found = fmpy.simulate_fmu(path, stop_time=end, relative_tolerance=1e-6, output=["v"], fmi_type="ModelExchange")
+    leaves = np.arcsin(F / (A * w)) / w
+    # v = V - y, y' + b y = A w sin(w t) - F, y = 0 where it leaves
+    forced = A * w / (b**2 + w**2) * (b * np.sin(w * np.array([end, leaves])) - w * np.cos(w * np.array([end, leaves])))
+    y = forced[0] - F / b - (forced[1] - F / b) * np.exp(-b * (end - leaves))
+    assert found["v"][-1] == pytest.approx(A * (1 - np.cos(w * end)) - y, abs=2e-5)

@@ -14,7 +14,7 @@ from fmu_models import oscillators
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.validation.stress.cross_check import SecondPath, cross_check
-from fmu_models.validation.stress.judge import Subject
+from fmu_models.validation.stress.judge import StressSubject
 from fmu_models.validation.stress.random_cases import command_line
 from fmu_models.validation.stress.workers import drawn
 
@@ -26,7 +26,7 @@ REASONS = r"Painleve|is penetrated by .* at t = 0|more steps than a case may"
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_random_case_is_wrong(name: str) -> None:
-    second = SecondPath(Subject.of(oscillators.load(name), Fmu.open(built(name))))
+    second = SecondPath(StressSubject.of(oscillators.load(name), Fmu.open(built(name))))
     cells = [cross_check(case, second) for case in drawn(name, CASES, 1)]
     wrong = [f"{cell.message} ({cell.check}): {command_line(cell.case)}" for cell in cells if cell.verdict == "failed"]
     assert wrong == []

@@ -61,63 +61,63 @@ def functions(kind: str, condition: Condition) -> Mapping[str, Function]:
     """Those of a curve of a kind, by the name of the point."""
     if isinstance(condition, Miss):
         return _where_the_word_changes(kind, condition)
-    found: dict[str, Function] = {}
+    tests: dict[str, Function] = {}
     for test in _PASSES:
         if (kind, test) in _SMOOTH:
-            found[_SMOOTH[kind, test]] = lambda node, before, test=test: _tests(_others(kind, node))[test]
+            tests[_SMOOTH[kind, test]] = lambda node, before, test=test: _tests(_others(kind, node))[test]
     if kind == "fold":
-        found["cusp"] = _turned
+        tests["cusp"] = _turned
     if kind in _DEGENERATE:
-        found[_DEGENERATE[kind]] = lambda node, before: coefficient(kind, node).value
+        tests[_DEGENERATE[kind]] = lambda node, before: coefficient(kind, node).value
     if kind == "Neimark-Sacker":
         for name, cosine in _RESONANCES.items():
-            found[name] = lambda node, before, cosine=cosine: _cosine(node) - cosine
+            tests[name] = lambda node, before, cosine=cosine: _cosine(node) - cosine
     if kind == "Hopf":
-        found["Bogdanov-Takens"] = lambda node, before: _cosine(node) - 1.0
-    return found
+        tests["Bogdanov-Takens"] = lambda node, before: _cosine(node) - 1.0
+    return tests
 
 
 def _where_the_word_changes(kind: str, condition: Miss) -> Mapping[str, Function]:
-    found: dict[str, Function] = {}
+    tests: dict[str, Function] = {}
     for test, name in _PASSES.items():
-        found[f"{kind} and {name}"] = lambda node, before, test=test: _tests(_own(node))[test]
+        tests[f"{kind} and {name}"] = lambda node, before, test=test: _tests(_own(node))[test]
         if not condition.like.turned:
-            found[f"{kind} and {name} with its event"] = lambda node, before, test=test: _with_event(
+            tests[f"{kind} and {name} with its event"] = lambda node, before, test=test: _with_event(
                 condition, node, test
             )
-    return found
+    return tests
 
 
 def _own(node: Node) -> Multipliers:
     return node.problem.own(node.multipliers)
 
 
-def _pairs(own: Multipliers) -> Iterator[tuple[float, int, int]]:
+def _pairs(multipliers: Multipliers) -> Iterator[tuple[float, int, int]]:
     """How far products are from 1, and of which multipliers."""
-    return ((abs(own[i] * own[j] - 1.0), i, j) for i in range(len(own)) for j in range(i))
+    return ((abs(multipliers[i] * multipliers[j] - 1.0), i, j) for i in range(len(multipliers)) for j in range(i))
 
 
 def _others(kind: str, node: Node) -> Multipliers:
     """Multipliers but for those that the curve is about."""
-    own = _own(node)
+    multipliers = _own(node)
     if kind in ("Neimark-Sacker", "Hopf"):
-        return np.delete(own, min(_pairs(own))[1:])
-    return np.delete(own, np.abs(own - (-1.0 if kind == "flip" else 1.0)).argmin())
+        return np.delete(multipliers, min(_pairs(multipliers))[1:])
+    return np.delete(multipliers, np.abs(multipliers - (-1.0 if kind == "flip" else 1.0)).argmin())
 
 
 def _cosine(node: Node) -> float:
     """Of the angle of the pair of multipliers."""
-    own = _own(node)
-    _, i, j = min(_pairs(own))
-    return float((own[i] + own[j]).real) / 2.0
+    multipliers = _own(node)
+    _, i, j = min(_pairs(multipliers))
+    return float((multipliers[i] + multipliers[j]).real) / 2.0
 
 
-def _tests(own: Multipliers) -> dict[str, float]:
-    pairs = [own[i] * own[j] - 1.0 for i in range(len(own)) for j in range(i)]
-    complex_ones = bool(pairs) and bool((np.abs(own.imag) > 1e-9).any())
+def _tests(multipliers: Multipliers) -> dict[str, float]:
+    pairs = [multipliers[i] * multipliers[j] - 1.0 for i in range(len(multipliers)) for j in range(i)]
+    complex_ones = bool(pairs) and bool((np.abs(multipliers.imag) > 1e-9).any())
     return {
-        "+1": float(np.prod(own - 1.0).real),
-        "-1": float(np.prod(own + 1.0).real),
+        "+1": float(np.prod(multipliers - 1.0).real),
+        "-1": float(np.prod(multipliers + 1.0).real),
         "circle": float(np.prod(pairs).real) if complex_ones else np.nan,
     }
 
@@ -156,10 +156,10 @@ def limit_with_event(node: Node, z: Vector, miss: Passing) -> Vector | None:
         miss: its near miss.
     """
     runs = [displaced(node, z, miss, DEPTH * depth**2) for depth in DEPTHS]
-    known = [run for run in runs if run is not None]
-    if len(known) < len(runs):
+    existing = [run for run in runs if run is not None]
+    if len(existing) < len(runs):
         return None
-    return extrapolated([event.value for event, _ in known], np.array([seen.monodromy for _, seen in known]))
+    return extrapolated([event.value for event, _ in existing], np.array([seen.monodromy for _, seen in existing]))
 
 
 def displaced(node: Node, z: Vector, miss: Passing, depth: float) -> tuple[Passing, Seen] | None:

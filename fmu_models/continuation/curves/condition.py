@@ -59,7 +59,7 @@ class Condition(ABC):
             Lost: events come and go around the motion.
         """
 
-    def place(self, node: Node, held: int | None = None) -> Vector:
+    def place(self, node: Node, fixed: int | None = None) -> Vector:
         """z of the point itself; one of its unknowns may be held."""
         return node.z
 
@@ -83,21 +83,21 @@ def both(first: Border, second: Border) -> Border:
     """Two equations."""
 
     def border(z: Vector, seen: Seen) -> tuple[Vector, Vector] | None:
-        found = first(z, seen), second(z, seen)
-        if found[0] is None or found[1] is None:
+        rows = first(z, seen), second(z, seen)
+        if rows[0] is None or rows[1] is None:
             return None
-        return np.hstack([one[0] for one in found if one]), np.vstack([one[1] for one in found if one])
+        return np.hstack([row[0] for row in rows if row]), np.vstack([row[1] for row in rows if row])
 
     return border
 
 
-def pinned(place: int, value: float) -> Border:
+def pinned(index: int, value: float) -> Border:
     """An unknown at a value."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
         gradient = np.zeros_like(z)
-        gradient[place] = 1.0
-        return float(z[place]) - value, gradient
+        gradient[index] = 1.0
+        return float(z[index]) - value, gradient
 
     return border
 
@@ -150,10 +150,10 @@ def _slope(moved: Callable[[int], Vector | None]) -> Vector:
     if up is not None and down is not None:
         return (up - down) / 2.0
     side = -1 if up is None else 1
-    at, near, far = moved(0), down if up is None else up, moved(2 * side)
-    if at is None or near is None or far is None:
+    at, beside, beyond = moved(0), down if up is None else up, moved(2 * side)
+    if at is None or beside is None or beyond is None:
         raise Lost("there is no such run")
-    return side * (4.0 * near - far - 3.0 * at) / 2.0
+    return side * (4.0 * beside - beyond - 3.0 * at) / 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,13 +168,13 @@ class Determinant(Vanishing):
 
     def _value(self, problem: Problem, seen: Seen, scales: Vector) -> float:
         if self.kind == "fold":
-            kept = np.ones(problem.size, bool)
-            kept[[len(problem.states), -1]] = False
-            return float(np.linalg.det(_scaled(seen, scales)[:, kept]))
-        own: Any = problem.own(problem.multipliers(seen.monodromy))
+            rows = np.ones(problem.size, bool)
+            rows[[len(problem.states), -1]] = False
+            return float(np.linalg.det(_scaled(seen, scales)[:, rows]))
+        multipliers: Any = problem.own(problem.multipliers(seen.monodromy))
         if self.kind == "flip":
-            return float(np.prod(own + 1.0).real)
-        pairs = [own[i] * own[j] for i in range(len(own)) for j in range(i)]
+            return float(np.prod(multipliers + 1.0).real)
+        pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
         return float(np.prod(np.array(pairs) - 1.0).real)
 
 
@@ -196,12 +196,12 @@ class Rank(Vanishing):
         def matrix(seen: Seen) -> Vector:
             return np.delete(_scaled(seen, scales), n, axis=1)
 
-        left, _, right = np.linalg.svd(matrix(node.seen))
+        left_vectors, _, right = np.linalg.svd(matrix(node.seen))
 
         def value(seen: Seen) -> Vector:
-            whole = np.block([[matrix(seen), left[:, -1:]], [right[-2:], np.zeros((2, 1))]])
-            sides = np.vstack([np.zeros((len(left), 2)), np.eye(2)])
-            return np.linalg.solve(whole, sides)[-1]
+            bordered = np.block([[matrix(seen), left_vectors[:, -1:]], [right[-2:], np.zeros((2, 1))]])
+            sides = np.vstack([np.zeros((len(left_vectors), 2)), np.eye(2)])
+            return np.linalg.solve(bordered, sides)[-1]
 
         return value
 
@@ -229,43 +229,43 @@ class Miss(Condition):
     def gradient(self, node: Node) -> Vector:
         return self.of(node).gradient
 
-    def place(self, node: Node, held: int | None = None) -> Vector:
+    def place(self, node: Node, fixed: int | None = None) -> Vector:
         """Where the miss is none, from a motion so near that the rest is linear."""
-        return (node.u + self._across(node, -self.of(node).value, held)) * node.scales
+        return (node.u + self._across(node, -self.of(node).value, fixed)) * node.scales
 
-    def _across(self, node: Node, change: float, held: int | None = None) -> Vector:
+    def _across(self, node: Node, change: float, fixed: int | None = None) -> Vector:
         """Change of u by which the miss changes so much, straight across the curve if nothing is held."""
         rows = np.vstack([_scaled(node.seen, node.scales), self.of(node).gradient * node.scales])
         right = np.append(np.zeros(len(rows) - 1), change)
-        if held is not None:
-            rows, right = np.vstack([rows, np.eye(len(node.z))[held]]), np.append(right, 0.0)
-        found: Any = np.linalg.lstsq(rows, right, rcond=None)[0]
-        return found
+        if fixed is not None:
+            rows, right = np.vstack([rows, np.eye(len(node.z))[fixed]]), np.append(right, 0.0)
+        solution: Any = np.linalg.lstsq(rows, right, rcond=None)[0]
+        return solution
 
     def solved(self, node: Node, guess: Vector, pin: Border, step: float) -> Node:
         miss = self.of(node)
         away = miss.gradient * node.scales
         size = float(np.linalg.norm(away))
-        found = None
+        solution = None
         for push in PUSHES:
             target = max(LEAST_MISS, push * step**2) * size
             try:
-                found = self._at(node, guess + target * away / size**2, target, pin, miss.time)
+                solution = self._at(node, guess + target * away / size**2, target, pin, miss.time)
                 break
             except Lost:
                 continue
-        if found is None:
+        if solution is None:
             raise Lost("the near miss becomes an event")
         while True:
-            miss = self.of(found)
+            miss = self.of(solution)
             least = LEAST_MISS * size_of(miss, node.scales)
             if miss.value <= 1.5 * least:
-                return found
+                return solution
             target = max(least, 0.03 * miss.value)
             for _ in range(8):
                 try:
-                    guess = found.u + self._across(found, target - miss.value)
-                    found = self._at(found, guess, target, pin, miss.time)
+                    guess = solution.u + self._across(solution, target - miss.value)
+                    solution = self._at(solution, guess, target, pin, miss.time)
                     break
                 except Lost:
                     target = (miss.value + target) / 2
@@ -275,18 +275,20 @@ class Miss(Condition):
     def _at(self, node: Node, guess: Vector, target: float, pin: Border, time: float) -> Node:
         turned = self.like.turned
         border = self._least(target) if turned else value_border(self.like, target, [time])
-        found = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
-        if not turned and nearest(found.seen.misses, self.like, time, found.seen.length) is None:
+        solution = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
+        if not turned and nearest(solution.seen.misses, self.like, time, solution.seen.length) is None:
             raise Lost("the near miss is gone")
-        return found
+        return solution
 
     def _least(self, target: float) -> Border:
         """The miss at a value, wherever in the period it is: one that an event turns is seen at whichever of them."""
 
         def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-            found = min(
-                (miss for miss in seen.misses if miss.key == self.like.key), key=lambda one: one.value, default=None
+            least = min(
+                (miss for miss in seen.misses if miss.key == self.like.key),
+                key=lambda candidate: candidate.value,
+                default=None,
             )
-            return None if found is None else (found.value - target, found.gradient)
+            return None if least is None else (least.value - target, least.gradient)
 
         return border

@@ -1,4 +1,4 @@
-"""A special point as a curve in two parameters, as it was found; how, says trace.py."""
+"""A special point as a curve in two parameters, as it was found; ``curves/trace.py`` says how."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
 from fmu_models.continuation.curves.condition import pinned
+from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.problem.problem import Vector
 
@@ -42,7 +43,7 @@ class CurvePoint(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Pictured):
+class Curve(Ended):
     """Of m points, n states.
 
     Attributes:
@@ -59,6 +60,7 @@ class Curve(Pictured):
         called: what the multipliers are: of equilibria they are eigenvalues, 1/s.
     """
 
+    COLUMNS: ClassVar = ("{second}=seconds", "{over}=values", "{states}=points", "period=periods")
     RECORD: ClassVar = (
         *("kind", "over", "second", "points=pairs", "states=columns", "periods", "multipliers", "meetings"),
         "ends=named_ends",
@@ -82,11 +84,6 @@ class Curve(Pictured):
     called: str = "multipliers"
 
     @property
-    def named_ends(self) -> list[dict[str, str]]:
-        """``ends`` with names."""
-        return [{"kind": kind, "why": why} for kind, why in self.ends]
-
-    @property
     def pairs(self) -> Vector:
         """(m, 2) values of the second parameter and of the first."""
         return np.stack([self.seconds, self.values], axis=1)
@@ -96,43 +93,37 @@ class Curve(Pictured):
         """(m,) of every state."""
         return {name: self.points[:, i] for i, name in enumerate(self.states)}
 
-    @property
-    def frame(self) -> Any:
-        """One row per point."""
-        import pandas
-
-        columns: dict[str, Any] = {self.second: self.seconds, self.over: self.values}
-        columns |= {name: self.points[:, i] for i, name in enumerate(self.states)}
-        return pandas.DataFrame(columns | {"period": self.periods})
-
     def at(self, second: float) -> tuple[CurvePoint, ...]:
         """The points of the curve at a value of the second parameter."""
-        place = len(self.states)
-        found = []
-        end = min((self.nodes[k].z[place] for k in (0, -1)), key=lambda one: abs(one - second))
+        index = len(self.states)
+        points = []
+        end = min((self.nodes[k].z[index] for k in (0, -1)), key=lambda value: abs(value - second))
         # an end of the curve is at that of its range but for rounding
-        there = end if abs(end - second) <= ROUNDING * self.nodes[0].scales[place] else second
+        target = end if abs(end - second) <= ROUNDING * self.nodes[0].scales[index] else second
         for before, after in pairwise(self.nodes):
-            low, high = before.z[place], after.z[place]
-            if not min(low, high) <= there <= max(low, high) or (there == high and after is not self.nodes[-1]):
+            low, high = before.z[index], after.z[index]
+            if not min(low, high) <= target <= max(low, high) or (target == high and after is not self.nodes[-1]):
                 continue
-            share = (there - low) / (high - low) if high != low else 0.0
-            near = before if share < 0.5 or before.problem is not after.problem else after
-            guess = near.u + (second - near.z[place]) / near.scales[place] * near.tangent / near.tangent[place]
-            step = float(np.linalg.norm(guess - near.u))
+            share = (target - low) / (high - low) if high != low else 0.0
+            closest = before if share < 0.5 or before.problem is not after.problem else after
+            guess = (
+                closest.u
+                + (second - closest.z[index]) / closest.scales[index] * closest.tangent / closest.tangent[index]
+            )
+            step = float(np.linalg.norm(guess - closest.u))
             try:
-                node = self.condition.solved(near, guess, pinned(place, second), step)
+                node = self.condition.solved(closest, guess, pinned(index, second), step)
             except Lost:
                 continue
-            found.append(told(self.kind, node, self.condition.place(node, place)))
-        return tuple(found)
+            points.append(told(self.kind, node, self.condition.place(node, index)))
+        return tuple(points)
 
     def _heading(self) -> str:
         return f"Curve of {self.kind} of {self.model} over {self.second}, {self.over}: {len(self.values)} points"
 
     def _contents(self) -> Mapping[str, Any]:
-        met = [meeting.kind for meeting in self.meetings]
-        return {self.second: self.seconds, self.over: self.values, "meetings": met, "ends": [e for e, _ in self.ends]}
+        kinds = [meeting.kind for meeting in self.meetings]
+        return {self.second: self.seconds, self.over: self.values, "meetings": kinds, "ends": [e for e, _ in self.ends]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,14 +190,14 @@ def closed_form_of(curve: Curve, formula: Formula, parameters: Mapping[str, floa
     Raises:
         StickslipError: a name that is no parameter, or the parameter that it is to be of.
     """
-    problem, known = curve.nodes[0].problem, dict(parameters)
+    problem, values = curve.nodes[0].problem, dict(parameters)
     for name in formula.names:
         if name == curve.second:
             raise StickslipError(f"'{formula.text}' is to say '{name}' by '{curve.over}', and not by itself.")
-        if name == curve.over or name in known:
+        if name == curve.over or name in values:
             continue
         known_ones = problem.system.parameters
         if name not in known_ones:
             raise StickslipError(f"'{problem.name}' has no parameter '{name}'.{nearest(name, known_ones)}")
-        known[name] = problem.present(name)
-    return ClosedForm(formula, known)
+        values[name] = problem.present(name)
+    return ClosedForm(formula, values)

@@ -21,22 +21,22 @@ NAMES = {
 
 def still(curve: Curve) -> Curve:
     """The same with eigenvalues for multipliers, and the periods of small cycles at Hopf points."""
-    found = np.array([eigenvalues_of(node) for node in curve.nodes])
+    spectra = np.array([eigenvalues_of(node) for node in curve.nodes])
     hopf = curve.kind == "Hopf"
     return replace(
         curve,
-        multipliers=found,
+        multipliers=spectra,
         called="eigenvalues",
-        periods=np.array([_period(one) if hopf else np.nan for one in found]),
+        periods=np.array([_period(eigenvalues) if hopf else np.nan for eigenvalues in spectra]),
         meetings=tuple(_told(meeting, curve) for meeting in curve.meetings),
     )
 
 
-def _told(one: CurvePoint, curve: Curve) -> CurvePoint:
+def _told(point: CurvePoint, curve: Curve) -> CurvePoint:
     with np.errstate(divide="ignore"):
-        eigenvalues: Any = np.log(one.multipliers) / one.period
+        eigenvalues: Any = np.log(point.multipliers) / point.period
     period = _period(eigenvalues) if curve.kind == "Hopf" else np.nan
-    return replace(one, kind=NAMES.get(one.kind, one.kind), multipliers=eigenvalues, period=period)
+    return replace(point, kind=NAMES.get(point.kind, point.kind), multipliers=eigenvalues, period=period)
 
 
 def _period(eigenvalues: NDArray[np.complex128]) -> float:

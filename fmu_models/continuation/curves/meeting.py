@@ -1,7 +1,7 @@
 """Where a curve comes to a change of the word: a point of codimension 2, at which it ends.
 
 from the side without the event   the condition of the curve and h = target, the target shrinking, as in
-                                  discontinuous.py, until the rest is linear
+                                  special/discontinuous.py, until the rest is linear
 from the side with it             the condition and v = target, the target shrinking until what is left is its
                                   square, far below the errors
 """
@@ -41,7 +41,7 @@ def met(kind: str, condition: Condition, node: Node, step: float) -> tuple[str, 
         kind: of the curve.
         node, step: a motion on the curve, and how far along it the next one could not be found.
     """
-    for _, has, passing in sorted(_coming(condition, node, step), key=lambda one: one[0]):
+    for _, has, passing in sorted(_coming(condition, node, step), key=lambda coming: coming[0]):
         try:
             last = (_without if has == "miss" else _with)(condition, node, passing)
         except Lost:
@@ -54,10 +54,10 @@ def met(kind: str, condition: Condition, node: Node, step: float) -> tuple[str, 
 
 def _coming(condition: Condition, node: Node, step: float) -> Iterator[tuple[float, str, Passing]]:
     """How far ahead what may come or go."""
-    own = condition.of(node) if isinstance(condition, Miss) else None
+    own_miss = condition.of(node) if isinstance(condition, Miss) else None
     for miss in node.seen.misses:
         rate = node.along(miss.gradient)
-        if miss is not own and rate < 0.0 and -miss.value / rate < AHEAD * step:
+        if miss is not own_miss and rate < 0.0 and -miss.value / rate < AHEAD * step:
             yield -miss.value / rate, "miss", miss
     for event in node.seen.events:
         rate = node.along(event.gradient) if np.isfinite(event.gradient).all() else 0.0
@@ -114,8 +114,8 @@ def _shrunk(condition: Condition, node: Node, passing: Passing, target: float) -
         guess = node.u + node.tangent * (target - passing.value) / rate
         try:
             step = float(np.linalg.norm(guess - node.u))
-            found = condition.solved(node, guess, value_border(passing, target, [passing.time]), step)
-            return condition.directed(found, node.tangent)
+            solution = condition.solved(node, guess, value_border(passing, target, [passing.time]), step)
+            return condition.directed(solution, node.tangent)
         except Lost:
             target = (passing.value + target) / 2.0
     raise Lost("the event neither comes nor goes")
@@ -127,7 +127,7 @@ def _named(kind: str, condition: Condition, node: Node, passing: Passing, has: s
     if has == "miss":
         run = displaced(node, node.z, passing, 4.0 * DEPTH)
         event = None if run is None else run[0]
-    what = "sliding exchange" if passing.turned else "touch" if event is None else event_kind(node.problem, event)
+    name = "sliding exchange" if passing.turned else "touch" if event is None else event_kind(node.problem, event)
     if isinstance(condition, Miss):
-        return f"double {kind}" if kind == what else f"{kind} and {what}"
-    return f"{what} and {kind}{' with its event' if has == 'event' else ''}"
+        return f"double {kind}" if kind == name else f"{kind} and {name}"
+    return f"{name} and {kind}{' with its event' if has == 'event' else ''}"

@@ -64,7 +64,7 @@ def curve_of(
         raise StickslipError(f"A {kind} of an FMU of others has no curve: folds, flips and other smooth points have.")
     problem = node.problem.opened(second)
     value, n = problem.present(second), len(problem.states)
-    low, high = sorted(float(one) for one in between or (value / 2, 2 * value))
+    low, high = sorted(float(bound) for bound in between or (value / 2, 2 * value))
     if not (low <= value <= high and low < high and np.isfinite([low, high]).all()):
         raise StickslipError(
             f"The branch has {second} = {value:g}: give a range that holds it, found {low:g} to {high:g}."
@@ -72,16 +72,16 @@ def curve_of(
     scales, z = np.insert(node.scales, n, high - low), np.insert(node.z, n, value)
     seen = problem.see(z)
     condition = _condition(kind, node, miss)
-    begin = replace_node(node, problem, scales, z, seen)
+    point = replace_node(node, problem, scales, z, seen)
     box = {n: (low, high), len(z) - 1: (min(within), max(within))}
     try:
-        begin = condition.solved(begin, begin.u, pinned(n, value), 0.0)
-        begin = condition.directed(begin, None)
+        point = condition.solved(point, point.u, pinned(n, value), 0.0)
+        point = condition.directed(point, None)
     except Lost as error:
         raise StickslipError(f"The curve of the {kind} could not be begun: {error}.") from None
-    forward = _Way(kind, condition, begin, box, points).follow()
+    forward = _Way(kind, condition, point, box, points).follow()
     once = forward.end[0] in ("closed", "interrupted")
-    backward = None if once else _Way(kind, condition, begin.turned(), box, points)
+    backward = None if once else _Way(kind, condition, point.turned(), box, points)
     return _made(kind, condition, forward, backward.follow() if backward else None)
 
 
@@ -118,9 +118,9 @@ class _Way:
     def _follow(self) -> None:
         node, step = self.begin, FIRST
         while len(self.nodes) < self.points:
-            place = self._outward(node)
-            if place is not None:
-                name, value = node.problem.parameters[place != len(node.problem.states)], node.z[place]
+            outward = self._outward(node)
+            if outward is not None:
+                name, value = node.problem.parameters[outward != len(node.problem.states)], node.z[outward]
                 self.end = ("range", f"{name} = {value:g} is the end of its range")
                 return
             try:
@@ -137,10 +137,10 @@ class _Way:
                 continue
             if self._is_parent(after):
                 return
-            for kind, one in self._meetings(node, after):
-                self.met.append((len(self.nodes), kind, one))
+            for kind, meeting in self._meetings(node, after):
+                self.met.append((len(self.nodes), kind, meeting))
                 if kind in REAL and self.condition.kind == "Neimark-Sacker":
-                    self.nodes.append(one)
+                    self.nodes.append(meeting)
                     self.end = (kind, "the pair of multipliers becomes real")
                     return
             self.nodes.append(after)
@@ -151,12 +151,14 @@ class _Way:
 
     def _step(self, node: Node, step: float) -> Node:
         """The next point of the curve, or the end of a range."""
-        way = step * node.tangent
-        end = self._end(node, way)
+        increment = step * node.tangent
+        end = self._end(node, increment)
         if end is not None:
-            after = self._solved_at(end, node, way)
+            after = self._solved_at(end, node, increment)
         else:
-            after = self.condition.solved(node, node.u + way, arclength(node.u, node.tangent, node.scales, step), step)
+            after = self.condition.solved(
+                node, node.u + increment, arclength(node.u, node.tangent, node.scales, step), step
+            )
             # a bent curve leaves the range where its tangent does not
             end = self._end(node, after.u - node.u)
             after = after if end is None else self._solved_at(end, node, after.u - node.u)
@@ -165,21 +167,21 @@ class _Way:
             raise Lost("it turns too fast")
         return after
 
-    def _end(self, node: Node, way: Vector) -> tuple[float, int, float] | None:
+    def _end(self, node: Node, increment: Vector) -> tuple[float, int, float] | None:
         """The share of a way in u after which it first leaves a range, and the place of that and its bound."""
         ends = []
-        for place, (low, high) in self.box.items():
-            value = (node.u[place] + way[place]) * node.scales[place]
+        for index, (low, high) in self.box.items():
+            value = (node.u[index] + increment[index]) * node.scales[index]
             if not low <= value <= high:
                 bound = min(max(value, low), high)
-                ends.append(((bound / node.scales[place] - node.u[place]) / way[place], place, bound))
+                ends.append(((bound / node.scales[index] - node.u[index]) / increment[index], index, bound))
         return min(ends, default=None)
 
-    def _solved_at(self, end: tuple[float, int, float], node: Node, way: Vector) -> Node:
+    def _solved_at(self, end: tuple[float, int, float], node: Node, increment: Vector) -> Node:
         """The point of the curve at that bound."""
-        share, place, bound = end
-        step = share * float(np.linalg.norm(way))
-        return self.condition.solved(node, node.u + share * way, pinned(place, bound), step)
+        share, index, bound = end
+        step = share * float(np.linalg.norm(increment))
+        return self.condition.solved(node, node.u + share * increment, pinned(index, bound), step)
 
     def _is_parent(self, node: Node) -> bool:
         """Whether the motion has become that of half its period; the curve ends there."""
@@ -190,10 +192,10 @@ class _Way:
 
     def _touches(self, node: Node, step: float) -> bool:
         """Whether another event comes or goes within a step; the curve ends there."""
-        found = met(self.kind, self.condition, node, step)
-        if found is None:
+        meetings = met(self.kind, self.condition, node, step)
+        if meetings is None:
             return False
-        name, contact, last = found
+        name, contact, last = meetings
         if self._is_parent(last):
             return True
         self.met.append((len(self.nodes), name, last))
@@ -204,15 +206,15 @@ class _Way:
     def at(self, node: Node, step: float) -> Node:
         """The point of the curve so far from a node along its tangent."""
         pin = arclength(node.u, node.tangent, node.scales, step)
-        found = self.condition.solved(node, node.u + step * node.tangent, pin, step)
-        return self.condition.directed(found, node.tangent)
+        solution = self.condition.solved(node, node.u + step * node.tangent, pin, step)
+        return self.condition.directed(solution, node.tangent)
 
     def _outward(self, node: Node) -> int | None:
         """The place of a parameter that is at the end of its range and leaves it."""
-        for place, (low, high) in self.box.items():
-            at_end = min(abs(node.z[place] - low), abs(node.z[place] - high)) <= 1e-12 * (high - low)
-            if at_end and node.tangent[place] * (node.z[place] - (low + high) / 2) > 0.0:
-                return place
+        for index, (low, high) in self.box.items():
+            at_end = min(abs(node.z[index] - low), abs(node.z[index] - high)) <= 1e-12 * (high - low)
+            if at_end and node.tangent[index] * (node.z[index] - (low + high) / 2) > 0.0:
+                return index
         return None
 
     def _ended(self, node: Node, after: Node) -> bool:
@@ -228,9 +230,9 @@ class _Way:
     def _closed(self, node: Node, after: Node) -> bool:
         if len(self.nodes) < 6 or after.problem is not self.begin.problem:
             return False
-        back, chord = self.begin.u - node.u, after.u - node.u
-        share = float(back @ chord / (chord @ chord))
-        return bool(0.0 < share <= 1.0 and np.linalg.norm(back - share * chord) < 0.1 * np.linalg.norm(chord))
+        homeward, chord = self.begin.u - node.u, after.u - node.u
+        share = float(homeward @ chord / (chord @ chord))
+        return bool(0.0 < share <= 1.0 and np.linalg.norm(homeward - share * chord) < 0.1 * np.linalg.norm(chord))
 
     def _placed(self, node: Node) -> Node:
         """At another phase, where an event is near the strobe."""
@@ -251,32 +253,32 @@ class _Way:
 
     def _meetings(self, before: Node, after: Node) -> list[tuple[str, Node]]:
         """Points of codimension 2 between neighbours."""
-        found = []
-        whole = float(before.tangent @ (after.u - before.u))
+        meetings = []
+        length = float(before.tangent @ (after.u - before.u))
         for name, function in self.functions.items():
             ends = function(before, before), function(after, before)
             if not ends[0] * ends[1] < 0.0:
                 continue
 
-            def test(place: float, function: Function = function) -> float:
-                return function(self.at(before, place) if place else before, before)
+            def test(distance: float, function: Function = function) -> float:
+                return function(self.at(before, distance) if distance else before, before)
 
             try:
-                place = float(np.asarray(brentq(test, 0.0, whole, xtol=1e-13)))
-                node = self.at(before, place)
+                distance = float(np.asarray(brentq(test, 0.0, length, xtol=1e-13)))
+                node = self.at(before, distance)
                 if holds(name, function(node, before), ends, node, before):
-                    found.append((place, name, node))
+                    meetings.append((distance, name, node))
             except (Lost, ValueError):
                 continue
-        return [(name, node) for _, name, node in sorted(found, key=lambda one: one[0])]
+        return [(name, node) for _, name, node in sorted(meetings, key=lambda meeting: meeting[0])]
 
 
 def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None) -> Curve:
-    nodes, met, ends = list(forward.nodes), list(forward.met), [forward.end, forward.end]
+    nodes, meetings, ends = list(forward.nodes), list(forward.met), [forward.end, forward.end]
     if backward is not None:
         ends[0] = backward.end
         nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        met = list(reversed(backward.met)) + met
+        meetings = list(reversed(backward.met)) + meetings
     problem = nodes[0].problem
     all_told = [told(kind, node, condition.place(node)) for node in nodes]
     return Curve(
@@ -285,12 +287,12 @@ def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None)
         problem.over,
         problem.second,
         problem.states,
-        np.array([one.parameters[problem.over] for one in all_told]),
-        np.array([one.parameters[problem.second] for one in all_told]),
-        np.array([list(one.state.values()) for one in all_told]),
-        np.array([one.period for one in all_told]),
-        np.array([one.multipliers for one in all_told]),
-        tuple(told(one, node, condition.place(node)) for _, one, node in met),
+        np.array([point.parameters[problem.over] for point in all_told]),
+        np.array([point.parameters[problem.second] for point in all_told]),
+        np.array([list(point.state.values()) for point in all_told]),
+        np.array([point.period for point in all_told]),
+        np.array([point.multipliers for point in all_told]),
+        tuple(told(label, node, condition.place(node)) for _, label, node in meetings),
         (ends[0], ends[1]),
         problem.units,
         tuple(nodes),

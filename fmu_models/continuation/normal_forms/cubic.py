@@ -95,13 +95,13 @@ def _settled(
             derivatives, wider = (_derivatives(problem, z, share * widths) for share in (1.0, 2.0))
         except Lost:
             continue
-        near, far = of(*derivatives), of(*wider)
-        if near is None or far is None:
+        narrow, wide = of(*derivatives), of(*wider)
+        if narrow is None or wide is None:
             return UNKNOWN
-        apart = abs(far.value - near.value)
-        if apart <= AGREE * max(abs(near.value), least):
-            error = max(apart / AGREE, _rounding(derivatives[0], near, widths))
-            return Coefficient((4.0 * near.value - far.value) / 3.0, error)
+        difference = abs(wide.value - narrow.value)
+        if difference <= AGREE * max(abs(narrow.value), least):
+            error = max(difference / AGREE, _rounding(derivatives[0], narrow, widths))
+            return Coefficient((4.0 * narrow.value - wide.value) / 3.0, error)
     return UNKNOWN
 
 
@@ -111,14 +111,14 @@ def _rounding(a: Vector, cubic: _Cubic, widths: Vector) -> float:
     return float(4.0 * EPSILON * largest * (np.abs(cubic.p) @ widths) * (np.abs(cubic.q) / widths).sum() ** 3)
 
 
-def criticality(kind: str, found: Coefficient) -> str:
+def criticality(kind: str, form: Coefficient) -> str:
     """ "supercritical" or "subcritical", by the coefficient, `UNDECIDED` if that is not above its error; "" if there is
     none."""
-    if np.isnan(found.value):
+    if np.isnan(form.value):
         return ""
-    if abs(found.value) <= found.error:
+    if abs(form.value) <= form.error:
         return UNDECIDED
-    return "supercritical" if (found.value > 0.0) == (kind == "flip") else "subcritical"
+    return "supercritical" if (form.value > 0.0) == (kind == "flip") else "subcritical"
 
 
 def _at_zero(node: Node) -> tuple[Problem, Vector]:
@@ -138,15 +138,15 @@ def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> _Cubic | None:
     paired = np.flatnonzero(values.imag > 0.0)
     if not len(paired):  # a saddle whose eigenvalues add up to zero
         return None
-    place = paired[np.abs(values.real[paired]).argmin()]
-    omega, q, p = values[place].imag, rights[:, place], np.linalg.inv(rights)[place]
+    pair = paired[np.abs(values.real[paired]).argmin()]
+    omega, q, p = values[pair].imag, rights[:, pair], np.linalg.inv(rights)[pair]
     second, third = _forms(b, c)
     q = q / np.linalg.norm(q)
-    p, other = p / (p @ q), q.conj()
-    whole = third(q, q, other) - 2.0 * second(q, np.linalg.solve(a, second(q, other)))
-    whole += second(other, np.linalg.solve(2j * omega * np.eye(len(a)) - a, second(q, q)))
+    p, conjugate = p / (p @ q), q.conj()
+    projection = third(q, q, conjugate) - 2.0 * second(q, np.linalg.solve(a, second(q, conjugate)))
+    projection += second(conjugate, np.linalg.solve(2j * omega * np.eye(len(a)) - a, second(q, q)))
     p = p / (2.0 * omega)
-    return _Cubic(float(np.real(p @ whole)), p, q)
+    return _Cubic(float(np.real(p @ projection)), p, q)
 
 
 def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
@@ -158,26 +158,26 @@ def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
         paired = np.flatnonzero(values.imag > 0.0)
         if not len(paired):
             return None
-        place = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
+        pair = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
     else:
-        place = np.abs(values - target).argmin()
-    mu, q = values[place], rights[:, place]
-    p = np.linalg.inv(rights)[place]  # a row, <p, .> with its conjugate taken already
+        pair = np.abs(values - target).argmin()
+    mu, q = values[pair], rights[:, pair]
+    p = np.linalg.inv(rights)[pair]  # a row, <p, .> with its conjugate taken already
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
     second, third = _forms(b, c)
-    one = np.eye(n)
+    identity = np.eye(n)
     if kind == "Neimark-Sacker":
-        other = q.conj()
-        slow = np.linalg.solve(one - a, second(q, other))
-        fast = np.linalg.solve(mu**2 * one - a, second(q, q))
-        whole = p @ (third(q, q, other) + 2.0 * second(q, slow) + second(other, fast))
-        return _Cubic(float(np.real(np.conj(mu) / abs(mu) * whole)) / 2.0, p / 2.0, q)
+        conjugate = q.conj()
+        slow = np.linalg.solve(identity - a, second(q, conjugate))
+        fast = np.linalg.solve(mu**2 * identity - a, second(q, q))
+        cubic = p @ (third(q, q, conjugate) + 2.0 * second(q, slow) + second(conjugate, fast))
+        return _Cubic(float(np.real(np.conj(mu) / abs(mu) * cubic)) / 2.0, p / 2.0, q)
     if kind == "pitchfork":
-        bordered = np.block([[one - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
+        bordered = np.block([[identity - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
         slow = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
     else:
-        slow = np.linalg.solve(one - a, second(q, q))
+        slow = np.linalg.solve(identity - a, second(q, q))
     return _Cubic(float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0))), p / 6.0, q)
 
 

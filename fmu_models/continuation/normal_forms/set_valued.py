@@ -38,9 +38,9 @@ def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[s
         return problem.own(hull(without, with_it, q))
 
     tests: Tests = {
-        "+1": lambda found: np.prod(found - 1.0, axis=1),
-        "-1": lambda found: np.prod(found + 1.0, axis=1),
-        "circle": lambda found: _pairs(found, lambda a, b: a * b - 1.0),
+        "+1": lambda spectrum: np.prod(spectrum - 1.0, axis=1),
+        "-1": lambda spectrum: np.prod(spectrum + 1.0, axis=1),
+        "circle": lambda spectrum: _pairs(spectrum, lambda a, b: a * b - 1.0),
     }
     return _crossings(own, tests, "circle")
 
@@ -49,9 +49,9 @@ def eigenvalue_crossings(minus: Vector, plus: Vector) -> dict[str, list[float]]:
     """Shares q at which an eigenvalue of (1 - q) J- + q J+ is "zero", a pair on the "imaginary axis", or a pair a
     "double" one on the real line."""
     tests: Tests = {
-        "zero": lambda found: np.prod(found, axis=1),
-        "imaginary axis": lambda found: _pairs(found, lambda a, b: a + b),
-        "double": lambda found: _pairs(found, lambda a, b: (a - b) ** 2),
+        "zero": lambda eigenvalues: np.prod(eigenvalues, axis=1),
+        "imaginary axis": lambda eigenvalues: _pairs(eigenvalues, lambda a, b: a + b),
+        "double": lambda eigenvalues: _pairs(eigenvalues, lambda a, b: (a - b) ** 2),
     }
     return _crossings(lambda q: hull(minus, plus, q), tests, "imaginary axis")
 
@@ -62,28 +62,28 @@ def hull(without: Vector, with_it: Vector, q: Vector) -> Complex:
     return np.linalg.eigvals((1.0 - share) * without + share * with_it).astype(complex)
 
 
-def _pairs(found: Complex, function: Callable[[Any, Any], Any]) -> Complex:
-    n = found.shape[1]
-    pairs = [function(found[:, i], found[:, j]) for i in range(n) for j in range(i)]
-    return np.prod(pairs, axis=0) if pairs else np.ones(len(found), complex)
+def _pairs(spectrum: Complex, function: Callable[[Any, Any], Any]) -> Complex:
+    n = spectrum.shape[1]
+    pairs = [function(spectrum[:, i], spectrum[:, j]) for i in range(n) for j in range(i)]
+    return np.prod(pairs, axis=0) if pairs else np.ones(len(spectrum), complex)
 
 
-def _crossings(own: Callable[[Vector], Complex], tests: Tests, paired: str) -> dict[str, list[float]]:
+def _crossings(spectrum_at: Callable[[Vector], Complex], tests: Tests, paired: str) -> dict[str, list[float]]:
     """Shares at which tests change their signs, of the one that is ``paired`` with complex numbers alone."""
     shares = np.linspace(0.0, 1.0, SHARES)
-    scanned = own(shares)
+    scanned = spectrum_at(shares)
     crossings: dict[str, list[float]] = {}
     for name, function in tests.items():
 
         def value(q: float, function: Any = function) -> float:
-            return float(np.real(function(own(np.array([q])))[0]))
+            return float(np.real(function(spectrum_at(np.array([q])))[0]))
 
         values = np.real(function(scanned))
         places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
         roots = [float(np.asarray(brentq(value, shares[i], shares[i + 1], xtol=1e-14))) for i in places]
         roots += [float(q) for q in shares[1:-1][values[1:-1] == 0.0]]
         if name == paired:
-            roots = [q for q in roots if (np.abs(own(np.array([q])).imag) > REAL).any()]
+            roots = [q for q in roots if (np.abs(spectrum_at(np.array([q])).imag) > REAL).any()]
         if roots:
             crossings[name] = sorted(roots)
     return crossings

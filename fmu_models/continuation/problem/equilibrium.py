@@ -27,7 +27,7 @@ from fmu_models.importer.flow import constants_of
 from fmu_models.language.contact_kinds import STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.field import Field, is_forced
+from fmu_models.simulation.field import VectorField, is_forced
 from fmu_models.simulation.run import check_names, check_value
 
 # of the eigenvalue of a direction that leaves what sticks, over the rest: exp(-this) is zero
@@ -50,7 +50,7 @@ class EquilibriumProblem(Problem):
         sizes: (n,) of the states.
     """
 
-    field: Field | ImportedField
+    field: VectorField | ImportedField
     strobe: Strobe
     over: str
     share: float
@@ -94,11 +94,11 @@ class EquilibriumProblem(Problem):
         return np.where(np.abs(x) < ROUNDING * self.sizes, 0.0, x)
 
     def see(self, z: Vector) -> Seen:
-        n, given, point = len(self.states), self.values(z), self._point(z)
-        there = self.field.at(point, given)
-        slopes = self.field.slopes(point, self.parameters, given)
-        rates, sticks = there.rates, there.contacts.count(STICK)
-        closed = sum(state == TOUCHING and rigid for state, rigid in zip(there.contacts, self._rigid, strict=True))
+        n, constants, point = len(self.states), self.values(z), self._point(z)
+        sample = self.field.at(point, constants)
+        slopes = self.field.slopes(point, self.parameters, constants)
+        rates, sticks = sample.rates, sample.contacts.count(STICK)
+        closed = sum(state == TOUCHING and rigid for state, rigid in zip(sample.contacts, self._rigid, strict=True))
         normals, pins, walls = _held(slopes[:, :n], sticks, closed, self.cyclic)
         if len(pins):
             # what holds takes these rates away: what is left of them is rounding of the forces, over an inertia
@@ -109,7 +109,7 @@ class EquilibriumProblem(Problem):
         if len(normals):
             jacobian[:, :n] += normals.T @ pins  # no step leaves the surface, or the wall, that the start is on
             j -= AT_ONCE / self.share * (normals.T @ normals + walls.T @ walls)
-        word = tuple((name, s, s) for name, s in zip(self.field.contacts, there.contacts, strict=True))
+        word = tuple((name, s, s) for name, s in zip(self.field.contacts, sample.contacts, strict=True))
         return Seen(residual, jacobian, j, self.share, word)
 
     def indicators(self, z: Vector) -> Vector:
@@ -118,16 +118,16 @@ class EquilibriumProblem(Problem):
 
     def along_surfaces(self, z: Vector) -> Vector:
         """(n + 1, n + 1) symmetric: from directions of z to their parts along the surfaces of what sticks."""
-        n, given = len(self.states), self.values(z)
-        found = np.eye(len(z))
-        sticks = self.field.at(z[:n], given).contacts.count(STICK)
+        n, constants = len(self.states), self.values(z)
+        projector = np.eye(len(z))
+        sticks = self.field.at(z[:n], constants).contacts.count(STICK)
         if sticks:
-            normals = _normals(self.field.slopes(z[:n], (), given), sticks)
-            found[:n, :n] -= normals.T @ normals
-        return found
+            normals = _normals(self.field.slopes(z[:n], (), constants), sticks)
+            projector[:n, :n] -= normals.T @ normals
+        return projector
 
     def how(self, z: Vector, seen: Seen) -> str:
-        if isinstance(self.field, Field):
+        if isinstance(self.field, VectorField):
             return ""
         return self.field.how(z[: len(self.states)], self.values(z))
 
@@ -147,15 +147,15 @@ class EquilibriumProblem(Problem):
 
     def eigenvalues(self, j: Vector) -> NDArray[np.complex128]:
         """(n,) by falling real part; minus infinity across what sticks."""
-        found = ordered(j)
-        found[np.real(found) < -0.5 * AT_ONCE / self.share] = -np.inf
-        return found
+        spectrum = ordered(j)
+        spectrum[np.real(spectrum) < -0.5 * AT_ONCE / self.share] = -np.inf
+        return spectrum
 
 
 def ordered(j: Vector) -> NDArray[np.complex128]:
     """(n,) eigenvalues by falling real part, of a pair the one above the axis first."""
-    found: NDArray[np.complex128] = np.linalg.eigvals(j).astype(complex)
-    return found[np.lexsort((-np.imag(found), -np.round(np.real(found), 12)))]
+    eigenvalues: NDArray[np.complex128] = np.linalg.eigvals(j).astype(complex)
+    return eigenvalues[np.lexsort((-np.imag(eigenvalues), -np.round(np.real(eigenvalues), 12)))]
 
 
 def eigenvalues_of(node: Node) -> NDArray[np.complex128]:
@@ -202,7 +202,11 @@ def numbers_of(fmu: Fmu) -> list[str]:
 
 
 def problem_at(
-    field: Field | ImportedField, over: str, constants: dict[str, float], point: Vector, between: tuple[float, float]
+    field: VectorField | ImportedField,
+    over: str,
+    constants: dict[str, float],
+    point: Vector,
+    between: tuple[float, float],
 ) -> EquilibriumProblem:
     """The problem of a model near a point.
 

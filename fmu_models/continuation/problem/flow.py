@@ -34,7 +34,7 @@ def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool,
         last[one.contact] = one.after
         after = times[i + 1] if i + 1 < len(times) else times[0] + length
         gaps.append((_held(last.values()), times[i] - after, times[i]))
-    return [(held, begin, -negative) for held, negative, begin in sorted(gaps)]
+    return [(holding, pause_start, -negative) for holding, negative, pause_start in sorted(gaps)]
 
 
 def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
@@ -52,13 +52,13 @@ def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
 
 def _counted(word: Word) -> Word:
     """Without the impacts right before a chatter that is completed: they have no number."""
-    kept: list[tuple[str, int, int]] = []
-    for one in word:
-        if one[2] == CHATTERING:
-            while kept and kept[-1] == (one[0], OPEN, OPEN):
-                kept.pop()
-        kept.append(one)
-    return tuple(kept)
+    letters: list[tuple[str, int, int]] = []
+    for letter in word:
+        if letter[2] == CHATTERING:
+            while letters and letters[-1] == (letter[0], OPEN, OPEN):
+                letters.pop()
+        letters.append(letter)
+    return tuple(letters)
 
 
 def held_at_start(events: Sequence[Passing | Event]) -> bool:
@@ -113,8 +113,8 @@ class FlowProblem(Problem):
         return replace(self, second=second, kept=[])
 
     def present(self, name: str) -> float:
-        known = self.strobe.values.get(name)
-        return float(self.strobe.fmu.variables[name].start or 0.0) if known is None else float(known)
+        value = self.strobe.values.get(name)
+        return float(self.strobe.fmu.variables[name].start or 0.0) if value is None else float(value)
 
     def _run(self, z: Vector, start: float, stop: float) -> Any:
         if not self.kept:
@@ -124,16 +124,18 @@ class FlowProblem(Problem):
                 [variables[name].valueReference for name in (*self.states, *self.parameters)], np.uint32
             )
             instance = engine.take()
-            made = whole_run.Differentiator(engine, instance, references, len(self.states))
-            weakref.finalize(made, engine.give, instance)
+            differentiator = whole_run.Differentiator(engine, instance, references, len(self.states))
+            weakref.finalize(differentiator, engine.give, instance)
             constants = {variables[name].valueReference: value for name, value in self.strobe.values.items()}
-            self.kept.extend([made, references, constants])
-        made, references, constants = self.kept
+            self.kept.extend([differentiator, references, constants])
+        differentiator, references, constants = self.kept
         request = whole_run.Request(np.array([start, stop]), references[: len(self.states)])
-        given = [*z[: len(self.states)].tolist(), *self.values(z).values()]
-        initial = {**constants, **dict(zip(references.tolist(), given, strict=True))}
-        result, derivatives, event_derivatives, one_sided = made.run(request, initial, start, self.strobe.tolerance)
-        return result, derivatives[1], event_derivatives, one_sided, made.passage
+        inputs = [*z[: len(self.states)].tolist(), *self.values(z).values()]
+        initial = {**constants, **dict(zip(references.tolist(), inputs, strict=True))}
+        result, derivatives, event_derivatives, one_sided = differentiator.run(
+            request, initial, start, self.strobe.tolerance
+        )
+        return result, derivatives[1], event_derivatives, one_sided, differentiator.passage
 
     def length(self, z: Vector) -> float:
         """Of the period of the motion at z, s."""
@@ -146,18 +148,18 @@ class FlowProblem(Problem):
     def see(self, z: Vector) -> Seen:
         """One run with tangents along states and parameters."""
         n = len(self.states)
-        whole = self.length(z)
-        if not (whole > 0.0 and math.isfinite(whole)):
-            raise StickslipError(f"A period of {whole:g} s is none.")
-        start = 0.0 if self.autonomous else self.phase * whole / self.strobe.every
-        result, by, by_times, one_sided, passage = self._run(z, start, start + whole)
+        length = self.length(z)
+        if not (length > 0.0 and math.isfinite(length)):
+            raise StickslipError(f"A period of {length:g} s is none.")
+        start = 0.0 if self.autonomous else self.phase * length / self.strobe.every
+        result, by, by_times, one_sided, passage = self._run(z, start, start + length)
         f0, f1 = passage.rates
         monodromy = by[:, :n]
         # by how much start and length change with a parameter, where that is the frequency
         rates = np.array(
             [-1.0 / value if name == self.strobe.forcing else 0.0 for name, value in self.values(z).items()]
         )
-        by_values = by[:, n:] + f1[:, None] * (rates * (start + whole)) - (monodromy @ f0)[:, None] * (rates * start)
+        by_values = by[:, n:] + f1[:, None] * (rates * (start + length)) - (monodromy @ f0)[:, None] * (rates * start)
         residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
         jacobian[:n, :n] = monodromy
         jacobian.flat[: n * self.size : self.size + 1] -= 1.0
@@ -175,7 +177,7 @@ class FlowProblem(Problem):
         def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
             return self._passings(result.events, by_times, passage, start, (f0, rates))
 
-        return Seen(residual, jacobian, monodromy, whole, word, passings, one_sided)
+        return Seen(residual, jacobian, monodromy, length, word, passings, one_sided)
 
     def _passings(
         self, rows: Any, by_times: Vector, passage: Any, start: float, moving: tuple[Vector, Vector]
@@ -185,10 +187,10 @@ class FlowProblem(Problem):
         n, names = len(self.states), self.strobe.contacts
         f0, rates = moving
 
-        def gradients(found: Vector) -> Vector:
-            whole = np.zeros((len(found), self.size))
-            whole[:, :n] = found[:, :n]
-            by_parameters = found[:, n:] - (found[:, :n] @ f0)[:, None] * rates * start
+        def gradients(raw: Vector) -> Vector:
+            whole = np.zeros((len(raw), self.size))
+            whole[:, :n] = raw[:, :n]
+            by_parameters = raw[:, n:] - (raw[:, :n] @ f0)[:, None] * rates * start
             whole[:, -1] = by_parameters[:, -1]
             if self.second:
                 whole[:, n] = by_parameters[:, 0]
@@ -214,31 +216,31 @@ class FlowProblem(Problem):
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """What the states do over a period."""
-        whole, point = self.length(z), np.zeros(len(self.strobe.states))
+        length, point = self.length(z), np.zeros(len(self.strobe.states))
         point[: len(self.states)] = z[: len(self.states)]
-        moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, whole, 65))
+        moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, length, 65))
         sizes = np.array([np.ptp(moved[name]) / 2 or abs(moved[name]).max() or 1.0 for name in self.states])
-        return np.array([*sizes, *([whole] if self.autonomous else []), abs(between[1] - between[0])])
+        return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 
     def folded(self, times: int) -> Problem:
         """So many periods of this one."""
         return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
 
     def told(self) -> dict[str, Any]:
-        known = self.strobe
+        strobe = self.strobe
         return {
             "phase": self.phase,
-            "every": known.every,
-            "period": known.period,
-            "forcing": known.forcing,
-            "autonomous": known.autonomous,
+            "every": strobe.every,
+            "period": strobe.period,
+            "forcing": strobe.forcing,
+            "autonomous": strobe.autonomous,
         }
 
-    def like(self, told: Mapping[str, Any]) -> Problem:
+    def like(self, identity: Mapping[str, Any]) -> Problem:
         known = self.strobe
-        named = {name: told[name] for name in ("every", "period", "forcing", "autonomous")}
+        named = {name: identity[name] for name in ("every", "period", "forcing", "autonomous")}
         strobe = Strobe(known.fmu, parameters=known.values, tolerance=known.tolerance, **named)
-        return replace(self, phase=told["phase"], strobe=strobe, kept=self.kept)
+        return replace(self, phase=identity["phase"], strobe=strobe, kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         return self._after(z, seen.length / 2)
@@ -247,16 +249,16 @@ class FlowProblem(Problem):
         return np.append(z[:-2], [times * z[-2], z[-1]]) if self.autonomous else z
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
-        near = CLEAR * seen.length
-        crowded = any(event.time < near or event.time > seen.length - near for event in seen.events)
+        margin = CLEAR * seen.length
+        crowded = any(event.time < margin or event.time > seen.length - margin for event in seen.events)
         if not crowded and not held_at_start(seen.events):
             return None
         gaps = pauses(seen.events, seen.length)
         if not gaps:
             return None
-        _, begin, pause = gaps[0]
-        later = (begin + pause / 2) % seen.length
-        if pause < 2 * near or min(later, seen.length - later) < near / 4:
+        _, pause_start, pause = gaps[0]
+        later = (pause_start + pause / 2) % seen.length
+        if pause < 2 * margin or min(later, seen.length - later) < margin / 4:
             return None
         return self.later(z, seen, later)
 

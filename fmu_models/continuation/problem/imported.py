@@ -53,18 +53,18 @@ class ImportedProblem(FlowProblem):
     def see(self, z: Vector) -> Seen:
         n = len(self.states)
         strobe, x = self._at(z), z[:n]
-        made = strobe.step(x[None])
-        if made.why:
-            raise StickslipError(next(iter(made.why.values())))
+        step = strobe.step(x[None])
+        if step.why:
+            raise StickslipError(next(iter(step.why.values())))
         by_values = []
         for name, value in self.values(z).items():
             change = CHANGE * (abs(value) or 1.0)
             sides = strobe.step(np.array([x, x]), {name: np.array([value + change, value - change])}, derivative=False)
             by_values.append((sides.points[0] - sides.points[1]) / (2.0 * change))
-        monodromy, residual = made.derivatives[0], made.points[0] - x
+        monodromy, residual = step.derivatives[0], step.points[0] - x
         columns = [monodromy - np.eye(n), *by_values]
         if self.autonomous:
-            start, end = strobe.along(np.array([x, made.points[0]]))
+            start, end = strobe.along(np.array([x, step.points[0]]))
             columns.insert(len(columns) - 1, end)
             jacobian = np.vstack([np.column_stack(columns), np.append(start, np.zeros(self.size - n))])
             residual = np.append(residual, 0.0)
@@ -74,10 +74,10 @@ class ImportedProblem(FlowProblem):
         word = tuple((indicator(i), PASSED, PASSED) for i in flow.events)
 
         def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
-            found = (self._miss(z, int(i), flow) for i in np.flatnonzero(np.isfinite(flow.misses[:, 0])))
-            return (), tuple(one for one in found if one is not None)
+            candidates = (self._miss(z, int(i), flow) for i in np.flatnonzero(np.isfinite(flow.misses[:, 0])))
+            return (), tuple(miss for miss in candidates if miss is not None)
 
-        return Seen(residual, jacobian, monodromy, float(made.times[0]), word, passings)
+        return Seen(residual, jacobian, monodromy, float(step.times[0]), word, passings)
 
     def _miss(self, z: Vector, i: int, flow: Flow) -> Passing | None:
         """With its gradient; None if neighbours on both sides lose it."""
@@ -87,19 +87,22 @@ class ImportedProblem(FlowProblem):
         def beside(j: int, steps: float) -> float:
             moved = z.copy()
             moved[j] += steps * sizes[j]
-            found = self._at(moved).flow(moved[: len(self.states)]).misses[i]
-            return float(found[0]) if abs(found[1] - time) < SAME_TIME * self.length(z) else np.nan
+            least = self._at(moved).flow(moved[: len(self.states)]).misses[i]
+            return float(least[0]) if abs(least[1] - time) < SAME_TIME * self.length(z) else np.nan
 
         gradient = np.zeros_like(z)
         for j in range(len(z)):
             up, down = beside(j, 1.0), beside(j, -1.0)
             slopes = [(up - down) / 2.0]
             if not np.isfinite(slopes[0]):
-                slopes = [s * (4.0 * one - beside(j, 2.0 * s) - 3.0 * value) / 2.0 for s, one in ((1, up), (-1, down))]
-            known = [slope for slope in slopes if np.isfinite(slope)]
-            if not known:
+                slopes = [
+                    s * (4.0 * neighbour - beside(j, 2.0 * s) - 3.0 * value) / 2.0
+                    for s, neighbour in ((1, up), (-1, down))
+                ]
+            finite = [slope for slope in slopes if np.isfinite(slope)]
+            if not finite:
                 return None
-            gradient[j] = known[0] / sizes[j]
+            gradient[j] = finite[0] / sizes[j]
         return Passing(indicator(i), 0, 0, PASSED, PASSED, time, value, gradient)
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
@@ -124,8 +127,8 @@ class ImportedProblem(FlowProblem):
         matrix = seen.jacobian[:, : n + self.autonomous]
         missed = np.append(coarse.points[0] - z[:n] - seen.residual[:n], np.zeros(int(self.autonomous)))
         state = np.abs(np.linalg.solve(matrix, missed)).max()
-        both = self.multipliers(coarse.derivatives[0]), self.multipliers(seen.monodromy)
-        multiplier = max(abs(one - both[1]).min() for one in both[0])
+        spectra = self.multipliers(coarse.derivatives[0]), self.multipliers(seen.monodromy)
+        multiplier = max(abs(coarse_multiplier - spectra[1]).min() for coarse_multiplier in spectra[0])
         return (
             f"{self.strobe.how}; by the parameter by differences of motions; at the start motions are within "
             f"{max(state, 1e-15):.1g}, multipliers within {max(multiplier, 1e-15):.1g}; where events come or go "

@@ -18,7 +18,7 @@ from fmu_models.continuation.problem.imported import indicator
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
 from fmu_models.importer.request import is_number
-from fmu_models.simulation.field import Rates, Vector
+from fmu_models.simulation.field import FieldRates, Vector
 
 # of the size of a number: distance between the points of a difference of fourth order
 APART = 1e-3
@@ -43,7 +43,9 @@ class ImportedField:
     def __init__(self, fmu: Fmu, constants: Mapping[str, float]) -> None:
         self.fmu, self.constants = fmu, dict(constants)
         discrete = [
-            name for name, one in fmu.variables.items() if one.variability == "discrete" and is_number(fmu, name)
+            name
+            for name, variable in fmu.variables.items()
+            if variable.variability == "discrete" and is_number(fmu, name)
         ]
         self._driver = FlowDriver(fmu, record=discrete)
         count = int(fmu.description.numberOfEventIndicators or 0)
@@ -59,14 +61,14 @@ class ImportedField:
         return str(self.fmu.description.modelName)
 
     def at(
-        self, states: Sequence[float] | Vector, given: Mapping[str, float] | None = None, time: float = 0.0
-    ) -> Rates:
+        self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
+    ) -> FieldRates:
         """The rates at states (n,), with other values of parameters or inputs.
 
         Raises:
             StickslipError: the FMU refuses the point, or moves it.
         """
-        return self._seen(self._flow(states, given, time))
+        return self._seen(self._flow(states, parameters, time))
 
     def _flow(
         self, states: Sequence[float] | Vector, given: Mapping[str, float] | None, time: float, slopes: bool = False
@@ -80,16 +82,16 @@ class ImportedField:
             raise StickslipError(f"'{self._name}' moves its states at the start, from {x.tolist()}.")
         return flow
 
-    def _seen(self, flow: Flow) -> Rates:
+    def _seen(self, flow: Flow) -> FieldRates:
         signs = [1 if one > 0.0 else -1 for one in flow.indicators]
-        modes = [MODES + round(one) for one in flow.recorded.tolist()]
-        return Rates(flow.start, flow.start_rates, (*signs, *modes), np.abs(flow.indicators))
+        modes = [MODES + round(number) for number in flow.recorded.tolist()]
+        return FieldRates(flow.start, flow.start_rates, (*signs, *modes), np.abs(flow.indicators))
 
     def slopes(
         self,
         states: Sequence[float] | Vector,
         by: Sequence[str],
-        given: Mapping[str, float] | None = None,
+        values: Mapping[str, float] | None = None,
         time: float = 0.0,
     ) -> Vector:
         """(n, n + len(by)) derivatives of the rates by the states and by parameters or inputs, the mode held.
@@ -97,32 +99,32 @@ class ImportedField:
         Raises:
             StickslipError: the FMU refuses the point, or surfaces are too near on both sides of a parameter.
         """
-        flow = self._flow(states, given, time, slopes=True)
-        known, mode = {**self.constants, **(given or {})}, self._seen(flow).contacts
+        flow = self._flow(states, values, time, slopes=True)
+        constants, mode = {**self.constants, **(values or {})}, self._seen(flow).contacts
         columns = []
         for name in by:
-            value = float(known.get(name, self.fmu.variables[name].start or 0.0))
+            value = float(constants.get(name, self.fmu.variables[name].start or 0.0))
             width = APART * (abs(value) or 1.0)
             for sense, (places, weights) in ((1.0, CENTRAL), (1.0, ONE_SIDED), (-1.0, ONE_SIDED)):
-                beside = [{**(given or {}), name: value + sense * place * width} for place in places]
-                found = [self.at(states, one, time) for one in beside]
-                if all(one.contacts == mode for one in found):
-                    columns.append(sense * (weights @ np.array([one.rates for one in found])) / width)
+                beside = [{**(values or {}), name: value + sense * offset * width} for offset in places]
+                samples = [self.at(states, sample_values, time) for sample_values in beside]
+                if all(one.contacts == mode for one in samples):
+                    columns.append(sense * (weights @ np.array([sample.rates for sample in samples])) / width)
                     break
             else:
                 raise StickslipError(f"'{self._name}' has no derivative by {name}: surfaces are near on both sides.")
         return np.column_stack([flow.slopes, *columns])
 
-    def how(self, states: Vector, given: Mapping[str, float]) -> str:
+    def how(self, states: Vector, values: Mapping[str, float]) -> str:
         """Where derivatives come from, and how near those by the states are at a point."""
-        made, x = self.slopes(states, (), given), np.asarray(states, dtype=float)
-        apart = APART * np.maximum(np.abs(x), 1.0)
+        derivative, x = self.slopes(states, (), values), np.asarray(states, dtype=float)
+        spacing = APART * np.maximum(np.abs(x), 1.0)
         places, weights = CENTRAL
         others = [
-            weights @ np.array([self.at(x + place * width * unit, given).rates for place in places]) / width
-            for width, unit in zip(apart, np.eye(len(x)), strict=True)
+            weights @ np.array([self.at(x + offset * width * unit, values).rates for offset in places]) / width
+            for width, unit in zip(spacing, np.eye(len(x)), strict=True)
         ]
-        within = max(float(np.abs(made - np.array(others).T).max()), 1e-15)
+        within = max(float(np.abs(derivative - np.array(others).T).max()), 1e-15)
         by = "its directional derivatives" if self.directional else "differences of its rates"
         return (
             f"rates of the FMU, derivatives by {by} and, by the parameter, by differences; those by the states are "

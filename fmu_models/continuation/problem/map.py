@@ -80,8 +80,8 @@ class MapProblem(Problem):
     def told(self) -> dict[str, Any]:
         return {"period": self.period}
 
-    def like(self, told: Mapping[str, Any]) -> Problem:
-        return replace(self, period=told["period"])
+    def like(self, identity: Mapping[str, Any]) -> Problem:
+        return replace(self, period=identity["period"])
 
     def folded(self, times: int) -> Problem:
         """Cycles of so many times as many points."""

@@ -81,12 +81,12 @@ class Node:
     @cached_property
     def tests(self) -> dict[str, float]:
         """Functions that change their sign at a fold, a branch point, a flip, a Neimark-Sacker point."""
-        own = self.problem.own(self.multipliers)
-        pairs = [own[i] * own[j] for i in range(len(own)) for j in range(i)]
+        multipliers = self.problem.own(self.multipliers)
+        pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
         return {
             "fold": float(self.tangent[-1]),
             "branch point": float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
-            "flip": float(np.prod(own + 1.0).real),
+            "flip": float(np.prod(multipliers + 1.0).real),
             "Neimark-Sacker": float(np.prod(np.array(pairs) - 1.0).real) if pairs else 1.0,
         }
 
@@ -115,8 +115,8 @@ def _scaled(seen: Seen, scales: Vector) -> Vector:
 
 def tangent_of(seen: Seen, scales: Vector, towards: Vector | None = None) -> Vector:
     """Unit vector of u along the branch; nearest to a given one, or with a growing parameter."""
-    _, _, whole = np.linalg.svd(_scaled(seen, scales))
-    tangent = whole[-1]
+    _, _, right_vectors = np.linalg.svd(_scaled(seen, scales))
+    tangent = right_vectors[-1]
     sense = tangent[-1] if towards is None else tangent @ towards
     return tangent if sense >= 0.0 else -tangent
 
@@ -156,17 +156,17 @@ def solved(
     least, nearest = np.inf, None
     previous: Vector | None = None
     for iteration in range(STEPS):
-        found = _evaluated(problem, scales, u, border, word)
+        evaluation = _evaluated(problem, scales, u, border, word)
         for _ in range(halvings if previous is not None else 0):
-            if found is not None:
+            if evaluation is not None:
                 break
             step = step / 2
             assert previous is not None
             u = previous - step
-            found = _evaluated(problem, scales, u, border, word)
-        if found is None:
+            evaluation = _evaluated(problem, scales, u, border, word)
+        if evaluation is None:
             raise Lost("there is no such run", nearest)
-        seen, residual, matrix = found
+        seen, residual, matrix = evaluation
         size = float(np.abs(residual).max())
         if size < least:
             least, nearest = size, u * scales
@@ -230,7 +230,7 @@ def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
     """The polynomial through values (k, ...) at places (k,), at 0."""
     places = np.asarray(at, dtype=float)
     total = np.zeros_like(values[0])
-    for i, place in enumerate(places):
+    for i, abscissa in enumerate(places):
         others = np.delete(places, i)
-        total = total + values[i] * np.prod(others / (others - place))
+        total = total + values[i] * np.prod(others / (others - abscissa))
     return total

@@ -201,7 +201,7 @@ class Problem(ABC):
         """What tells this one from others of the same family, if there are others."""
         return {}
 
-    def like(self, told: Mapping[str, Any]) -> Problem:
+    def like(self, identity: Mapping[str, Any]) -> Problem:
         """The one of the family that was told."""
         return self
 
@@ -232,10 +232,10 @@ class Problem(ABC):
 
     def multipliers(self, monodromy: Vector) -> NDArray[np.complex128]:
         """(n,) largest first."""
-        found: NDArray[np.complex128] = np.linalg.eigvals(monodromy).astype(complex)
-        return found[np.lexsort((-np.real(found), -np.abs(found)))]
+        eigenvalues: NDArray[np.complex128] = np.linalg.eigvals(monodromy).astype(complex)
+        return eigenvalues[np.lexsort((-np.real(eigenvalues), -np.abs(eigenvalues)))]
 
     def own(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """(..., n - neutral): those that may change."""
-        kept = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
-        return np.take_along_axis(multipliers, kept, axis=-1)
+        indices = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
+        return np.take_along_axis(multipliers, indices, axis=-1)

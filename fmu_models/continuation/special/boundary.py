@@ -100,10 +100,10 @@ class Boundary:
 def ahead(node: Node, step: float, within: float) -> Boundary | None:
     """The switching surface that the branch meets first, if it is near: within so many steps."""
     problem = _problem(node)
-    here = problem.indicators(node.z)
-    there = problem.indicators((node.u + APART * node.tangent) * node.scales)
-    rates = (there - here) / APART
-    falls = [(-here[i] / rates[i], i) for i in np.flatnonzero(rates < 0.0)]
+    present = problem.indicators(node.z)
+    further = problem.indicators((node.u + APART * node.tangent) * node.scales)
+    rates = (further - present) / APART
+    falls = [(-present[i] / rates[i], i) for i in np.flatnonzero(rates < 0.0)]
     for distance, i in sorted(falls):
         if distance < within * step:
             try:
@@ -119,12 +119,12 @@ def _located(node: Node, i: int, distance: float) -> Boundary:
     Raises:
         Lost: the branch does not come there.
     """
-    found = _completed(*_place(node, i, distance), i)
-    if found.after is None or found.states[0] != STICK:
-        return found
+    boundary = _completed(*_place(node, i, distance), i)
+    if boundary.after is None or boundary.states[0] != STICK:
+        return boundary
     # the margin of what sticks is shifted by as much as an importer may miss it; where slip begins is not
-    _, u, _ = _place(found.after.turned(), i, BEYOND[0])
-    return replace(found, z=u * node.scales)
+    _, u, _ = _place(boundary.after.turned(), i, BEYOND[0])
+    return replace(boundary, z=u * node.scales)
 
 
 def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
@@ -139,22 +139,22 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
     values = [float(problem.indicators(node.z)[i])]
     share = 0.9
     for _ in range(TRIES):
-        left = root - places[-1]
-        if left <= NEAR:
+        remaining = root - places[-1]
+        if remaining <= NEAR:
             break
-        place = places[-1] + max(share * left, left - 0.5 * NEAR if left < 1e3 * NEAR else 0.0)
+        position = places[-1] + max(share * remaining, remaining - 0.5 * NEAR if remaining < 1e3 * NEAR else 0.0)
         try:
-            border = arclength(node.u, node.tangent, node.scales, place)
-            guess = nodes[-1].u + (place - places[-1]) * nodes[-1].tangent
-            found = solved(problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+            border = arclength(node.u, node.tangent, node.scales, position)
+            guess = nodes[-1].u + (position - places[-1]) * nodes[-1].tangent
+            solution = solved(problem, node.scales, guess, border, towards=node.tangent, word=node.word)
         except Lost:
             share /= 2.0
             if share < 1e-3:
                 raise
             continue
-        places.append(place)
-        nodes.append(found)
-        values.append(float(problem.indicators(found.z)[i]))
+        places.append(position)
+        nodes.append(solution)
+        values.append(float(problem.indicators(solution.z)[i]))
         if not values[-1] < values[-2]:
             raise Lost("the indicator does not fall to zero")
         root = places[-1] - values[-1] * (places[-1] - places[-2]) / (values[-1] - values[-2])
@@ -162,11 +162,11 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
     else:
         raise Lost("the branch does not come to the surface")
     last = nodes[-1]
-    left = root - places[-1]
-    u = last.u + left / float(node.tangent @ last.tangent) * last.tangent
+    remaining = root - places[-1]
+    u = last.u + remaining / float(node.tangent @ last.tangent) * last.tangent
     j = last.seen.monodromy
     if len(nodes) > 1:
-        j = j + (j - nodes[-2].seen.monodromy) * left / (places[-1] - places[-2])
+        j = j + (j - nodes[-2].seen.monodromy) * remaining / (places[-1] - places[-2])
     return last, u, j
 
 
@@ -175,22 +175,22 @@ def _completed(last: Node, u: Vector, j: Vector, i: int) -> Boundary:
     problem, scales = _problem(last), last.scales
     slope = _slope(problem, last, i)
     across = slope / np.linalg.norm(slope)
-    met = None
-    for begin, seen in _beyond(problem, last, u, across):
+    opposite = None
+    for guess, seen in _beyond(problem, last, u, across):
         changed = [(a[0], a[1], b[1]) for a, b in zip(last.word, seen.word, strict=True) if a != b]
         contact, states = changed[0][0] if len(changed) == 1 else "", changed[0][1:]
         tangent = tangent_of(seen, scales)
         tangent = -tangent if tangent @ slope > 0.0 else tangent
         # what sticks stays on the surface, whichever way it goes
         for towards in (tangent, -tangent) if STICK in states[1:] else (tangent,):
-            nodes = _along(problem, scales, begin, towards, seen)
+            nodes = _along(problem, scales, guess, towards, seen)
             if nodes:
                 after = 2.0 * nodes[0].seen.monodromy - nodes[1].seen.monodromy
                 return Boundary(last, u * scales, contact, states, j, nodes[0], after)
-        met = met or (contact, states)
-    if met is None:
+        opposite = opposite or (contact, states)
+    if opposite is None:
         raise Lost("the contact states do not change beyond")
-    return Boundary(last, u * scales, *met, j)
+    return Boundary(last, u * scales, *opposite, j)
 
 
 def _beyond(problem: EquilibriumProblem, last: Node, u: Vector, across: Vector) -> Iterator[tuple[Vector, Seen]]:
@@ -222,14 +222,14 @@ def _along(problem: EquilibriumProblem, scales: Vector, u: Vector, tangent: Vect
 
 def _slope(problem: EquilibriumProblem, node: Node, i: int) -> Vector:
     """(n + 1,) derivative of an indicator by u, from the side that it is positive on, along what does not stick."""
-    here = problem.indicators(node.z)[i]
+    present = problem.indicators(node.z)[i]
     slope = np.zeros(len(node.u))
     width = 0.1 * NEAR
     for k, unit in enumerate((problem.along_surfaces(node.z) * node.scales / node.scales[:, None]).T):
         step = width * unit
         values = [(sign, look(problem, (node.u + sign * step) * node.scales)) for sign in (1.0, -1.0)]
         inside = [sign for sign, seen in values if seen is not None and seen.word == node.word]
-        falls = [problem.indicators((node.u + sign * step) * node.scales)[i] - here for sign in inside]
+        falls = [problem.indicators((node.u + sign * step) * node.scales)[i] - present for sign in inside]
         slope[k] = np.mean([fall / (sign * width) for fall, sign in zip(falls, inside, strict=True)] or [0.0])
     if not slope.any():
         raise Lost("the indicator has no slope")

@@ -38,35 +38,37 @@ def from_vanishing(start: Node, miss: Passing) -> Touch:
     trail, limits, matrices = [], [], []
     for nearer in islice(shrinking(start, miss, LAST), STEPS):
         trail.append(nearer)
-        values = np.array([one.value for one, _ in trail[-LAST:]])
-        limits.append(extrapolated(values, np.array([one.u for _, one in trail[-LAST:]])))
-        matrices.append(extrapolated(values, np.array([one.seen.monodromy for _, one in trail[-LAST:]])))
+        values = np.array([force.value for force, _ in trail[-LAST:]])
+        limits.append(extrapolated(values, np.array([neighbour.u for _, neighbour in trail[-LAST:]])))
+        matrices.append(extrapolated(values, np.array([neighbour.seen.monodromy for _, neighbour in trail[-LAST:]])))
         if len(limits) > 1 and np.abs(limits[-1] - limits[-2]).max() < AGREE:
             break
     # nearest to the point motions, and before them their matrices, lose their digits
     limit, matrix = _steadiest(limits), _steadiest(matrices)
     if limit is None or matrix is None or limit[1] > ENOUGH:
         raise Lost("it does not vanish on the way")
-    own, node = trail[-1]
-    nodes = tuple(one for _, one in trail[1:])
-    return Touch(node, limit[0] * node.scales, own, (), np.nan, matrix[0], nodes)
+    last_force, node = trail[-1]
+    nodes = tuple(neighbour for _, neighbour in trail[1:])
+    return Touch(node, limit[0] * node.scales, last_force, (), np.nan, matrix[0], nodes)
 
 
 def _steadiest(values: list[Vector]) -> tuple[Vector, float] | None:
     """That which differs least from the one before it, and by how much; None of a single one."""
     changes = [float(np.abs(after - before).max()) for before, after in pairwise(values)]
-    place = int(np.argmin(changes)) if changes else 0
-    return (values[place + 1], changes[place]) if changes else None
+    index = int(np.argmin(changes)) if changes else 0
+    return (values[index + 1], changes[index]) if changes else None
 
 
-def from_other_side(touch: Touch, other: Node) -> Touch | None:
+def from_other_side(touch: Touch, node: Node) -> Touch | None:
     """The same point from a motion beyond it, whose tangent leads away; None if it is not found."""
-    begins = [one for one in other.seen.misses if one.begins and one.contact == touch.miss.contact]
-    for miss in sorted(begins, key=lambda begin: abs(begin.time - touch.miss.time)):
+    begins = [
+        candidate for candidate in node.seen.misses if candidate.begins and candidate.contact == touch.miss.contact
+    ]
+    for miss in sorted(begins, key=lambda candidate: abs(candidate.time - touch.miss.time)):
         try:
-            found = from_vanishing(other.turned(), miss)
+            opposite = from_vanishing(node.turned(), miss)
         except Lost:
             continue
-        if np.abs(found.u - touch.u).max() < MEET:
-            return found
+        if np.abs(opposite.u - touch.u).max() < MEET:
+            return opposite
     return None

@@ -78,12 +78,12 @@ def nearest(passings: Sequence[Passing], like: Passing, time: float, length: flo
     """The one that is the same as another one, nearest in time around the period."""
     same = [passing for passing in passings if passing.contact == like.contact and passing.key == like.key]
 
-    def apart(one: Passing) -> float:
-        turn = abs(one.time - time) / length % 1.0
+    def apart(event: Passing) -> float:
+        turn = abs(event.time - time) / length % 1.0
         return min(turn, 1.0 - turn)
 
-    found = min(same, key=apart, default=None)
-    return found if found is not None and apart(found) <= SAME_TIME else None
+    match = min(same, key=apart, default=None)
+    return match if match is not None and apart(match) <= SAME_TIME else None
 
 
 def found_again(seen: Seen, like: Passing, time: float) -> Passing | None:
@@ -111,30 +111,30 @@ def shrinking(start: Node, passing: Passing, through: int, least: float = 0.0) -
         through: motions through which a polynomial in the value goes to the next one.
         least: value at which it ends; it also ends where no motion of the same word follows.
     """
-    node, own, shrink = start, passing, 0.5
+    node, current, shrink = start, passing, 0.5
     passed = [(passing, start)]
     yield passing, start
-    while own.value > least:
-        target = max(own.value * shrink, 0.99 * least)
+    while current.value > least:
+        target = max(current.value * shrink, 0.99 * least)
         if len(passed) > 1:
-            values = np.array([one.value for one, _ in passed[-through:]])
-            guess = extrapolated(values - target, np.array([one.u for _, one in passed[-through:]]))
+            values = np.array([event.value for event, _ in passed[-through:]])
+            guess = extrapolated(values - target, np.array([neighbour.u for _, neighbour in passed[-through:]]))
         else:
-            guess = node.u + node.tangent * (target - own.value) / (node.along(own.gradient) or np.inf)
+            guess = node.u + node.tangent * (target - current.value) / (node.along(current.gradient) or np.inf)
         try:
-            border = value_border(own, target, [own.time])
+            border = value_border(current, target, [current.time])
             after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
         except Lost:
             if shrink > 0.9:
                 return
             shrink = shrink**0.5
             continue
-        found = found_again(after.seen, own, own.time)
-        if found is None:
+        match = found_again(after.seen, current, current.time)
+        if match is None:
             return
-        node, own, shrink = after, found, max(0.25, shrink * 0.8)
-        passed.append((own, node))
-        yield own, node
+        node, current, shrink = after, match, max(0.25, shrink * 0.8)
+        passed.append((current, node))
+        yield current, node
 
 
 def size_of(passing: Passing, scales: Vector) -> float:
@@ -184,12 +184,12 @@ def begun_after(node: Node, time: float) -> Node:
         Lost: Newton's method does not find it there.
     """
     length = node.seen.length
-    passings = (one.time for one in (*node.seen.events, *node.seen.misses))
+    passings = (mark.time for mark in (*node.seen.events, *node.seen.misses))
     marks = sorted(
         {0.0, length / 4, *(turn for passing in passings if (turn := (passing - time) % length) < length / 4)}
     )
-    begin, end = max(pairwise(marks), key=lambda one: one[1] - one[0])
-    problem, z = node.problem.later(node.z, node.seen, (time + (begin + end) / 2) % length)
+    gap_start, end = max(pairwise(marks), key=lambda gap: gap[1] - gap[0])
+    problem, z = node.problem.later(node.z, node.seen, (time + (gap_start + end) / 2) % length)
     return begun_at(node, problem, z)
 
 
@@ -211,9 +211,9 @@ def other_word(touch: Touch) -> Node:
         step = stepped(touch.node, touch.miss, jump, depth)
         guesses = (touch.u + step - share * depth * _down(touch) for share in (0.0, 2.0, 10.0))
         for guess in (_deep(touch, touch.u + step, depth), *guesses):
-            found = with_speed(touch.node.problem, touch.node.scales, guess, event, touch)
-            if found is not None:
-                return found
+            solution = with_speed(touch.node.problem, touch.node.scales, guess, event, touch)
+            if solution is not None:
+                return solution
     raise Lost("no motion with that event goes on from it")
 
 
@@ -273,8 +273,10 @@ def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
     down = miss.gradient * node.scales
     size = float(np.linalg.norm(down[: len(node.problem.states)]))
     try:
-        found: Any = np.linalg.solve(np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth))
-        return found
+        solution: Any = np.linalg.solve(
+            np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth)
+        )
+        return solution
     except np.linalg.LinAlgError:
         raise Lost("the miss does not change along the branch") from None
 
@@ -283,10 +285,10 @@ def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, 
     """The motion near a guess that has the event at its speed, and goes on from the point."""
     try:
         node = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
-        own = nearest(node.seen.events, event, event.time, node.seen.length)
-        if own is None or node.word == touch.node.word or not _meets(touch, node, own):
+        match = nearest(node.seen.events, event, event.time, node.seen.length)
+        if match is None or node.word == touch.node.word or not _meets(touch, node, match):
             return None
-        return growing(node, own)
+        return growing(node, match)
     except Lost:
         return None
 
@@ -301,23 +303,23 @@ def exchanged(touch: Touch) -> Node:
     node = touch.node
     straight = np.zeros_like(touch.u)
     straight[-1] = np.sign(node.tangent[-1])
-    for distance, way in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
-        guess = touch.u + distance * way
+    for distance, direction in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
+        guess = touch.u + distance * direction
         try:
             border = parameter(float(guess[-1] * node.scales[-1]))
-            found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
+            solution = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
         except Lost:
             continue
-        outward = found.tangent[-1] * node.tangent[-1] > 0.0
-        found = found if outward else found.turned()
-        if found.word != node.word:
-            return found
+        outward = solution.tangent[-1] * node.tangent[-1] > 0.0
+        solution = solution if outward else solution.turned()
+        if solution.word != node.word:
+            return solution
     raise Lost("no motion of other events is near")
 
 
 def _meets(touch: Touch, node: Node, event: Passing) -> bool:
     """Whether the motions with the event come to the point as its speed vanishes."""
-    far = np.abs(node.u - touch.u).max()
+    distance = np.abs(node.u - touch.u).max()
     for shrink in SHRINKS:
         half, value = node, event.value
         try:
@@ -328,7 +330,7 @@ def _meets(touch: Touch, node: Node, event: Passing) -> bool:
                 half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
         except Lost:
             continue
-        return bool(np.abs(half.u - touch.u).max() <= 0.75 * far + 1e-9)
+        return bool(np.abs(half.u - touch.u).max() <= 0.75 * distance + 1e-9)
     raise Lost("the event goes before it is weaker")
 
 
@@ -340,17 +342,17 @@ def _row_sizes(node: Node, seen: Seen) -> Vector:
 
 def new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
     """The event that a miss has become."""
-    near = [event for event in seen.events if event.contact == miss.contact and event.before == miss.before]
-    known = [event.time for event in without.events if event.contact == miss.contact and event.before == miss.before]
-    if len(near) <= len(known):
+    candidates = [event for event in seen.events if event.contact == miss.contact and event.before == miss.before]
+    times = [event.time for event in without.events if event.contact == miss.contact and event.before == miss.before]
+    if len(candidates) <= len(times):
         return None
-    return min(near, key=lambda one: abs(one.time - miss.time), default=None)
+    return min(candidates, key=lambda candidate: abs(candidate.time - miss.time), default=None)
 
 
 def growing(node: Node, event: Passing) -> Node:
     """With the tangent along which the event grows stronger."""
-    own = nearest(node.seen.events, event, event.time, node.seen.length)
-    return node.turned() if own is not None and node.along(own.gradient) < 0.0 else node
+    match = nearest(node.seen.events, event, event.time, node.seen.length)
+    return node.turned() if match is not None and node.along(match.gradient) < 0.0 else node
 
 
 def is_rigid(problem: Problem, contact: str) -> bool:

@@ -31,13 +31,14 @@ def why_huge(nodes: Sequence[Node]) -> str:
     size = 0.0 if last.problem.still else _largest(last)
     if not (np.isfinite(size) and size >= HUGE):
         return ""
-    back = [node for node in nodes[-BACK:] if node.word == last.word]
-    said = f"; the largest multiplier is {size:.2g}, and {log10(size):.0f} digits of a run are lost in one period: "
-    if size > GROWN * _largest(back[0]):
-        cause = _grazing(back[0], last) or _homoclinic(back[0], last)
+    recent = [node for node in nodes[-BACK:] if node.word == last.word]
+    sentence = f"; the largest multiplier is {size:.2g}, and {log10(size):.0f} digits of a run are lost in one period: "
+    if size > GROWN * _largest(recent[0]):
+        cause = _grazing(recent[0], last) or _homoclinic(recent[0], last)
         if cause:
-            return said + cause
-    return f"{said}motions beside it part e times in {last.seen.length / log(size):.3g} s, as those of stiff systems do"
+            return sentence + cause
+    folding = last.seen.length / log(size)
+    return f"{sentence}motions beside it part e times in {folding:.3g} s, as those of stiff systems do"
 
 
 def _largest(node: Node) -> float:

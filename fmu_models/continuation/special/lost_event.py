@@ -36,16 +36,16 @@ def from_event(start: Node, event: Passing) -> Touch:
     nodes = list(shrinking(start, event, LAST, FIRST_SPEED * far_speed(event, start.scales)))
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")
-    own, last = nodes[-1]
+    last_event, last = nodes[-1]
     limit, before = (
-        extrapolated([one.value for one, _ in some], np.array([node.u for _, node in some]))
-        for some in (nodes[-5:], nodes[-6:-1])
+        extrapolated([shrinking_event.value for shrinking_event, _ in window], np.array([node.u for _, node in window]))
+        for window in (nodes[-5:], nodes[-6:-1])
     )
     if np.abs(limit - before).max() > SETTLED:
         raise Lost("the event is not lost along the branch")
     without = None
     for share in (1.0, 2.0, 4.0, 16.0):
-        u = limit + _out_of_reach(own, last, limit, share)
+        u = limit + _out_of_reach(last_event, last, limit, share)
         seen = look(last.problem, u * last.scales)
         if seen is not None and len(seen.word) < len(last.seen.word):
             without = u, seen
@@ -53,19 +53,21 @@ def from_event(start: Node, event: Passing) -> Touch:
     if without is None:
         raise Lost("no run without the event is near")
     u, seen = without
-    near = [one for one in seen.misses if not one.begins and one.slot != TIE]
-    misses = [one for one in near if one.contact == event.contact and one.before == event.before]
-    miss = min(misses, key=lambda one: abs(one.time - own.time), default=None)
+    pending = [candidate for candidate in seen.misses if not candidate.begins and candidate.slot != TIE]
+    misses = [
+        candidate for candidate in pending if candidate.contact == event.contact and candidate.before == event.before
+    ]
+    miss = min(misses, key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")
     border = value_border(miss, miss.value, [miss.time])
     node = solved(last.problem, last.scales, u, border, reach=0.05)
-    found = nearest(node.seen.misses, miss, miss.time, node.seen.length)
-    if found is None or len(node.word) >= len(last.word):
+    match = nearest(node.seen.misses, miss, miss.time, node.seen.length)
+    if match is None or len(node.word) >= len(last.word):
         raise Lost("no motion without the event is near")
-    if node.along(found.gradient) > 0.0:
+    if node.along(match.gradient) > 0.0:
         node = node.turned()
-    touch = from_miss(node, found)
+    touch = from_miss(node, match)
     side = tuple(growing(node, passing) for passing, node in reversed(nodes))
     if np.abs(touch.u - limit).max() > 1e-4:
         raise Lost("the two sides do not meet")
@@ -96,29 +98,33 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
     Args:
         first: a motion with the event, at a small speed of it.
     """
-    new = [one for one in first.seen.events if one.contact == touch.miss.contact and one.before == touch.miss.before]
-    event = min(new, key=lambda one: one.value)
+    new = [
+        candidate
+        for candidate in first.seen.events
+        if candidate.contact == touch.miss.contact and candidate.before == touch.miss.before
+    ]
+    event = min(new, key=lambda candidate: candidate.value)
     speed = LIMIT_SPEED * far_speed(event, first.scales)
     nodes: list[tuple[float, Node]] = [(event.value, first)]
-    node, own = first, event
+    node, current = first, event
     for target in (speed, 2 * speed, 3 * speed, 4 * speed):
-        while abs(own.value - target) > 1e-6 * target:
-            goal = min(target, own.value * 4.0)
-            speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(one.u for _, one in nodes[-3:])]
+        while abs(current.value - target) > 1e-6 * target:
+            goal = min(target, current.value * 4.0)
+            speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(neighbour.u for _, neighbour in nodes[-3:])]
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
-            border = value_border(own, goal, [own.time])
+            border = value_border(current, goal, [current.time])
             node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
-            passing = nearest(node.seen.events, own, own.time, node.seen.length)
+            passing = nearest(node.seen.events, current, current.time, node.seen.length)
             if passing is None:
                 raise Lost("the event is gone")
-            own = passing
-            nodes.append((own.value, node))
+            current = passing
+            nodes.append((current.value, node))
             if goal == target:
                 break
     last = nodes[-4:]
-    traces = [abs(np.trace(one.seen.monodromy)) for _, one in last]
+    traces = [abs(np.trace(neighbour.seen.monodromy)) for _, neighbour in last]
     if traces[0] > 1.8 * traces[1] - 1e-9 and traces[0] > 10.0:
         return None
-    limit = extrapolated([v for v, _ in last], np.array([one.seen.monodromy for _, one in last]))
-    value = extrapolated([v for v, _ in last], np.array([one.z[-1:] for _, one in last]))
+    limit = extrapolated([v for v, _ in last], np.array([neighbour.seen.monodromy for _, neighbour in last]))
+    value = extrapolated([v for v, _ in last], np.array([neighbour.z[-1:] for _, neighbour in last]))
     return limit, float(value[0])

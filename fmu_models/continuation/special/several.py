@@ -50,11 +50,11 @@ def at_once(touch: Touch) -> list[Passing]:
     node = touch.node
     n = len(node.problem.states)
 
-    def comes(one: Passing) -> bool:
+    def comes(passing: Passing) -> bool:
         """Whether it becomes an event at the point, and would not at once beside it, wherever that is."""
-        value = one.value + float(one.gradient @ (touch.z - node.z))
-        plain = one.slot != TIE and not one.turned and not one.begins and one.gradient[:n].any()
-        return bool(plain and abs(value) <= TOGETHER * size_of(one, node.scales))
+        value = passing.value + float(passing.gradient @ (touch.z - node.z))
+        plain = passing.slot != TIE and not passing.turned and not passing.begins and passing.gradient[:n].any()
+        return bool(plain and abs(value) <= TOGETHER * size_of(passing, node.scales))
 
     others = [miss for miss in node.seen.misses if miss is not touch.miss and comes(miss)]
     return [touch.miss, *others] if comes(touch.miss) else [touch.miss]
@@ -70,11 +70,11 @@ def other_words(touch: Touch, times: int = 1) -> Iterator[Node]:
     for letters in _words(len(misses), times):
         if times == 1 and len(misses) > len(letters[0]) == 1:
             placed = _placed(touch, misses[letters[0][0]])
-            found = None if placed is None else _alone(placed)
+            solution = None if placed is None else _alone(placed)
         else:
-            found = _with_events(touch, misses, letters, jumps)
-        if found is not None:
-            yield found
+            solution = _with_events(touch, misses, letters, jumps)
+        if solution is not None:
+            yield solution
 
 
 def _placed(touch: Touch, miss: Passing) -> Touch | None:
@@ -84,8 +84,12 @@ def _placed(touch: Touch, miss: Passing) -> Touch | None:
         same = nearest(
             node.seen.misses, miss, (miss.time - touch.node.seen.length) % node.seen.length, node.seen.length
         )
-        own = max((one for one in node.seen.misses if one.key == miss.key), key=lambda one: one.time, default=same)
-        return None if own is None else from_miss(node, own)
+        latest = max(
+            (candidate for candidate in node.seen.misses if candidate.key == miss.key),
+            key=lambda candidate: candidate.time,
+            default=same,
+        )
+        return None if latest is None else from_miss(node, latest)
     except Lost:
         return None
 
@@ -98,19 +102,19 @@ def _alone(touch: Touch) -> Node | None:
 def _words(misses: int, times: int) -> list[Letters]:
     """Letters of all words, one each of those that differ in their begin alone, none that repeats a shorter one."""
     subsets = [tuple(i for i in range(misses) if mask >> i & 1) for mask in range(2**misses)]
-    found = []
+    words = []
     for word in product(subsets, repeat=times):
         turns = [word[i:] + word[:i] for i in range(times)]
         if word == max(turns) and word not in turns[1:] and any(word):
-            found.append(word)
-    return sorted(found, key=lambda word: -sum(map(len, word)))
+            words.append(word)
+    return sorted(words, key=lambda word: -sum(map(len, word)))
 
 
 def with_all(touch: Touch) -> Node | None:
     """The motion of the same period that has all of the events; None if none is found."""
     misses = at_once(touch)
-    found = _with_events(touch, misses, (tuple(range(len(misses))),), _Jumps(touch, misses))
-    return found or _superposed(touch, misses)
+    node = _with_events(touch, misses, (tuple(range(len(misses))),), _Jumps(touch, misses))
+    return node or _superposed(touch, misses)
 
 
 def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
@@ -126,7 +130,7 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
     """
     node, problem, scales = touch.node, touch.node.problem, touch.node.scales
     many = len(misses)
-    ways, rates = np.empty((many, len(touch.u))), np.zeros((many, many + 1))
+    directions, rates = np.empty((many, len(touch.u))), np.zeros((many, many + 1))
     for i, miss in enumerate(misses):
         placed = _placed(touch, miss)
         alone = None if placed is None else _alone(placed)
@@ -137,23 +141,23 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
         event = None if seen is None else new_event(seen, node.seen, miss)
         if seen is None or event is None:
             return None
-        ways[i] = (z / scales - touch.u) / event.value
+        directions[i] = (z / scales - touch.u) / event.value
         rates[i, many] = node.along(miss.gradient)
         for j in set(range(many)) - {i}:
-            left = nearest(seen.misses, misses[j], misses[j].time, seen.length)
-            if left is None:
+            remaining = nearest(seen.misses, misses[j], misses[j].time, seen.length)
+            if remaining is None:
                 return None
-            rates[j, i] = left.value / event.value
+            rates[j, i] = remaining.value / event.value
     shares = np.linalg.svd(rates)[2][-1]
     shares *= np.sign(shares[0]) / np.abs(shares[:many]).max()
     if shares[:many].min() <= 0.0:
         return None
     for speed in SPEEDS:
         v = shares * speed
-        made = _of_speeds(touch, misses, touch.u + v[:many] @ ways + v[many] * node.tangent, v[:many])
-        found = None if made is None else with_speed(problem, scales, *made, touch)
-        if found is not None and _begun(found, misses) - _begun(node, misses) == _begun_of(misses):
-            return found
+        prediction = _of_speeds(touch, misses, touch.u + v[:many] @ directions + v[many] * node.tangent, v[:many])
+        solution = None if prediction is None else with_speed(problem, scales, *prediction, touch)
+        if solution is not None and _begun(solution, misses) - _begun(node, misses) == _begun_of(misses):
+            return solution
     return None
 
 
@@ -171,7 +175,7 @@ def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vecto
     down = np.zeros_like(u)
     down[:n] = np.linalg.lstsq(rows, speeds**2, rcond=None)[0]
     begins = ((u - depth * down, of(u - depth * down)) for depth in (0.5, 1.0, 2.0, 4.0))
-    u, events = next(((one, seen) for one, seen in begins if seen is not None), (u, None))
+    u, events = next(((guess, seen) for guess, seen in begins if seen is not None), (u, None))
     for _ in range(20):
         if events is None:
             return None
@@ -181,8 +185,8 @@ def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vecto
         slopes = np.array([2.0 * event.value * event.gradient[:n] * scales[:n] for event in events])
         step = np.zeros_like(u)
         step[:n] = np.linalg.lstsq(slopes, off, rcond=None)[0]
-        ways = ((u - step / 2**k, of(u - step / 2**k)) for k in range(12))
-        u, events = next(((one, seen) for one, seen in ways if seen is not None), (u, None))
+        trials = ((u - step / 2**k, of(u - step / 2**k)) for k in range(12))
+        u, events = next(((guess, seen) for guess, seen in trials if seen is not None), (u, None))
     return None
 
 
@@ -214,9 +218,9 @@ class _Jumps:
         n = len(node.problem.states)
         rows = np.array([miss.gradient[:n] * scales[:n] for miss in self.misses])
         rows /= np.linalg.norm(rows, axis=1)[:, None]
-        wanted = np.array([-depth if i in chosen else depth for i in range(len(self.misses))])
+        depths = np.array([-depth if i in chosen else depth for i in range(len(self.misses))])
         moved = self.touch.u.copy()
-        moved[:n] += np.linalg.lstsq(rows, wanted, rcond=1e-6)[0]
+        moved[:n] += np.linalg.lstsq(rows, depths, rcond=1e-6)[0]
         seen = look(node.problem, moved * scales)
         if seen is None:
             return None
@@ -234,16 +238,16 @@ def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jump
         return None
     n = len(node.seen.monodromy)
     monodromy = node.seen.monodromy / node.scales[:n, None] * node.scales[:n]
-    wanted = Counter((misses[i].contact, misses[i].before) for letter in letters for i in letter)
+    counts = Counter((misses[i].contact, misses[i].before) for letter in letters for i in letter)
     for depth in DEPTHS:
-        made = [jumps.of(letter, depth) for letter in letters]
+        effects = [jumps.of(letter, depth) for letter in letters]
         total, events = np.zeros(len(long.node.seen.residual)), []
-        for c, one in enumerate(made):
-            if one is None:
+        for c, jump in enumerate(effects):
+            if jump is None:
                 break
-            events += [(c, event) for event in one[0]]
-            total[:n] = monodromy @ total[:n] + one[1][:n]
-            total[n:] += one[1][n:]
+            events += [(c, event) for event in jump[0]]
+            total[:n] = monodromy @ total[:n] + jump[1][:n]
+            total[n:] += jump[1][n:]
         else:
             c, first = events[0]
             later = c * node.seen.length
@@ -257,11 +261,11 @@ def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jump
             event = None if seen is None else nearest(seen.events, first, first.time + later, seen.length)
             if event is None:
                 continue
-            found = with_speed(long.node.problem, long.node.scales, guess, event, long)
-            if found is None or (times % 2 == 0 and repeats(found)):
+            solution = with_speed(long.node.problem, long.node.scales, guess, event, long)
+            if solution is None or (times % 2 == 0 and repeats(solution)):
                 continue
-            if _begun(found, misses) - _begun(long.node, misses) == wanted:
-                return found
+            if _begun(solution, misses) - _begun(long.node, misses) == counts:
+                return solution
     return None
 
 
@@ -294,5 +298,5 @@ def _begun_of(misses: Sequence[Passing]) -> Counter[tuple[str, int]]:
 
 def _begun(node: Node, like: Sequence[Passing]) -> Counter[tuple[str, int]]:
     """How often each of some events begins."""
-    kinds = {(one.contact, one.before) for one in like}
+    kinds = {(event.contact, event.before) for event in like}
     return Counter((contact, before) for contact, before, _ in node.word if (contact, before) in kinds)

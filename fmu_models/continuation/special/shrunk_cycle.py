@@ -40,18 +40,18 @@ def hopf_of(node: Node) -> Node | None:
     problem = replace(cycle, strobe=still, kept=cycle.kept)
     n = len(cycle.states)
     scales = np.append(node.scales[:n], node.scales[-1])
-    known: list[Node] = []
+    solved_nodes: list[Node] = []
 
     def modulus(value: float) -> float:
-        guess = np.append(node.z[:n] if not known else known[-1].z[:n], value)
-        known.append(solved(problem, scales, guess / scales, parameter(value), reach=1.0))
-        return float(np.abs(known[-1].multipliers).max()) - 1.0
+        guess = np.append(node.z[:n] if not solved_nodes else solved_nodes[-1].z[:n], value)
+        solved_nodes.append(solved(problem, scales, guess / scales, parameter(value), reach=1.0))
+        return float(np.abs(solved_nodes[-1].multipliers).max()) - 1.0
 
     try:
         value = float(np.asarray(newton(modulus, node.value, x1=node.value + 1e-4 * scales[-1], tol=1e-15, maxiter=30)))
     except (Lost, RuntimeError):
         return None
-    found = known[-1]
-    if abs(found.multipliers[0].imag) < 1e-6 or abs(value - node.value) > NEAR * scales[-1]:
+    nearest_node = solved_nodes[-1]
+    if abs(nearest_node.multipliers[0].imag) < 1e-6 or abs(value - node.value) > NEAR * scales[-1]:
         return None
-    return found
+    return nearest_node

@@ -33,10 +33,10 @@ HOLDS = 1e-4
 
 def changes(before: Node, after: Node) -> list[str]:
     """Kinds of what lies between two neighbours."""
-    found = [kind for kind in KINDS if before.tests[kind] * after.tests[kind] < 0.0]
-    if "branch point" in found and "fold" in found:
-        found.remove("fold")  # the branch that bends at a pitchfork turns there
-    return found
+    kinds = [kind for kind in KINDS if before.tests[kind] * after.tests[kind] < 0.0]
+    if "branch point" in kinds and "fold" in kinds:
+        kinds.remove("fold")  # the branch that bends at a pitchfork turns there
+    return kinds
 
 
 def hides(past: Node, before: Node, after: Node) -> bool:
@@ -58,65 +58,65 @@ def hides(past: Node, before: Node, after: Node) -> bool:
 
 def between(before: Node, after: Node) -> Iterator[tuple[str, Node]]:
     """What lies between two neighbours on a smooth piece: kinds and motions there, along the way."""
-    found = []
+    zeros = []
     for kind in changes(before, after):
         try:
-            place, node = _located(kind, before, after)
+            position, node = _located(kind, before, after)
         except (Lost, ValueError):
             continue
         if not _holds(kind, node):
             continue
-        found.append((place, kind, node))
-    for _, kind, node in sorted(found, key=lambda one: one[0]):
+        zeros.append((position, kind, node))
+    for _, kind, node in sorted(zeros, key=lambda located: located[0]):
         yield kind, node
 
 
 def _holds(kind: str, node: Node) -> bool:
     """Whether a multiplier is where the kind has one: a function may also change its sign by a jump."""
-    own = node.problem.own(node.multipliers)
+    multipliers = node.problem.own(node.multipliers)
     if kind == "Neimark-Sacker":  # not two real ones whose product is 1
-        return bool((np.abs(np.abs(own) - 1.0)[np.abs(own.imag) > 1e-9] < HOLDS).any())
-    return bool(np.abs(own - (-1.0 if kind == "flip" else 1.0)).min() < HOLDS)
+        return bool((np.abs(np.abs(multipliers) - 1.0)[np.abs(multipliers.imag) > 1e-9] < HOLDS).any())
+    return bool(np.abs(multipliers - (-1.0 if kind == "flip" else 1.0)).min() < HOLDS)
 
 
 def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
     """Arclength from the first of two neighbours, and the motion there."""
-    whole = float(before.tangent @ (after.u - before.u))
-    known: dict[float, Node] = {0.0: before, whole: after}
+    length = float(before.tangent @ (after.u - before.u))
+    nodes: dict[float, Node] = {0.0: before, length: after}
 
-    def at(place: float) -> Node:
-        nearest = sorted(known, key=lambda one: abs(one - place))[:NEAREST]
-        from_node = known[nearest[0]]
-        if nearest[0] == place:
+    def at(distance: float) -> Node:
+        nearest = sorted(nodes, key=lambda position: abs(position - distance))[:NEAREST]
+        from_node = nodes[nearest[0]]
+        if nearest[0] == distance:
             return from_node
-        guess = from_node.u + (place - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)
+        guess = from_node.u + (distance - nearest[0]) * from_node.tangent / float(before.tangent @ from_node.tangent)
         if len(nearest) == NEAREST:
-            better = extrapolated(np.array(nearest) - place, np.array([known[one].u for one in nearest]))
+            better = extrapolated(np.array(nearest) - distance, np.array([nodes[position].u for position in nearest]))
             # through motions that are too near to one another the polynomial goes astray
-            if np.linalg.norm(better - guess) < abs(place - nearest[0]):
+            if np.linalg.norm(better - guess) < abs(distance - nearest[0]):
                 guess = better
-        border = arclength(before.u, before.tangent, before.scales, place)
+        border = arclength(before.u, before.tangent, before.scales, distance)
         node = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
-        known[place] = node
+        nodes[distance] = node
         return node
 
-    def test(place: float) -> float:
-        return at(place).tests[kind]
+    def test(distance: float) -> float:
+        return at(distance).tests[kind]
 
     if kind == "branch point":
-        return _interpolated(test, at, whole)
-    found: Any = brentq(test, 0.0, whole, xtol=1e-14, full_output=True, disp=False)
-    return float(found[0]), at(float(found[0]))
+        return _interpolated(test, at, length)
+    root: Any = brentq(test, 0.0, length, xtol=1e-14, full_output=True, disp=False)
+    return float(root[0]), at(float(root[0]))
 
 
-def _interpolated(test: Callable[[float], float], at: Callable[[float], Node], whole: float) -> tuple[float, Node]:
+def _interpolated(test: Callable[[float], float], at: Callable[[float], Node], length: float) -> tuple[float, Node]:
     """The root of a test that cannot be had near it: from a polynomial through motions on both sides."""
-    low, high, first = 0.0, whole, test(0.0)
-    while high - low > NARROW * whole:
+    low, high, first = 0.0, length, test(0.0)
+    while high - low > NARROW * length:
         middle = (low + high) / 2 + 0.01 * (high - low)
         low, high = (middle, high) if test(middle) * first > 0.0 else (low, middle)
     for shares in SHARES:
-        widths = [min(width, share * whole) for width, share in zip(WIDTHS, shares, strict=True)]
+        widths = [min(width, share * length) for width, share in zip(WIDTHS, shares, strict=True)]
         with suppress(Lost):
             return _from_around(at, (low + high) / 2, widths)
     raise Lost("the branch point is not seen from around")

@@ -83,13 +83,13 @@ class Special(Shown):
         Raises:
             StickslipError: none leaves at a point of this kind, or none was found.
         """
-        found = self.follows(self, points)
-        if not found:
+        branches = self.follows(self, points)
+        if not branches:
             raise StickslipError(
                 f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: one "
                 "leaves at flips, pitchforks, branch points, and where the word changes and a multiplier passes -1."
             )
-        return found
+        return branches
 
     def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
         """The point as a curve in two parameters, the first within the range of the branch.
@@ -126,10 +126,10 @@ class Special(Shown):
         return state_at(self.node, turns)
 
     def _contents(self) -> dict[str, object]:
-        shown: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
-        shown |= {"criticality": self.criticality or None}
-        shown |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
-        return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        contents: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
+        contents |= {"criticality": self.criticality or None}
+        contents |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
+        return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
 
 
 def state_at(node: Node, turns: float) -> Vector:
@@ -139,37 +139,40 @@ def state_at(node: Node, turns: float) -> Vector:
 
 
 def special_of(
-    found: Found, between: tuple[float, float], follows: Callable[[Special, int], tuple[Any, ...]]
+    finding: Found, between: tuple[float, float], follows: Callable[[Special, int], tuple[Any, ...]]
 ) -> Special:
     """What was found on a branch over a range, told.
 
     Args:
         follows: the branches that leave a special, of so many points at most.
     """
-    node, touch = found.node, found.touch
+    node, touch = finding.node, finding.touch
     problem = node.problem
-    kind, value = found.kind, node.value
+    kind, value = finding.kind, node.value
     common: dict[str, Any] = {"parameter": problem.over, "period": node.seen.length, "node": node, "touch": touch}
     common |= {"between": between, "follows": follows}
     if touch is None:
         if kind == "branch point":
             kind = "flip of the parent" if repeats(node) else branch_kind(node)
-        words = (found.before.word if found.before else node.word, found.after.word if found.after else node.word)
-        common["contact"] = found.contact
+        words = (
+            finding.before.word if finding.before else node.word,
+            finding.after.word if finding.after else node.word,
+        )
+        common["contact"] = finding.contact
     else:
         value = float(touch.z[-1])
-        before, after = found.before, found.after
+        before, after = finding.before, finding.after
         words = (before.word if before else node.word, after.word if after else node.word)
-        if found.kind != "jump" and touch.miss.turned:
+        if finding.kind != "jump" and touch.miss.turned:
             kind = "sliding exchange"
         elif touch.miss.slot == TIE:
-            kind, words = "tie", words if found.kind != "jump" else (node.word, ())
-        elif found.kind != "jump" and touch.miss.begins:
-            kind, more = _detachment(found, touch)
-            common |= more
-        elif found.kind != "jump":
-            kind, more = _discontinuous(found, touch)
-            common |= more
+            kind, words = "tie", words if finding.kind != "jump" else (node.word, ())
+        elif finding.kind != "jump" and touch.miss.begins:
+            kind, details = _detachment(finding, touch)
+            common |= details
+        elif finding.kind != "jump":
+            kind, details = _discontinuous(finding, touch)
+            common |= details
         else:
             kind, words = "grazing, rigid" if is_rigid(problem, touch.miss.contact) else "jump", (node.word, ())
         common["contact"] = touch.miss.contact
@@ -178,38 +181,38 @@ def special_of(
     return Special(kind=kind, value=value, state=state, words=words, **common)
 
 
-def _detachment(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
     node = touch.node
-    sides = sorted([one for one in (touch, found.other) if one], key=lambda one: len(one.node.word))
+    sides = sorted([member for member in (touch, finding.other) if member], key=lambda member: len(member.node.word))
     matrices = [side.node.seen.monodromy if side.monodromy is None else side.monodromy for side in sides]
     multipliers = [node.problem.multipliers(matrix) for matrix in matrices]
-    more: dict[str, Any] = {"multipliers": multipliers[0]}
+    details: dict[str, Any] = {"multipliers": multipliers[0]}
     if len(sides) > 1:
-        more |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
-        more["crossings"] = hull_crossings(node.problem, *matrices)
-    return "detachment", more
+        details |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
+        details["crossings"] = hull_crossings(node.problem, *matrices)
+    return "detachment", details
 
 
-def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     """The kind of a change of the word, and what is said of its other side."""
     node = touch.node
-    sides = [one for one in (found.before, found.after) if one is not None]
+    sides = [member for member in (finding.before, finding.after) if member is not None]
     first = touch.event_side[0] if touch.event_side else max(sides, key=lambda side: len(side.word))
-    more: dict[str, Any] = {"value_with_event": touch.value_from_event}
+    details: dict[str, Any] = {"value_with_event": touch.value_from_event}
     name = kind_of(touch, first)
     if name == "grazing, rigid":
-        return name, more | {"slope": slope_of(touch, first)}
+        return name, details | {"slope": slope_of(touch, first)}
     try:
         limit = with_event(touch, first)
     except Lost:
-        return name, more
+        return name, details
     if limit is not None:
-        more["multipliers_with_event"] = node.problem.multipliers(limit[0])
-        more["crossings"] = hull_crossings(node.problem, node.seen.monodromy, limit[0])
+        details["multipliers_with_event"] = node.problem.multipliers(limit[0])
+        details["crossings"] = hull_crossings(node.problem, node.seen.monodromy, limit[0])
         if np.isnan(touch.value_from_event):
-            more["value_with_event"] = limit[1]
-    return name, more
+            details["value_with_event"] = limit[1]
+    return name, details
 
 
 def kind_of(touch: Touch, first: Node) -> str:
@@ -224,7 +227,7 @@ def newest(touch: Touch, first: Node) -> Any:
         for event in first.seen.events
         if event.contact == touch.miss.contact and event.before == touch.miss.before
     ]
-    return min(new, key=lambda one: one.value)
+    return min(new, key=lambda candidate: candidate.value)
 
 
 def slope_of(touch: Touch, first: Node) -> float:
@@ -234,8 +237,8 @@ def slope_of(touch: Touch, first: Node) -> float:
 
 def other_direction(node: Node) -> Vector:
     """Unit vector of u along the branch that crosses at a branch point."""
-    _, _, whole = np.linalg.svd(_scaled(node.seen, node.scales))
-    plane = whole[-2:]
+    _, _, right_vectors = np.linalg.svd(_scaled(node.seen, node.scales))
+    plane = right_vectors[-2:]
     along = plane @ node.tangent
     across = plane.T @ np.array([-along[1], along[0]])
     return across / np.linalg.norm(across)
@@ -257,11 +260,11 @@ def beside(node: Node, direction: Vector, distance: float) -> Node:
 
 def branch_kind(node: Node) -> str:
     """A pitchfork, where one of the two branches has its extreme value of the parameter; else a branch point."""
-    for direction, apart in product((other_direction(node), node.tangent), ASIDE):
+    for direction, step in product((other_direction(node), node.tangent), ASIDE):
         try:
-            sides = [beside(node, direction, one).u[-1] - node.u[-1] for one in (apart, -apart)]
+            sides = [beside(node, direction, distance).u[-1] - node.u[-1] for distance in (step, -step)]
         except Lost:
             continue
-        if max(abs(side) for side in sides) < 0.1 * apart and sides[0] * sides[1] > 0.0:
+        if max(abs(side) for side in sides) < 0.1 * step and sides[0] * sides[1] > 0.0:
             return "pitchfork"
     return "branch point"

@@ -107,14 +107,14 @@ def _beside(node: Node, e: Vector, distance: float, word: Word, reach: float = 0
     assert isinstance(problem, EquilibriumProblem)
     guess[:-1] += distance * e
     rows, _, _ = np.linalg.svd(scaled(node)[:, :-1])
-    place = _Place(
-        **{one.name: getattr(problem, one.name) for one in fields(problem)},
+    placed = _Place(
+        **{attribute.name: getattr(problem, attribute.name) for attribute in fields(problem)},
         row=int(np.abs(rows[:, -1]).argmax()),
         along=np.append(e / node.scales[:-1], 0.0),
         at=float(e @ guess[:-1]),
     )
-    found = solved(place, node.scales, guess, parameter(node.value), word=word, reach=reach)
-    return Node(problem, node.scales, found.z, problem.see(found.z), found.tangent)
+    solution = solved(placed, node.scales, guess, parameter(node.value), word=word, reach=reach)
+    return Node(problem, node.scales, solution.z, problem.see(solution.z), solution.tangent)
 
 
 def _end(node: Node, e: Vector) -> Vector:
@@ -125,10 +125,10 @@ def _end(node: Node, e: Vector) -> Vector:
     """
     problem = node.problem
     assert isinstance(problem, EquilibriumProblem)
-    place, step, here, values = 0.0, FIRST, node, problem.indicators(node.z)
-    while place < FAR:
+    distance, step, current, values = 0.0, FIRST, node, problem.indicators(node.z)
+    while distance < FAR:
         try:
-            after = _beside(here, e, step, node.word, reach=0.3 + step)
+            after = _beside(current, e, step, node.word, reach=0.3 + step)
         except Lost:
             step /= 2.0
             if step < NEAR * NEAR:
@@ -136,51 +136,51 @@ def _end(node: Node, e: Vector) -> Vector:
             continue
         new = problem.indicators(after.z)
         falls = (values - new) / step
-        left = float(np.min(new[falls > 0.0] / falls[falls > 0.0], initial=np.inf))
-        if left <= NEAR:
-            return after.u + left / step * (after.u - here.u)
-        place, here, values = place + step, after, new
-        step = min(max(0.9 * left, left - 0.5 * NEAR if left < 1e3 * NEAR else 0.0), 10.0 * step)
+        remaining = float(np.min(new[falls > 0.0] / falls[falls > 0.0], initial=np.inf))
+        if remaining <= NEAR:
+            return after.u + remaining / step * (after.u - current.u)
+        distance, current, values = distance + step, after, new
+        step = min(max(0.9 * remaining, remaining - 0.5 * NEAR if remaining < 1e3 * NEAR else 0.0), 10.0 * step)
     raise Lost("the set of equilibria has no end")
 
 
 def followed(
-    begin: StickingSet, between: tuple[float, float], sense: float, points: int, tell: Callable[[Node], None]
+    first: StickingSet, between: tuple[float, float], sense: float, points: int, tell: Callable[[Node], None]
 ) -> tuple[list[StickingSet], tuple[str, str]]:
     """The sets over the parameter, that at the begin first, with a growing (1) or falling (-1) one; and why they end:
     "range", "points", "point" where the interval shrinks to one, "interrupted", "unresolved"."""
-    over, scale = begin.middle.problem.over, begin.middle.scales[-1]
-    known, step, end = [begin], LONGEST, max(sense * one for one in between)
+    over, scale = first.middle.problem.over, first.middle.scales[-1]
+    sets, step, end = [first], LONGEST, max(sense * bound for bound in between)
     try:
-        while len(known) < points:
-            last = known[-1]
+        while len(sets) < points:
+            last = sets[-1]
             tell(last.middle)
-            left = end / scale - sense * last.middle.u[-1]
-            if left <= 0.0:
-                return known, ("range", f"{over} = {last.middle.value:g} is the end of its range")
-            gone = _until_gone(known)
+            remaining = end / scale - sense * last.middle.u[-1]
+            if remaining <= 0.0:
+                return sets, ("range", f"{over} = {last.middle.value:g} is the end of its range")
+            gone = _until_gone(sets)
             if gone <= CLOSE:
                 value = last.middle.value + sense * gone * scale
-                return known, ("point", f"the set of equilibria shrinks to a point at {over} = {value:.9g}")
-            found = _next(known, sense, min(step, left, 0.9 * gone), sense * end)
-            if found is None:
-                step = min(step, left) / 4.0
+                return sets, ("point", f"the set of equilibria shrinks to a point at {over} = {value:.9g}")
+            following = _next(sets, sense, min(step, remaining, 0.9 * gone), sense * end)
+            if following is None:
+                step = min(step, remaining) / 4.0
                 if step < SHORTEST:
-                    return known, ("unresolved", f"no such set follows at {over} = {last.middle.value:.9g}")
+                    return sets, ("unresolved", f"no such set follows at {over} = {last.middle.value:.9g}")
                 continue
-            known.append(found)
+            sets.append(following)
             step = min(2.0 * step, LONGEST)
     except KeyboardInterrupt:
-        return known, ("interrupted", "what was found until then is kept")
-    return known, ("points", f"{points} were followed; ask for more")
+        return sets, ("interrupted", "what was found until then is kept")
+    return sets, ("points", f"{points} were followed; ask for more")
 
 
-def _next(known: list[StickingSet], sense: float, step: float, end: float) -> StickingSet | None:
+def _next(sets: list[StickingSet], sense: float, step: float, end: float) -> StickingSet | None:
     """The set a step further on, or at the end of the range; None if none is found."""
-    middle = known[-1].middle
+    middle = sets[-1].middle
     u = middle.u.copy()
-    if len(known) > 1:
-        before = known[-2].middle.u
+    if len(sets) > 1:
+        before = sets[-2].middle.u
         u += step / abs(u[-1] - before[-1]) * (u - before)
     z = u * middle.scales
     z[-1] = middle.z[-1] + sense * step * middle.scales[-1]
@@ -189,16 +189,16 @@ def _next(known: list[StickingSet], sense: float, step: float, end: float) -> St
     problem = middle.problem
     assert isinstance(problem, EquilibriumProblem)
     try:
-        found = set_at(problem, middle.scales, z, known[-1].along)
+        following = set_at(problem, middle.scales, z, sets[-1].along)
     except Lost:
         return None
-    return found if found is not None and found.middle.word == middle.word else None
+    return following if following is not None and following.middle.word == middle.word else None
 
 
-def _until_gone(known: list[StickingSet]) -> float:
+def _until_gone(sets: list[StickingSet]) -> float:
     """How much further on, in u of the parameter, the length is zero; infinite where it does not shrink."""
-    if len(known) < 2:
+    if len(sets) < 2:
         return np.inf
-    before, last = known[-2:]
+    before, last = sets[-2:]
     rate = (before.length - last.length) / abs(last.middle.u[-1] - before.middle.u[-1])
     return last.length / rate if rate > 0.0 else np.inf

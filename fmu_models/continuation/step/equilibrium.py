@@ -24,10 +24,10 @@ class EquilibriumFollower(Follower):
     """Follows equilibria: where the word changes there is a switching surface."""
 
     def _change(self, node: Node, step: float, reasons: dict[str, str]) -> Ahead | None:
-        found = ahead(node, step, AHEAD)
-        if found is None or not self.between[0] <= found.z[-1] <= self.between[1]:
+        boundary = ahead(node, step, AHEAD)
+        if boundary is None or not self.between[0] <= boundary.z[-1] <= self.between[1]:
             return None
-        return Ahead("surface", found)
+        return Ahead("surface", boundary)
 
     def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
         boundary: Boundary = ahead.touch

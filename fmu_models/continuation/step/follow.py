@@ -1,11 +1,11 @@
 """A branch followed in one direction, from a motion to its end.
 
 repeat  step    predict along the tangent, correct at right angles to it; longer or shorter next time
-        smooth  what lies between the last two motions (smooth.py)
+        smooth  what lies between the last two motions (special/smooth.py)
         word    where the step leads into another word, or to no motion at all: which event is lost or comes first, by
                 the speeds of events and the least values of misses along the tangent; locate that point
-                (discontinuous.py, lost_event.py, detachment.py), scan the way back to it once more, since folds and
-                flips hide beside it, and go on in the other word, with steps that grow from nothing
+                (discontinuous.py, lost_event.py and detachment.py of special), scan the way back to it once more,
+                since folds and flips hide beside it, and go on in the other word, with steps that grow from nothing
 until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
 """
 
@@ -80,9 +80,9 @@ class Follower:
     def follow(self) -> Way:
         """To the end, or to where the keyboard interrupts it."""
         try:
-            how = self._resumed() or self._begun(self.begin)
+            pace = self._resumed() or self._begun(self.begin)
             if self.way.end[0] == "unfinished":
-                self._go_on(*how)
+                self._go_on(*pace)
                 self._keep(0.0, False, at_least=0)
         except KeyboardInterrupt:
             self.way.end = ("interrupted", f"what was found until then is kept{self.pieces.where}")
@@ -90,20 +90,20 @@ class Follower:
 
     def _resumed(self) -> tuple[float, bool] | None:
         """The next step after what is kept, and whether steps grow from nothing; None if nothing is."""
-        for nodes, found, *_ in self.pieces.known:
+        for nodes, findings, *_ in self.pieces.known:
             self.way.nodes += nodes
-            self.way.found += found
+            self.way.found += findings
         if not self.pieces.known:
             return None
         self._kept = len(self.way.nodes), len(self.way.found)
-        *_, how, self.hidden, self.way.end = self.pieces.known[-1]
-        return how
+        *_, pace, self.hidden, self.way.end = self.pieces.known[-1]
+        return pace
 
     def _keep(self, step: float, grows: bool, at_least: int = PIECE) -> None:
         """What has been passed since the last piece, if it is so much."""
-        nodes, found = self.way.nodes[self._kept[0] :], self.way.found[self._kept[1] :]
+        nodes, findings = self.way.nodes[self._kept[0] :], self.way.found[self._kept[1] :]
         if len(nodes) >= at_least:
-            self.pieces.put((nodes, found, (step, grows), self.hidden, self.way.end))
+            self.pieces.put((nodes, findings, (step, grows), self.hidden, self.way.end))
             self._kept = len(self.way.nodes), len(self.way.found)
 
     def _begun(self, node: Node) -> tuple[float, bool]:
@@ -165,8 +165,12 @@ class Follower:
         hidden = False
         for _ in range(HALVINGS):
             try:
-                after, made = self._corrected(node, step)
-                if after.word == node.word and self._near(node, after, made) and not self._doubtful(node, after, made):
+                after, length = self._corrected(node, step)
+                if (
+                    after.word == node.word
+                    and self._near(node, after, length)
+                    and not self._doubtful(node, after, length)
+                ):
                     self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
                     if self.hidden >= HIDDEN and looks:
                         break
@@ -196,25 +200,25 @@ class Follower:
                 f"no motion in which '{chattering[0]}' comes to rest after infinitely many impacts follows at {at}",
             )
         else:
-            said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
+            explanation = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
             self.way.end = (
                 "unresolved",
                 f"no motion of the same events follows at {at}, and no change of them explains it"
-                f"{f' ({said})' if said else ''}{why_huge(self.way.nodes)}",
+                f"{f' ({explanation})' if explanation else ''}{why_huge(self.way.nodes)}",
             )
 
     def _refused(self, node: Node) -> str:
         """Why the parameter cannot go on, whatever the motion is; "" if it can."""
-        said = []
-        for one in (node, self.begin):
-            z = one.z.copy()
+        refusals = []
+        for candidate in (node, self.begin):
+            z = candidate.z.copy()
             z[-1] = node.value + BESIDE * np.sign(node.tangent[-1]) * node.scales[-1]
             try:
-                one.problem.see(z)
+                candidate.problem.see(z)
                 return ""
             except StickslipError as error:
-                said.append(str(error))
-        return said[0] if said[0] == said[1] else ""
+                refusals.append(str(error))
+        return refusals[0] if refusals[0] == refusals[1] else ""
 
     def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
         """The motion a step ahead, or at the end of the range, and how long the step became."""
@@ -299,7 +303,7 @@ class Follower:
     def _closes(self, before: Node, node: Node) -> bool:
         """Whether the begin lies between two neighbours."""
         begins = images(self.begin, node.problem)
-        z = next((begin for begin in begins if between(before, node, begin / node.scales)), None)
+        z = next((candidate for candidate in begins if between(before, node, candidate / node.scales)), None)
         seen = None if z is None else look(node.problem, z)
         if z is None or seen is None:
             return False
@@ -321,8 +325,8 @@ class Follower:
             after = touch.node.turned() if touch.node.along(touch.miss.gradient) < 0.0 else touch.node
             before = touch.event_side[0]
         else:
-            for one in touch.trail or (touch.node,):
-                self._add(one)
+            for passed in touch.trail or (touch.node,):
+                self._add(passed)
             before = touch.node
             try:
                 after, touch = beyond(kind, touch)
@@ -333,8 +337,8 @@ class Follower:
                 reason = reason if kind == "tie" else f"the motion begins to touch '{name}' there"
                 self.way.end = ("jump", f"{reason}: {error}")
                 return None
-        other = from_other_side(touch, after) if kind == "begin" else None
-        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after, other)))
+        opposite = from_other_side(touch, after) if kind == "begin" else None
+        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after, opposite)))
         distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
         if self._closed_at(touch):
             return None
@@ -347,16 +351,16 @@ class Follower:
         if self._repeats(after):
             self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
             return None
-        for one in reversed(other.trail if other else ()):
-            self._add(one.turned())
+        for passed in reversed(opposite.trail if opposite else ()):
+            self._add(passed.turned())
         self._add(after)
         return None if self._accumulates(touch) else (after, distance)
 
     def _accumulates(self, touch: Touch) -> bool:
         """Whether one event after the other is added at values of the parameter that come together."""
-        touches = [one.touch for _, one in self.way.found if one.touch is not None][-CHAIN:]
+        touches = [finding.touch for _, finding in self.way.found if finding.touch is not None][-CHAIN:]
         lengths = [len(one.node.word) for one in touches]
-        values = [float(one.u[-1]) for one in touches]
+        values = [float(member.u[-1]) for member in touches]
         if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
             return False
         self.way.end = (
@@ -368,17 +372,17 @@ class Follower:
 
     def _closed_at(self, touch: Touch) -> bool:
         """Whether the same point has been passed before."""
-        for _, one in self.way.found[:-1]:
-            same = one.touch is not None and abs(one.touch.u[-1] - touch.u[-1]) < 1e-8
+        for _, finding in self.way.found[:-1]:
+            same = finding.touch is not None and abs(finding.touch.u[-1] - touch.u[-1]) < 1e-8
             if (
                 same
-                and one.node.word == touch.node.word
-                and one.touch is not None
-                and one.touch.miss.contact == touch.miss.contact
+                and finding.node.word == touch.node.word
+                and finding.touch is not None
+                and finding.touch.miss.contact == touch.miss.contact
             ):
-                begins = images(one.touch.node, touch.node.problem)
-                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
-                if min(apart) < CLOSED:
+                begins = images(finding.touch.node, touch.node.problem)
+                distances = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
+                if min(distances) < CLOSED:
                     self.way.found.pop()
                     self.way.end = ("closed", "the branch is back at a point that it has passed")
                     return True
@@ -388,13 +392,13 @@ class Follower:
         """The last piece of the way to an event that is lost, from that point back and in steps that grow."""
         nodes, step, at = [touch.event_side[0]], 1e-7, touch.event_side[0]
         step = max(step, float(np.linalg.norm(at.u - touch.u)))
-        whole = float(np.linalg.norm(node.u - touch.u))
+        length = float(np.linalg.norm(node.u - touch.u))
         while True:
-            made = self._stepped(at, step, looks=False)
-            if not isinstance(made, tuple) or np.linalg.norm(made[0].u - touch.u) >= whole:
+            following = self._stepped(at, step, looks=False)
+            if not isinstance(following, tuple) or np.linalg.norm(following[0].u - touch.u) >= length:
                 break
-            at, step = made[0], min(2.0 * made[1], LONGEST)
+            at, step = following[0], min(2.0 * following[1], LONGEST)
             nodes.append(at)
-        for one in reversed(nodes):
+        for candidate in reversed(nodes):
             if self.way.end[0] == "unfinished":
-                self._add(one.turned())
+                self._add(candidate.turned())

@@ -1,8 +1,9 @@
 """A branch of somebody else's FMU followed in one direction: over events that come and go.
 
-Such a point is located from the side without the event, by the least value of its indicator (discontinuous.py). The
-branch goes on in the other word from beside it, with steps that grow, and is scanned from there back to where it was;
-where no such point is found, or nothing near it, it goes on from where the step has led.
+Such a point is located from the side without the event, by the least value of its indicator
+(special/discontinuous.py). The branch goes on in the other word from beside it, with steps that grow, and is scanned
+from there back to where it was; where no such point is found, or
+nothing near it, it goes on from where the step has led.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ class ImportedFollower(Follower):
 
     def _change(self, node: Node, step: float, reasons: dict[str, str]) -> Ahead | None:
         try:
-            after, made = self._corrected(node, step)
+            after, length = self._corrected(node, step)
         except Lost:
             return None
-        return Ahead("step", after) if after.word != node.word and self._near(node, after, made) else None
+        return Ahead("step", after) if after.word != node.word and self._near(node, after, length) else None
 
     def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
         after: Node = ahead.touch
@@ -46,8 +47,8 @@ class ImportedFollower(Follower):
             self._rescan(node, replace(touch, event_side=(beside,)))
             at = at.turned()
         before, beyond = (touch.node, beside) if gains else (beside.turned(), touch.node.turned())
-        found = Found("grazing", at, before=before, after=beyond, contact=touch.miss.contact)
-        self.way.found.append((len(self.way.nodes), found))
+        finding = Found("grazing", at, before=before, after=beyond, contact=touch.miss.contact)
+        self.way.found.append((len(self.way.nodes), finding))
         self._add(beyond)
         return beyond, away
 
@@ -55,9 +56,11 @@ class ImportedFollower(Follower):
 def _touched(node: Node, within: float) -> Touch | None:
     """The point ahead of a motion at which an indicator of it touches zero, no farther than that."""
     misses = [
-        (-one.value / node.along(one.gradient), one) for one in node.seen.misses if node.along(one.gradient) < 0.0
+        (-passing.value / node.along(passing.gradient), passing)
+        for passing in node.seen.misses
+        if node.along(passing.gradient) < 0.0
     ]
-    for _, miss in sorted(misses, key=lambda one: one[0]):
+    for _, miss in sorted(misses, key=lambda candidate: candidate[0]):
         with suppress(Lost):
             touch = from_miss(node, miss)
             if -1e-9 <= node.tangent @ (touch.u - node.u) <= within:
@@ -72,7 +75,7 @@ def _beside(touch: Touch) -> Node | None:
         with suppress(Lost):
             border = arclength(touch.u, node.tangent, node.scales, distance)
             guess = touch.u + distance * node.tangent
-            found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100.0 * distance)
-            if found.word != node.word:
-                return found
+            solution = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100.0 * distance)
+            if solution.word != node.word:
+                return solution
     return None

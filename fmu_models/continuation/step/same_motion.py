@@ -39,13 +39,13 @@ def begun_at(node: Node, problem: Problem, z: Vector) -> Node:
     return replace(placed, tangent=tangent_of(placed.seen, node.scales, towards))
 
 
-def _ahead(node: Node, problem: Problem, here: Vector) -> Vector:
+def _ahead(node: Node, problem: Problem, z: Vector) -> Vector:
     """Direction of u ahead of a node, at the phase of another problem, where the node is here."""
     for distance in (NEXT, -NEXT):  # the branch may end ahead
         border = arclength(node.u, node.tangent, node.scales, distance)
         with suppress(Lost):
-            found = solved(node.problem, node.scales, node.u + distance * node.tangent, border, word=node.word)
-            moved = turned(problem, found) / node.scales - here
+            solution = solved(node.problem, node.scales, node.u + distance * node.tangent, border, word=node.word)
+            moved = turned(problem, solution) / node.scales - z
             return moved if distance > 0.0 else -moved
     raise Lost("it has no neighbour")
 
@@ -73,8 +73,16 @@ def between(before: Node, after: Node, u: Vector) -> bool:
 
 def passes(nodes: Sequence[Node], node: Node) -> bool:
     """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
-    near = [one for one in nodes if one.word == node.word and abs(one.value - node.value) <= CLOSED * node.scales[-1]]
-    if any(np.abs(z / one.scales - one.u).max() <= CLOSED for one in near for z in images(node, one.problem)):
+    neighbours = [
+        neighbour
+        for neighbour in nodes
+        if neighbour.word == node.word and abs(neighbour.value - node.value) <= CLOSED * node.scales[-1]
+    ]
+    if any(
+        np.abs(z / neighbour.scales - neighbour.u).max() <= CLOSED
+        for neighbour in neighbours
+        for z in images(node, neighbour.problem)
+    ):
         return True
     for before, after in pairwise(nodes):
         same = before.word == after.word == node.word and before.problem is after.problem

@@ -36,7 +36,7 @@ LOCATED = {"miss": from_miss, "event": from_event, "begin": from_vanishing, "tie
 def next_change(node: Node, step: float, between: Sequence[float], reasons: dict[str, str]) -> Ahead | None:
     """The next change of the word, if it is seen to come within some steps and in the range of the parameter; why not
     goes to ``reasons``."""
-    for _, kind, passing in sorted(_coming(node, step), key=lambda one: one[0]):
+    for _, kind, passing in sorted(_coming(node, step), key=lambda coming: coming[0]):
         name = f"{kind} of {passing.contact} at {passing.time:.6g} s"
         if name in reasons:
             continue
@@ -75,9 +75,9 @@ def beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
     if touch.miss.turned or kind in ("begin", "tie"):
         return exchanged(touch), touch
     if len(at_once(touch)) > 1:
-        found = with_all(touch)
-        if found is not None:
-            return found, touch
+        nodes = with_all(touch)
+        if nodes is not None:
+            return nodes, touch
         if is_rigid(touch.node.problem, touch.miss.contact):
             raise Lost("several events come at once, and no motion with all of them goes on from it")
     try:

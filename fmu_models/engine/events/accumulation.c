@@ -67,8 +67,7 @@ int accumulation_note(Run *r)
 {
     int bounds = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        const int region = !model_contact_impulsive[c] && !model_contact_compliant[c];
-        if (region && r->falling[c][SLOT_NORMAL]) {
+        if (model_contact_tangential[c] && r->falling[c][SLOT_NORMAL]) {
             r->unseen = is_unseen(r, c) ? r->unseen + 1 : 0;
         }
     }
@@ -76,11 +75,10 @@ int accumulation_note(Run *r)
         memset(r->stalls, 0, sizeof r->stalls);
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        const int region = !model_contact_impulsive[c] && !model_contact_compliant[c];
         for (int slot = 0; slot < SLOTS; slot++) {
             r->stalls[c][slot] |= r->falling[c][slot];
         }
-        bounds |= region && r->stalls[c][SLOT_NORMAL];
+        bounds |= model_contact_tangential[c] && r->stalls[c][SLOT_NORMAL];
     }
     return bounds;
 }
@@ -130,7 +128,7 @@ void accumulation_place(Run *r)
     placement_load(r);
     placement_load_inertia(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        const int region = !model_contact_impulsive[c] && !model_contact_compliant[c];
+        const int region = model_contact_tangential[c];
         held[c] = (signed char)(region && r->stalls[c][SLOT_TANGENTIAL] && placement_has_lever(r, c));
         if (region && r->stalls[c][SLOT_NORMAL] && r->scratch.depth[c][0] != 0.0) {
             place_on_bound(r, c);

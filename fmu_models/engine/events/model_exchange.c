@@ -3,8 +3,8 @@
  *
  *     indicator:  a continuous residual that is positive while a contact keeps its state, shifted by a small part of
  *                 its scale: it is positive right after an event, so that an importer does not see a second one
- *     event:      closed rigid contacts are brought back to their walls, which the importer's own integration drifts
- *                 off
+ *     event:      closed rigid contacts are brought back to their walls, and what is held to zero slip, which the
+ *                 importer's own integration drifts off
  *                 a rigid contact that has passed its wall met it a little earlier: the motion goes back to there
  *                 by its series, the impact is resolved, and the engine itself goes on to the present time. So neither
  *                 the shift nor the place where the importer stopped changes the energy, and bounces shorter than both
@@ -175,14 +175,20 @@ static RunStatus blame_location(Run *r, int c, double times)
                     model_contact_names[c], times, said);
 }
 
-/* closed rigid contacts at their walls, without speed */
-static void undo_drift(Run *r)
+/* closed rigid contacts at their walls, and what is held without slip: forces that read the slip are those at zero */
+static int undo_drift(Run *r)
 {
-    signed char closed[NC];
-    if (placement_closed_on_walls(r, closed)) {
-        placement_load(r);
-        contact_project(&r->at, &r->scratch, closed);
+    signed char held[NC];
+    int any = MODEL_IMPACTS > 0 && placement_closed_on_walls(r, held);
+    placement_load(r);
+    placement_load_inertia(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)(model_contact_impulsive[c]
+                                    ? contact_is_closed(r, c)
+                                    : r->at.state[c] == CONTACT_STICK && placement_has_lever(r, c));
+        any |= held[c];
     }
+    return any && contact_project(&r->at, &r->scratch, held);
 }
 
 /* go back to where the first of the rigid contacts that arrive met its wall, and note which do there; by how much
@@ -280,16 +286,15 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
 }
 
 /*
- * Friction whose bound the force is seen beyond, and that nothing makes slip: the importer has not told the rate of an
- * input, so that force and rate both tie. It lets go, to the side that its force has kept it from: held it would never
- * be asked again, for its indicator is below zero already.
+ * Friction whose bound the force is seen beyond, and that nothing makes slip: force and rate both tie, as where the
+ * importer has not told the rate of an input. It lets go, to the side that its force has kept it from: held it would
+ * never be asked again, for its indicator is below zero already.
  */
 static void let_go(Run *r)
 {
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!model_contact_impulsive[c] && !model_contact_compliant[c] && r->at.state[c] == CONTACT_STICK
-            && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
+        if (model_contact_tangential[c] && r->at.state[c] == CONTACT_STICK && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
             r->at.state[c] = r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
         }
     }
@@ -301,11 +306,8 @@ RunStatus exchange_event(Run *r, int *changed)
     int arrives = 0;
     double times;
     run_touched(r);
-    *changed = 0;
     memcpy(before, r->at.state, sizeof before);
-    if (MODEL_IMPACTS > 0) {
-        undo_drift(r);
-    }
+    *changed = undo_drift(r);
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
@@ -321,9 +323,7 @@ RunStatus exchange_event(Run *r, int *changed)
     if (status == RUN_ERROR) {
         return blame_location(r, latest, times);
     }
-    if (MODEL_NU > 0) {
-        let_go(r);
-    }
+    let_go(r);
     if (MODEL_IMPACTS > 0) {
         *changed = 1;
         give_leeway(r, leaves);

@@ -224,13 +224,13 @@ static void make_jumps(Run *r, double *reached, int *moved)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         reached[c] = fabs(r->scratch.slip[c][0]);
-        if (!model_contact_impulsive[c] && !model_contact_compliant[c] && r->falling[c][SLOT_TANGENTIAL]) {
+        if (model_contact_tangential[c] && r->falling[c][SLOT_TANGENTIAL]) {
             jump(r, c, moved);
         }
     }
     const int any = memchr(r->jumped, 1, sizeof r->jumped) != NULL;
     for (int c = 0; any && c < MODEL_NC; c++) {
-        const int slides = !model_contact_impulsive[c] && !model_contact_compliant[c] && r->at.state[c] != CONTACT_AWAY;
+        const int slides = model_contact_tangential[c] && r->at.state[c] != CONTACT_AWAY;
         if (slides && !r->jumped[c] && !placement_at_zero_slip(r, c)) {
             r->at.state[c] = placement_slipping(r, c);
         }

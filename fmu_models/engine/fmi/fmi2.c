@@ -193,43 +193,10 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
     return fmi2OK;
 }
 
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *enter_event_mode,
-                                       fmi2Boolean *terminate)
-{
-    (void)no_set_state;
-    if (instance_enter(c, PHASE_CONTINUOUS, __func__)) return fmi2Error;
-    if (instance_array(c, enter_event_mode, 1, __func__, "enterEventMode")) return fmi2Error;
-    if (instance_array(c, terminate, 1, __func__, "terminateSimulation")) return fmi2Error;
-    *enter_event_mode = *terminate = fmi2False;
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return (fmi2Status)instance_set_time(c, __func__, time); }
-
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
-{
-    return (fmi2Status)instance_set_states(c, __func__, x, n);
-}
-
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dx[], size_t n)
-{
-    return (fmi2Status)instance_derivatives(c, __func__, dx, n);
-}
-
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
-{
-    return (fmi2Status)instance_indicators(c, __func__, z, n);
-}
-
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
-{
-    return (fmi2Status)instance_states(c, __func__, x, n);
-}
-
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
-{
-    return (fmi2Status)instance_nominals(c, __func__, x, n);
-}
+#define CALL(name) fmi2##name
+#define FMI_INSTANCE fmi2Component
+#define DERIVATIVES fmi2GetDerivatives
+#include "exchange_calls.h"
 
 /* Co-Simulation */
 

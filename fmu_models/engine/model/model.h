@@ -103,6 +103,7 @@ extern const double model_nominal_states[MODEL_ROOM(MODEL_NX)]; /* typical magni
 extern const char *const model_contact_names[MODEL_ROOM(MODEL_NC)];
 extern const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)]; /* 0: the law is continuous at zero slip */
 extern const unsigned char model_contact_compliant[MODEL_ROOM(MODEL_NC)];
+extern const unsigned char model_contact_tangential[MODEL_ROOM(MODEL_NC)]; /* neither compliant nor impulsive */
 extern const unsigned char model_contact_bounded[MODEL_ROOM(MODEL_NC)]; /* has a depth: stops, friction with a region */
 extern const unsigned char
     model_contact_releases[MODEL_ROOM(MODEL_NC)]; /* a stop that lets go when its force falls to zero */

@@ -374,6 +374,11 @@ static double shortage_of(Reach *a, double h)
     if (!a->along) {
         require_contacts(a);
     }
+    /* series of an instant take the orders above the rate for zero */
+    disc_zero(a->b->t);
+    for (int i = 0; i < MODEL_NU; i++) {
+        disc_zero(a->b->u[i]);
+    }
     return a->shortage;
 }
 

@@ -15,10 +15,10 @@ def kind_of(analysis: Analysis) -> Kind:
     """A computation by the analysis; one that is ``of_run`` takes its settings from the length of the run."""
 
     def compute(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row | tuple[Row, ...]:
-        how = scene.compute
-        settings: dict[str, Any] = {**differing, **how.settings}
+        computation = scene.compute
+        settings: dict[str, Any] = {**differing, **computation.settings}
         subject: Any = fmu
-        section = how.forcing or how.period or how.level or how.impacts
+        section = computation.forcing or computation.period or computation.level or computation.impacts
         if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not section):
             settings["parameters"] = constants_of(scene, run)
         elif analysis.of_run is None:
@@ -26,35 +26,39 @@ def kind_of(analysis: Analysis) -> Kind:
         else:
             subject, count = strobe_of(scene, fmu, run)
             settings |= analysis.of_run(count)
-        axes: Mapping[str, Any] = {str(how.over): how.values} if analysis.sweeps else how.axes
+        axes: Mapping[str, Any] = {str(computation.over): computation.values} if analysis.sweeps else computation.axes
         if analysis.axes == RANGE:
-            low, high = min(how.values), max(how.values)
-            axes = {str(how.over): (low, high)}
-            subject, settings = _inside(subject, settings, str(how.over), low, high)
+            low, high = min(computation.values), max(computation.values)
+            axes = {str(computation.over): (low, high)}
+            subject, settings = _inside(subject, settings, str(computation.over), low, high)
         result = analysis.run(subject, axes, start=run["start"], **settings)
-        numbers = analysis.numbers(result, *((how.values,) if analysis.axes == RANGE else ()))
+        numbers = analysis.numbers(result, *((computation.values,) if analysis.axes == RANGE else ()))
         if isinstance(numbers, Mapping):
             return Row(None, numbers, family=result)
         return tuple(Row(at, values, family=result) for at, values in numbers)
 
     options = {} if analysis.of_run else analysis.options
-    own = {name: declared for name, declared in options.items() if declared.option.scene and not declared.range}
-    differing = {name: declared.in_scene for name, declared in own.items() if declared.option.in_scene is not None}
+    declared_options = {
+        name: declared for name, declared in options.items() if declared.option.scene and not declared.range
+    }
+    differing = {
+        name: declared.in_scene for name, declared in declared_options.items() if declared.option.in_scene is not None
+    }
     return Kind(
         compute,
         periodic=analysis.subject == SECTION,
         anywhere=analysis.of_run is None and analysis.axes != RANGE,
         sweeps=analysis.sweeps,
         axes="" if analysis.sweeps else analysis.axes,
-        settings={name: declared.in_scene for name, declared in own.items()},
+        settings={name: declared.in_scene for name, declared in declared_options.items()},
     )
 
 
 def _inside(subject: Any, settings: dict[str, Any], over: str, low: float, high: float) -> tuple[Any, dict[str, Any]]:
     """What is followed over a range begins in it."""
     constants = settings.get("parameters")
-    fmu, known = (subject.fmu, subject.values) if constants is None else (subject, constants)
-    present = known.get(over)
+    fmu, known_values = (subject.fmu, subject.values) if constants is None else (subject, constants)
+    present = known_values.get(over)
     present = float(fmu.variables[over].start or 0.0) if present is None else float(present)
     inside = {over: min(max(present, low), high)}
     if constants is None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from fmu_models.analyses.declaration import PARAMETERS
 from fmu_models.base.formula import Formula
-from fmu_models.continuation.branches import branch, branches
+from fmu_models.continuation.branches import branches
 from fmu_models.continuation.curves.curve import closed_form_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, section_of
@@ -17,18 +17,19 @@ from fmu_models.scene.scene import Scene
 
 
 def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
-    how: Any = scene.compute
-    (second, seconds), (over, values) = how.axes.items()
+    computation: Any = scene.compute
+    (second, seconds), (over, values) = computation.axes.items()
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
-    settled = "settle" not in how.settings or bool(how.settings["settle"])
-    first = branch(system, over, (min(values), max(values)), start=run["start"], settle=settled)
-    specials = branches(first, switch=bool(how.settings.get("switch", 0)))
-    only = how.settings.get("special")
-    whole = specials.curves(second, (min(seconds), max(seconds)), only=only)
-    found = whole.curves
-    text = how.settings.get("closed_form")
-    form = closed_form_of(found[0], Formula.read(text), scene.parameters) if text else None
-    told: dict[str, float] = {"curves": float(len(found))}
+    settled = "settle" not in computation.settings or bool(computation.settings["settle"])
+    switch = bool(computation.settings.get("switch", 0))
+    between = (min(values), max(values))
+    specials = branches(system, over, between, start=run["start"], settle=settled, switch=switch)
+    only = computation.settings.get("special")
+    followed = specials.curves(second, (min(seconds), max(seconds)), only=only)
+    curves = followed.curves
+    text = computation.settings.get("closed_form")
+    form = closed_form_of(curves[0], Formula.read(text), scene.parameters) if text else None
+    numbers: dict[str, float] = {"curves": float(len(curves))}
     counted: dict[str, int] = {}
 
     def numbered(kind: str) -> str:
@@ -36,15 +37,15 @@ def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
         counted[name] = counted.get(name, 0) + 1
         return f"{name}_{counted[name]}"
 
-    for one in found:
-        name = numbered(one.kind)
-        told |= {f"{name}_at_{i}": at[0].parameters[over] for i, x in enumerate(seconds, 1) if (at := one.at(x))}
+    for curve in curves:
+        name = numbered(curve.kind)
+        numbers |= {f"{name}_at_{i}": at[0].parameters[over] for i, x in enumerate(seconds, 1) if (at := curve.at(x))}
         if form is not None:
-            told[f"{name}_from_closed_form"] = form.error(one)
-        for met in one.meetings:
-            place = numbered(met.kind)
-            told |= {f"{place}_{parameter}": value for parameter, value in met.parameters.items()}
-    return Row(None, told, family=replace(whole, closed_form=form))
+            numbers[f"{name}_from_closed_form"] = form.error(curve)
+        for meeting in curve.meetings:
+            meeting_name = numbered(meeting.kind)
+            numbers |= {f"{meeting_name}_{parameter}": value for parameter, value in meeting.parameters.items()}
+    return Row(None, numbers, family=replace(followed, closed_form=form))
 
 
 KIND = Kind(

@@ -57,13 +57,15 @@ class Kind:
 
 def period(scene: Scene, parameters: Mapping[str, float]) -> float:
     """Period of a strobe or orbit, s; ``parameters`` in place of the scene's."""
-    how = scene.compute
-    if how.forcing is None:
-        return how.periods * float(how.period or math.nan)
-    value = {**scene.parameters, **parameters}[how.forcing]
+    computation = scene.compute
+    if computation.forcing is None:
+        return computation.periods * float(computation.period or math.nan)
+    value = {**scene.parameters, **parameters}[computation.forcing]
     if value <= 0.0:
-        raise StickslipError(f"The forcing has no period: {how.forcing} = {value:g}. Choose a positive frequency.")
-    return how.periods * (2.0 * math.pi if how.angular else 1.0) / value
+        raise StickslipError(
+            f"The forcing has no period: {computation.forcing} = {value:g}. Choose a positive frequency."
+        )
+    return computation.periods * (2.0 * math.pi if computation.angular else 1.0) / value
 
 
 def constants_of(scene: Scene, run: Mapping[str, Any]) -> dict[str, float]:
@@ -87,16 +89,20 @@ def section_of(
         StickslipError: a drive that moves, or as the section does.
     """
     constants = constants_of(scene, {"parameters": parameters, "inputs": inputs})
-    how = scene.compute
-    forcing = None if how.forcing in scene.fixed else how.forcing
-    length = None if forcing or not (how.forcing or how.period) else period(scene, parameters) / how.periods
+    computation = scene.compute
+    forcing = None if computation.forcing in scene.fixed else computation.forcing
+    length = (
+        None
+        if forcing or not (computation.forcing or computation.period)
+        else period(scene, parameters) / computation.periods
+    )
     common: dict[str, Any] = {"forcing": forcing, "period": length, "parameters": constants}
-    if how.impacts is not None:
-        return Impacts(fmu, how.impacts, **common)
-    if how.level:
-        ((state, value),) = how.level.items()
-        return Crossing(fmu, state, value, -1 if how.down else 1, **common)
-    return Strobe(fmu, every=how.periods, autonomous=how.autonomous, **common)
+    if computation.impacts is not None:
+        return Impacts(fmu, computation.impacts, **common)
+    if computation.level:
+        ((state, value),) = computation.level.items()
+        return Crossing(fmu, state, value, -1 if computation.down else 1, **common)
+    return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 
 
 def periods_of(scene: Scene, run: Mapping[str, Any]) -> tuple[float, int]:

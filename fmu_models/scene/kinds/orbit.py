@@ -17,15 +17,15 @@ from fmu_models.simulation.run import simulate
 
 
 def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
-    how = scene.compute
+    computation = scene.compute
     length = period(scene, run["parameters"])
     guess = {name: float(run["start"].get(name, fmu.variables[name].start or 0.0)) for name in fmu.states}
     fixed = {name: run[name] for name in ("parameters", "inputs")}
-    orbit = find_orbit(fmu, length, guess, autonomous=how.autonomous, **fixed)
+    orbit = find_orbit(fmu, length, guess, autonomous=computation.autonomous, **fixed)
     values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}
     for i, multiplier in enumerate(orbit.multipliers, 1):
         values |= {f"multiplier{i}": float(abs(multiplier)), f"multiplier{i}_real": float(multiplier.real)}
-    times = np.linspace(0.0, orbit.period, how.samples)
+    times = np.linspace(0.0, orbit.period, computation.samples)
     trajectory = simulate(fmu, orbit.period, start=dict(orbit.start), output_times=times, **fixed)
     return Row(None, values, trajectory)
 

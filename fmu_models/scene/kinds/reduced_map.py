@@ -18,13 +18,17 @@ def _reduced_map(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     if len(axes) != 1:
         raise StickslipError(f"A reduced map is over one state, found axes over {', '.join(axes)}.")
     ((of, values),) = axes.items()
-    found = reduced_map(section_of(scene, fmu, run["parameters"], run["inputs"]), of, values, start=run["start"])
-    top = found.images.argmax()
-    told = {"fixed_points": float(len(found.fixed)), "peak": float(found.images[top]), "peak_at": found.values[top]}
-    for i, (point, slope) in enumerate(zip(found.fixed, found.fixed_slopes, strict=True), 1):
-        told |= {f"{name}_{i}": float(one) for name, one in zip(found.states, point, strict=True)}
-        told[f"slope_{i}"] = float(slope)
-    return Row(None, told, family=found)
+    result = reduced_map(section_of(scene, fmu, run["parameters"], run["inputs"]), of, values, start=run["start"])
+    top = result.images.argmax()
+    numbers = {
+        "fixed_points": float(len(result.fixed)),
+        "peak": float(result.images[top]),
+        "peak_at": result.values[top],
+    }
+    for i, (point, slope) in enumerate(zip(result.fixed, result.fixed_slopes, strict=True), 1):
+        numbers |= {f"{name}_{i}": float(coordinate) for name, coordinate in zip(result.states, point, strict=True)}
+        numbers[f"slope_{i}"] = float(slope)
+    return Row(None, numbers, family=result)
 
 
 KIND = Kind(_reduced_map, periodic=True, axes=STATES)

@@ -31,11 +31,11 @@ def _strobe(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
 def _different(points: np.ndarray) -> int:
     """How many of the points (n, m) differ."""
     size = SAME * np.abs(points).max(axis=0)
-    found: list[np.ndarray] = []
+    distinct: list[np.ndarray] = []
     for point in points:
-        if not any((np.abs(point - other) <= size).all() for other in found):
-            found.append(point)
-    return len(found)
+        if not any((np.abs(point - earlier) <= size).all() for earlier in distinct):
+            distinct.append(point)
+    return len(distinct)
 
 
 KIND = Kind(_strobe, periodic=True)

@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from fmu_models.validation.bench.run import Comparison, Row
+from fmu_models.validation.bench.run import MethodComparison, MethodRow
 
 MARKERS = {"event-driven": "o", "switch model": "s", "smoothing": "^", "time-stepping": "D"}
 LINES = ("-", "--", ":", "-.")
@@ -18,15 +18,15 @@ TINIEST = 1e-17  # where an error of exactly zero is drawn
 LARGEST = 1e2  # and one of another motion
 
 
-def draw(made: Comparison) -> Figure:
+def draw(comparison: MethodComparison) -> Figure:
     """Error over seconds, error over right-hand sides, and error of event times over seconds."""
     figure = Figure(figsize=(15.5, 6.2), layout="constrained")
     axes = figure.subplots(1, 3)
-    names = list(dict.fromkeys(row.method for row in made.rows))
+    names = list(dict.fromkeys(row.method for row in comparison.rows))
     colors = mpl.colormaps["tab20"]
     seen: Counter[str] = Counter()
     for k, name in enumerate(names):
-        rows = [row for row in made.rows if row.method == name]
+        rows = [row for row in comparison.rows if row.method == name]
         family = rows[0].family
         style: dict[str, Any] = {"color": colors(k % 20), "marker": MARKERS[family], "markersize": 5}
         # those of a family share its mark; line and filling tell them apart where colours do not
@@ -40,23 +40,23 @@ def draw(made: Comparison) -> Figure:
         axis.set_yscale("log")
         axis.set_xlabel(cost)
         axis.grid(True, which="major", color="0.9", linewidth=0.6)
-    floor = made.own_error
+    floor = comparison.own_error
     if math.isfinite(floor):
         for axis in axes[:2]:
             axis.axhspan(
                 TINIEST / 10, 3.0 * max(floor, TINIEST), color="0.92", zorder=0, label="error of the reference, times 3"
             )
-            axis.set_ylim(bottom=max(TINIEST / 3, min(_lowest(made.rows), floor) / 3))
+            axis.set_ylim(bottom=max(TINIEST / 3, min(_lowest(comparison.rows), floor) / 3))
     axes[0].set_ylabel("error of the end state (in nominal values, 1)")
     axes[1].set_ylabel("error of the end state (in nominal values, 1)")
     axes[2].set_ylabel("largest error of an event time (s)")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
-    figure.suptitle(f"{made.title}: {made.stop_time:g} s")
+    figure.suptitle(f"{comparison.title}: {comparison.stop_time:g} s")
     return figure
 
 
-def _points(rows: Sequence[Row]) -> tuple[list[tuple[float, float]], ...]:
+def _points(rows: Sequence[MethodRow]) -> tuple[list[tuple[float, float]], ...]:
     """Pairs of cost and error for the three axes."""
     errors = [min(LARGEST, max(TINIEST, row.error if math.isfinite(row.error) else LARGEST)) for row in rows]
     time = [(row.seconds, error) for row, error in zip(rows, errors, strict=True)]
@@ -69,5 +69,5 @@ def _points(rows: Sequence[Row]) -> tuple[list[tuple[float, float]], ...]:
     return time, work, events
 
 
-def _lowest(rows: Sequence[Row]) -> float:
+def _lowest(rows: Sequence[MethodRow]) -> float:
     return max(TINIEST, min((row.error for row in rows), default=TINIEST))

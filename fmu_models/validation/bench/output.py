@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
 from fmu_models.base.table import Cell, Column, Table, table
-from fmu_models.validation.bench.run import Comparison, Row
+from fmu_models.validation.bench.run import MethodComparison, MethodRow
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,9 +28,9 @@ CAPTION = (
 )
 
 
-def as_json(made: Sequence[Comparison]) -> dict[str, Any]:
+def as_json(comparisons: Sequence[MethodComparison]) -> dict[str, Any]:
     """Everything, for machines; numbers that are not finite become null."""
-    return {"machine": machine(), "scenes": [_finite(asdict(one)) for one in made]}
+    return {"machine": machine(), "scenes": [_finite(asdict(comparison)) for comparison in comparisons]}
 
 
 def _finite(value: Any) -> Any:
@@ -46,17 +46,17 @@ def machine() -> str:
     return f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
-def comparison_table(one: Comparison) -> Table:
+def comparison_table(comparison: MethodComparison) -> Table:
     """A row for each method and tolerance."""
     columns = (
         *("method", "tolerance", "error", "missed", Column("right-hand sides", spare=1), Column("time", "s")),
         *(Column("of ours", spare=2), Column("event time error", "s", spare=4), Column("extra", spare=7)),
         *(Column("spread", "s", spare=6), Column("runs", spare=8), Column("memory", "kB", spare=5)),
     )
-    return table(f"{one.title} ({one.stop_time:g} s)", columns, map(_cells, one.rows))
+    return table(f"{comparison.title} ({comparison.stop_time:g} s)", columns, map(_cells, comparison.rows))
 
 
-def _cells(row: Row) -> list[str | Cell]:
+def _cells(row: MethodRow) -> list[str | Cell]:
     events = row.events
     ratio = "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}"
     words = (
@@ -75,30 +75,30 @@ def _cells(row: Row) -> list[str | Cell]:
     return [row.method, *(Cell(text, "number") for text in words)]
 
 
-def print_table(made: Sequence[Comparison], out: Console) -> None:
+def print_table(comparisons: Sequence[MethodComparison], out: Console) -> None:
     """For people at a terminal."""
-    for one in made:
-        out.print(comparison_table(one))
-        out.print(f"Reference: {one.reference}.", markup=False)
-        if one.shortened:
-            out.print(one.shortened)
-        for why, names in _grouped(one).items():
+    for comparison in comparisons:
+        out.print(comparison_table(comparison))
+        out.print(f"Reference: {comparison.reference}.", markup=False)
+        if comparison.shortened:
+            out.print(comparison.shortened)
+        for why, names in _grouped(comparison).items():
             out.print(console.plain(", ".join(names), "bold"), console.plain(f": {why}"), sep="")
-        if one.interrupted:
+        if comparison.interrupted:
             out.print("Interrupted: not everything was run.")
-        out.print(f"{one.seconds:.0f} s in all\n")
+        out.print(f"{comparison.seconds:.0f} s in all\n")
     out.print(CAPTION)
 
 
-def _grouped(one: Comparison) -> dict[str, list[str]]:
+def _grouped(comparison: MethodComparison) -> dict[str, list[str]]:
     """Methods without a result, by the reason."""
-    found: dict[str, list[str]] = {}
-    for refusal in one.refusals:
-        found.setdefault(refusal.why, []).append(refusal.method)
-    return found
+    groups: dict[str, list[str]] = {}
+    for refusal in comparison.refusals:
+        groups.setdefault(refusal.why, []).append(refusal.method)
+    return groups
 
 
-def write_csv(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
+def write_csv(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
     """One line per scene, method and tolerance, numbers in full.
 
     Raises:
@@ -111,13 +111,13 @@ def write_csv(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> Non
     with write_whole(path, overwrite=overwrite) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(fields)
-        for one in made:
-            for row in one.rows:
+        for comparison in comparisons:
+            for row in comparison.rows:
                 e = row.events
                 events = (None,) * 4 if e is None else (e.expected, e.missed, e.extra, e.time)
                 writer.writerow([
-                    one.name, row.method, row.family, row.tolerance, row.error, row.ranked, *events, row.evaluations,
-                    row.seconds, row.spread, row.ratio, row.runs, row.memory,
+                    comparison.name, row.method, row.family, row.tolerance, row.error, row.ranked, *events,
+                    row.evaluations, row.seconds, row.spread, row.ratio, row.runs, row.memory,
                 ])  # fmt: skip
 
 
@@ -130,37 +130,40 @@ tbody th { font-weight: normal; } svg { width: 100%; height: auto; } .wide { ove
 """
 
 
-def write_page(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
+def write_page(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
     """One HTML file with diagrams and tables inside; it asks the network for nothing.
 
     Raises:
         StickslipError: the file exists or cannot be written.
     """
-    parts = ["<h1>Error against run time</h1>", f"<p>{escape(CAPTION)} Measured on {escape(machine())}.</p>"]
-    for number, one in enumerate(made):
-        parts += _section(one, f"scene{number}")
+    sections = ["<h1>Error against run time</h1>", f"<p>{escape(CAPTION)} Measured on {escape(machine())}.</p>"]
+    for number, comparison in enumerate(comparisons):
+        sections += _section(comparison, f"scene{number}")
     text = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Error against run time</title>'
-        f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(parts) + "\n</body></html>\n"
+        f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(sections) + "\n</body></html>\n"
     )
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
 
 
-def _section(one: Comparison, prefix: str) -> list[str]:
+def _section(comparison: MethodComparison, prefix: str) -> list[str]:
     from fmu_models.report.inline_svg import inline_svg
     from fmu_models.validation.bench.diagram import draw
 
-    left = "".join(f"<li><b>{escape(', '.join(names))}</b>: {escape(why)}</li>" for why, names in _grouped(one).items())
-    events = "" if one.expected is None else f" {one.expected} events."
+    items = "".join(
+        f"<li><b>{escape(', '.join(names))}</b>: {escape(why)}</li>" for why, names in _grouped(comparison).items()
+    )
+    events = "" if comparison.expected is None else f" {comparison.expected} events."
     return [
-        f"<h2>{escape(one.title)}</h2>",
-        f"<p>{escape(one.name)}, {one.stop_time:g} s.{events} Reference: {escape(one.reference)}.</p>",
-        f"<p>{escape(one.shortened)}</p>" if one.shortened else "",
-        inline_svg(draw(one), prefix, f"{one.title}: error against cost by method")
-        if one.rows
+        f"<h2>{escape(comparison.title)}</h2>",
+        f"<p>{escape(comparison.name)}, {comparison.stop_time:g} s.{events} "
+        f"Reference: {escape(comparison.reference)}.</p>",
+        f"<p>{escape(comparison.shortened)}</p>" if comparison.shortened else "",
+        inline_svg(draw(comparison), prefix, f"{comparison.title}: error against cost by method")
+        if comparison.rows
         else "<p>No method has finished.</p>",
-        comparison_table(one).html(),
-        f"<h3>Without a result</h3><ul>{left}</ul>" if left else "",
-        "<p>Interrupted: not everything was run.</p>" if one.interrupted else "",
+        comparison_table(comparison).html(),
+        f"<h3>Without a result</h3><ul>{items}</ul>" if items else "",
+        "<p>Interrupted: not everything was run.</p>" if comparison.interrupted else "",
     ]

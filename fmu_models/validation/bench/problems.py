@@ -16,12 +16,12 @@ from fmu_models.scene.read import SUFFIX, files, read_scene
 from fmu_models.scene.reduce import built_scene, reduced
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.signal import Signal
-from fmu_models.validation.methods.result import Problem
+from fmu_models.validation.methods.result import MethodProblem
 
 STOP_TIME = 20.0  # s, of a model without a scene
 
 
-def problem(name: str, until: float | None = None) -> Problem:
+def problem(name: str, until: float | None = None) -> MethodProblem:
     """The problem of a scene (a TOML file, or the name of one that comes along) or of a model with its defaults.
 
     Args:
@@ -48,14 +48,14 @@ def _scene(name: str) -> Scene:
 def of_model(name: str) -> Scene:
     """A scene of a model with all its defaults held."""
     model = MODELS.load(name)
-    held = {q.name: q.value for q in (*model.parameters, *model.inputs)}
+    defaults = {q.name: q.value for q in (*model.parameters, *model.inputs)}
     return Scene(
-        name=model.name, title=model.title, source=model.source, model=name, contacts=None, laws={}, fixed=held,
+        name=model.name, title=model.title, source=model.source, model=name, contacts=None, laws={}, fixed=defaults,
         free={}, drives={}, start={}, outputs=(), stop_time=STOP_TIME,
     )  # fmt: skip
 
 
-def of_scene(scene: Scene, until: float | None = None) -> Problem:
+def of_scene(scene: Scene, until: float | None = None) -> MethodProblem:
     """The first of the runs that a scene asks for; one of an orbit is made over ten periods."""
     from fmu_models.lowering.fold import fold
 
@@ -70,10 +70,10 @@ def of_scene(scene: Scene, until: float | None = None) -> Problem:
         system = fold(system, fixed=fixed, values={}, start=scene.start, outputs=())
     start = np.array([float(scene.start.get(s.name, s.start)) for s in system.states])
     nominal = np.array([float(s.nominal) for s in system.states])
-    given: dict[str, Any] = {key: run[key] for key in ("parameters", "start", "inputs")}
-    return Problem(
+    settings: dict[str, Any] = {key: run[key] for key in ("parameters", "start", "inputs")}
+    return MethodProblem(
         name=scene.name, title=scene.title, system=system, start=start, nominal=nominal, stop_time=stop,
-        fmu=built_scene(scene), arguments=given, steady=steady,
+        fmu=built_scene(scene), arguments=settings, steady=steady,
     )  # fmt: skip
 
 
@@ -81,15 +81,15 @@ def _first(scene: Scene) -> Scene:
     """The scene with what it sweeps held at its first value."""
     from fmu_models.scene.scene import Drive
 
-    how = scene.compute
-    if how.over is None:
+    compute = scene.compute
+    if compute.over is None:
         return scene
-    value = how.values[0]
-    held = dataclasses.replace(how, over=None, values=(), follow=False)
-    if how.over in scene.drives:
-        drives = {**scene.drives, how.over: Drive(times=(0.0,), values=(value,))}
-        return dataclasses.replace(scene, drives=drives, compute=held)
-    return dataclasses.replace(scene, free={**scene.free, how.over: value}, compute=held)
+    value = compute.values[0]
+    single = dataclasses.replace(compute, over=None, values=(), follow=False)
+    if compute.over in scene.drives:
+        drives = {**scene.drives, compute.over: Drive(times=(0.0,), values=(value,))}
+        return dataclasses.replace(scene, drives=drives, compute=single)
+    return dataclasses.replace(scene, free={**scene.free, compute.over: value}, compute=single)
 
 
 def _end(scene: Scene) -> float:

@@ -24,11 +24,11 @@ from fmu_models.validation.methods.peers.fmpy_cvode import FmpyCvode
 from fmu_models.validation.methods.peers.heyoka_taylor import HeyokaTaylor
 from fmu_models.validation.methods.result import (
     Method,
+    MethodProblem,
     MethodRun,
     NotInstalled,
     NotTreated,
-    Problem,
-    Switch,
+    SwitchEvent,
     TooLong,
 )
 from fmu_models.validation.methods.scipy_events import ScipyEvents
@@ -54,18 +54,18 @@ class Witness:
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class ReferenceSolution:
     """The end state (n_states,), the events, and the runs that they rest on, best first."""
 
     end: NDArray[np.float64]
-    switches: tuple[Switch, ...] | None
+    switches: tuple[SwitchEvent, ...] | None
     witnesses: tuple[Witness, ...]
     nominal: NDArray[np.float64]
 
     def error(self, end: NDArray[np.float64]) -> float:
         """Largest difference of a state, in its nominal value."""
-        found = float(np.max(np.abs(end - self.end) / self.nominal))
-        return found if math.isfinite(found) else math.inf
+        difference = float(np.max(np.abs(end - self.end) / self.nominal))
+        return difference if math.isfinite(difference) else math.inf
 
     def own_error(self, method: Method | None = None) -> float:
         """How well the end state is known, without the word of the method itself; of a closed form, rounding."""
@@ -84,8 +84,8 @@ class Reference:
             return f"closed form ({first.how}){agree}"
         if not others:
             return f"{first.how}; nothing independent treats this model, errors are differences from it"
-        rest = " and ".join(f"{w.how} ({self.error(w.end):.1e})" for w in others)
-        return f"{first.how}, which agrees with {rest}"
+        witnesses = " and ".join(f"{w.how} ({self.error(w.end):.1e})" for w in others)
+        return f"{first.how}, which agrees with {witnesses}"
 
 
 def code_of(method: Method) -> str:
@@ -93,7 +93,7 @@ def code_of(method: Method) -> str:
     return getattr(method, "solver", "") or type(method).__name__
 
 
-def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Reference:
+def reference(problem: MethodProblem, tick: Callable[[], None] = lambda: None) -> ReferenceSolution:
     """Make the runs.
 
     Raises:
@@ -108,39 +108,39 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
         (EventTaylor(), 1e-15, "event-driven Taylor at 1e-15"),
         (ScipyEvents("RK45", most=MOST_SIDES), 1e-13, "scipy RK45 with events at 1e-13"),
     )
-    for method, tolerance, how in candidates:
+    for method, tolerance, description in candidates:
         if len(runs) >= ENOUGH:
             break
         try:
-            made = method.prepare(problem)(tolerance)
+            result = method.prepare(problem)(tolerance)
         except (NotTreated, NotInstalled) as error:
             late |= isinstance(error, TooLong)
             continue
         finally:
             tick()
-        runs.append((Witness(code_of(method), how, made.end, exact=isinstance(method, LinearFlow)), made))
+        runs.append((Witness(code_of(method), description, result.end, exact=isinstance(method, LinearFlow)), result))
     if len(runs) == 1 and late:
         raise Parted(
             f"{problem.name}: only one code comes to its end with a bounded effort. Choose a shorter run (--until)."
         )
     if len(runs) == 1:  # our own engine alone: its contacts under a foreign integrator
         try:
-            made = FmpyCvode().prepare(problem)(1e-10)
-            how = "fmpy's CVode at 1e-10 (which shares the treatment of contacts)"
-            runs.append((Witness("FmpyCvode", how, made.end), made))
+            result = FmpyCvode().prepare(problem)(1e-10)
+            description = "fmpy's CVode at 1e-10 (which shares the treatment of contacts)"
+            runs.append((Witness("FmpyCvode", description, result.end), result))
         except NotTreated:
             pass
     if not runs:
         raise StickslipError(f"{problem.name}: no method can run it. Simulate it: stickslip simulate {problem.name}")
     for witness, run in runs:
-        alone = Reference(run.end, run.switches, (), problem.nominal)
+        alone = ReferenceSolution(run.end, run.switches, (), problem.nominal)
         others = sorted((alone.error(w.end), i) for i, (w, _) in enumerate(runs) if w is not witness)
         agreeing = tuple(runs[i][0] for distance, i in others if distance < APART)
         if agreeing or len(runs) == 1:
-            return Reference(run.end, run.switches, (witness, *agreeing), problem.nominal)
-    first, other = runs[0], runs[1][0]
-    apart = Reference(first[1].end, None, (), problem.nominal).error(other.end)
+            return ReferenceSolution(run.end, run.switches, (witness, *agreeing), problem.nominal)
+    first, second = runs[0], runs[1][0]
+    difference = ReferenceSolution(first[1].end, None, (), problem.nominal).error(second.end)
     raise Parted(
-        f"{problem.name}: {first[0].how} and {other.how} end {apart:.1g} apart, in nominal values of the states: the "
-        "motion is chaotic or grazes, and no end state can be compared. Choose a shorter run (--until)."
+        f"{problem.name}: {first[0].how} and {second.how} end {difference:.1g} apart, in nominal values of the states: "
+        "the motion is chaotic or grazes, and no end state can be compared. Choose a shorter run (--until)."
     )

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 
 from fmu_models.validation.bench.events import EventErrors, event_errors
 from fmu_models.validation.bench.limit import limit
-from fmu_models.validation.bench.reference import TRUST, Parted, Reference, reference
+from fmu_models.validation.bench.reference import TRUST, Parted, ReferenceSolution, reference
 from fmu_models.validation.methods.catalogue import OURS
-from fmu_models.validation.methods.result import Method, MethodRun, NotInstalled, NotTreated, Problem
+from fmu_models.validation.methods.result import Method, MethodProblem, MethodRun, NotInstalled, NotTreated
 
 ROUNDS = 15
 LONGEST = 4.0  # s of one run, after which it is given up, with the method's tighter tolerances
@@ -33,7 +33,7 @@ CUTS = 3  # to a quarter, of a run that no two codes end alike
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodRow:
     """One method at one tolerance.
 
     Attributes:
@@ -70,7 +70,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class MethodComparison:
     """All rows of a problem.
 
     Attributes:
@@ -90,7 +90,7 @@ class Comparison:
     reference: str
     own_error: float
     expected: int | None
-    rows: tuple[Row, ...]
+    rows: tuple[MethodRow, ...]
     refusals: tuple[Refusal, ...]
     interrupted: bool
     seconds: float
@@ -118,40 +118,40 @@ class _Entry:
 
 
 def compare(
-    problem: Problem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
-) -> Comparison:
+    problem: MethodProblem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
+) -> MethodComparison:
     """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
 
     Raises:
         StickslipError: there is no reference.
         KeyboardInterrupt: before there is one.
     """
-    begin = time.monotonic()
-    asked = problem.stop_time
-    problem, known = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
+    started = time.monotonic()
+    requested = problem.stop_time
+    problem, solution = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - started) / 60.0)))
     entries: list[_Entry] = []
     refusals: list[Refusal] = []
     interrupted = False
     try:
-        for entry in _first_runs(problem, methods, refusals, begin + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
+        for entry in _first_runs(problem, methods, refusals, started + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
             entries.append(entry)
-        _rounds(entries, begin + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
+        _rounds(entries, started + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
         for i, entry in enumerate(entries):
-            entry.memory = _memory(entry) if time.monotonic() < begin + TRACED_UNTIL else None
+            entry.memory = _memory(entry) if time.monotonic() < started + TRACED_UNTIL else None
             progress(0.9 + 0.1 * (i + 1) / len(entries))
     except KeyboardInterrupt:
         interrupted = True
     entries.sort(key=lambda entry: methods.index(entry.method))
-    rows = [_row(entry, known, problem) for entry in entries]
-    expected = None if known.switches is None else sum(s.matters for s in known.switches)
-    return Comparison(
-        problem.name, problem.title, problem.stop_time, asked, problem.states,
-        known.sentence, known.own_error(), expected, tuple(rows), tuple(refusals),
-        interrupted, time.monotonic() - begin,
+    rows = [_row(entry, solution, problem) for entry in entries]
+    expected = None if solution.switches is None else sum(s.matters for s in solution.switches)
+    return MethodComparison(
+        problem.name, problem.title, problem.stop_time, requested, problem.states,
+        solution.sentence, solution.own_error(), expected, tuple(rows), tuple(refusals),
+        interrupted, time.monotonic() - started,
     )  # fmt: skip
 
 
-def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Reference]:
+def _comparable(problem: MethodProblem, tick: Callable[[], None]) -> tuple[MethodProblem, ReferenceSolution]:
     """The problem and its reference; of a chaotic run a quarter, until codes agree."""
     events = list(OURS.prepare(problem)(OURS.tolerances[0]).switches or ())
     if len(events) > EVENTS:
@@ -165,7 +165,7 @@ def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Re
 
 
 def _first_runs(
-    problem: Problem,
+    problem: MethodProblem,
     methods: Sequence[Method],
     refusals: list[Refusal],
     until: float,
@@ -217,20 +217,20 @@ def _rounds(entries: Sequence[_Entry], until: float, progress: Callable[[float],
         progress((i + 1) / ROUNDS)
 
 
-def _row(entry: _Entry, known: Reference, problem: Problem) -> Row:
+def _row(entry: _Entry, solution: ReferenceSolution, problem: MethodProblem) -> MethodRow:
     method, first = entry.method, entry.first
-    error = known.error(first.end)
+    error = solution.error(first.end)
     events = None
-    if first.switches is not None and known.switches is not None:
-        events = event_errors(first.switches, known.switches, problem.stop_time)
+    if first.switches is not None and solution.switches is not None:
+        events = event_errors(first.switches, solution.switches, problem.stop_time)
     times = entry.times or [first.seconds]
     quarters = statistics.quantiles(times, n=4) if len(times) > 1 else [times[0]] * 3
-    return Row(
+    return MethodRow(
         method=method.name,
         family=method.family,
         tolerance=entry.tolerance,
         error=error,
-        ranked=math.isfinite(error) and error > TRUST * known.own_error(method),
+        ranked=math.isfinite(error) and error > TRUST * solution.own_error(method),
         events=events,
         evaluations=first.evaluations,
         seconds=statistics.median(times),

@@ -54,6 +54,6 @@ def chosen(words: list[str] | None) -> tuple[Method, ...]:
         return everything
     for word in words:
         if not any(word.lower() in method.name.lower() for method in everything):
-            found = nearest(word, [method.name for method in everything])
-            raise StickslipError(f"No method has '{word}' in its name.{found}")
+            hint = nearest(word, [method.name for method in everything])
+            raise StickslipError(f"No method has '{word}' in its name.{hint}")
     return tuple(m for m in everything if any(word.lower() in m.name.lower() for word in words))

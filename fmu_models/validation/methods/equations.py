@@ -55,13 +55,13 @@ class Equations:
 
     def place(self, expression: Any, signs: dict[Any, Any]) -> Any:
         """An expression with contact symbols and accelerations without contact forces put in by what they are."""
-        made = sympy.sympify(expression)
+        substituted = sympy.sympify(expression)
         for contact in self.contacts:
             # beyond the boundary, where stages of a Runge-Kutta step look, a root of the depth has no value
-            if contact.rooted and contact.depth_symbol is not None and made.has(contact.depth_symbol):
-                made = made.xreplace({contact.depth_symbol: sympy.Max(0, contact.depth)})
-        made = made.xreplace(self._accelerations)
-        return made.xreplace(self._slips | self._depths).xreplace(signs)
+            if contact.rooted and contact.depth_symbol is not None and substituted.has(contact.depth_symbol):
+                substituted = substituted.xreplace({contact.depth_symbol: sympy.Max(0, contact.depth)})
+        substituted = substituted.xreplace(self._accelerations)
+        return substituted.xreplace(self._slips | self._depths).xreplace(signs)
 
     def signs(self, mode: Mode) -> dict[Any, Any]:
         """Sign of slip per contact, 0 for the mean of both sides."""
@@ -76,13 +76,13 @@ class Equations:
             NotTreated: the forces of contacts that stick or are closed together are not determined.
         """
         signs = self.signs(mode)
-        known: list[Any] = [self._known_force(i, state, signs) for i, state in enumerate(mode)]
-        unknown = [i for i, force in enumerate(known) if force is None]
+        known_forces: list[Any] = [self._known_force(i, state, signs) for i, state in enumerate(mode)]
+        unknown = [i for i, force in enumerate(known_forces) if force is None]
         if not unknown:
-            return tuple(known)
+            return tuple(known_forces)
         G = self.system.G
         names = {i: sympy.Dummy(f"lambda{i}") for i in unknown}
-        forces = [names[i] if known[i] is None else known[i] for i in range(len(known))]
+        forces = [names[i] if known_forces[i] is None else known_forces[i] for i in range(len(known_forces))]
         for i, state in enumerate(mode):  # friction of a closed rigid contact hangs on the normal force
             contact = self.contacts[i]
             if contact.kind.led and state in (MINUS, PLUS) and contact.partner in names:
@@ -128,8 +128,8 @@ class Equations:
         """Expressions as a function of the time and z (a sequence of numbers) that returns a list."""
         plain = {symbol: sympy.Symbol(f"z{i}") for i, symbol in enumerate(self.symbols)}
         t = sympy.Symbol("t")
-        made = [sympy.sympify(e).xreplace({**plain, TIME: t}) for e in expressions]
-        return sympy.lambdify([t, list(plain.values())], made, modules=modules, cse=True)
+        substituted = [sympy.sympify(e).xreplace({**plain, TIME: t}) for e in expressions]
+        return sympy.lambdify([t, list(plain.values())], substituted, modules=modules, cse=True)
 
     def field(self, mode: Mode) -> Callable[[float, Any], list[float]]:
         """z' in a mode, compiled once."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated
 
 
 @final
@@ -34,7 +34,7 @@ class EventRungeKutta:
         """With its method."""
         return f"Runge-Kutta {self.order}, Model Exchange"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU; one driver per tolerance."""
         from fmu_models.importer.driver import Driver
 
@@ -44,13 +44,15 @@ class EventRungeKutta:
         def run(tolerance: float) -> MethodRun:
             if tolerance not in drivers:
                 drivers[tolerance] = Driver(fmu, method=self.order, tolerance=tolerance, record=(), max_step=math.inf)
-            begin = time.perf_counter()
+            started = time.perf_counter()
             try:
-                made = drivers[tolerance].run(problem.stop_time, output_times=[problem.stop_time], **problem.arguments)
+                trajectory = drivers[tolerance].run(
+                    problem.stop_time, output_times=[problem.stop_time], **problem.arguments
+                )
             except StickslipError as error:
                 raise NotTreated(str(error)) from error
-            seconds = time.perf_counter() - begin
-            end = np.array([float(made[name][-1]) for name in problem.states])
-            return MethodRun(end, None, made.evaluations, seconds)
+            seconds = time.perf_counter() - started
+            end = np.array([float(trajectory[name][-1]) for name in problem.states])
+            return MethodRun(end, None, trajectory.evaluations, seconds)
 
         return run

@@ -15,7 +15,7 @@ import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from fmu_models.validation.methods.result import MethodRun, Problem, Switch
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, SwitchEvent
 
 
 @final
@@ -27,18 +27,18 @@ class EventTaylor:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-14,)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU; its library is loaded by a first run."""
         fmu = Fmu.open(problem.fmu)
         stop = problem.stop_time
         simulate(fmu, stop, output_times=[stop], **problem.arguments)
 
         def run(tolerance: float) -> MethodRun:
-            begin = time.perf_counter()
-            made = simulate(fmu, stop, tolerance=tolerance, output_times=[stop], **problem.arguments)
-            seconds = time.perf_counter() - begin
-            end = np.array([made[name][-1] for name in problem.states])
-            switches = tuple(Switch(e.time, e.contact, e.before, e.after) for e in made.events)
-            return MethodRun(end, switches, made.evaluations, seconds)
+            started = time.perf_counter()
+            trajectory = simulate(fmu, stop, tolerance=tolerance, output_times=[stop], **problem.arguments)
+            seconds = time.perf_counter() - started
+            end = np.array([trajectory[name][-1] for name in problem.states])
+            switches = tuple(SwitchEvent(e.time, e.contact, e.before, e.after) for e in trajectory.events)
+            return MethodRun(end, switches, trajectory.evaluations, seconds)
 
         return run

@@ -21,7 +21,7 @@ from fmu_models.lanes.library import has_lanes
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.piecewise_linear import Lifted
 from fmu_models.sections.strobe import Strobe
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs
 
 INSTEAD = "Use event-driven Taylor."
 PARTS = 1 << 16  # of a run that nothing forces, at most
@@ -37,7 +37,7 @@ class ExactFlow:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-14,)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU, build the lanes, and see that they make every step."""
         needs_steady_inputs(problem, self.name)
         fmu = Fmu.open(problem.fmu)
@@ -46,24 +46,24 @@ class ExactFlow:
         period = _period(problem, self.name)
         if period is None:
             return self._in_parts(problem, fmu)
-        run = _Run.of(problem, fmu, period)
+        run = _FlowRun.of(problem, fmu, period)
         if run is None:
             raise NotTreated(f"{self.name}: some steps are left to the series. {INSTEAD}")
         return run
 
-    def _in_parts(self, problem: Problem, fmu: Fmu) -> Callable[[float], MethodRun]:
+    def _in_parts(self, problem: MethodProblem, fmu: Fmu) -> Callable[[float], MethodRun]:
         """Of what nothing forces: as few parts as lanes have a table for."""
-        parts = 1
-        while parts <= PARTS:
-            run = _Run.of(problem, fmu, problem.stop_time / parts)
+        pieces = 1
+        while pieces <= PARTS:
+            run = _FlowRun.of(problem, fmu, problem.stop_time / pieces)
             if run is not None:
                 return run
-            parts *= 2
+            pieces *= 2
         raise NotTreated(f"{self.name}: some steps are left to the series. {INSTEAD}")
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _FlowRun:
     """Whole periods, and what is left."""
 
     whole: Strobe | None
@@ -72,34 +72,43 @@ class _Run:
     start: NDArray[np.float64]
 
     @classmethod
-    def of(cls, problem: Problem, fmu: Fmu, period: float) -> _Run | None:
+    def of(cls, problem: MethodProblem, fmu: Fmu, period: float) -> _FlowRun | None:
         """Ready, or None where lanes leave a step to the series."""
-        given = problem.arguments
-        values = {**given["parameters"], **given["inputs"]}
+        arguments = problem.arguments
+        values = {**arguments["parameters"], **arguments["inputs"]}
         periods = math.floor(problem.stop_time / period * (1.0 + 1e-12))
-        left = problem.stop_time - periods * period
-        whole = Strobe(fmu, period=period, parameters=values) if periods else None
-        rest = Strobe(fmu, period=left, parameters=values) if left > 1e-12 * problem.stop_time else None
-        some = whole or rest
-        assert some is not None
-        run = cls(whole, periods, rest, some.start(given["start"])[None])
+        remainder = problem.stop_time - periods * period
+        strobe = Strobe(fmu, period=period, parameters=values) if periods else None
+        last_strobe = (
+            Strobe(fmu, period=remainder, parameters=values) if remainder > 1e-12 * problem.stop_time else None
+        )
+        any_strobe = strobe or last_strobe
+        assert any_strobe is not None
+        run = cls(strobe, periods, last_strobe, any_strobe.start(arguments["start"])[None])
         run(0.0)
-        return run if all(one is None or ("by series" not in one.how and one.how) for one in (whole, rest)) else None
+        return (
+            run
+            if all(
+                candidate is None or ("by series" not in candidate.how and candidate.how)
+                for candidate in (strobe, last_strobe)
+            )
+            else None
+        )
 
     def __call__(self, _: float) -> MethodRun:
-        begin = time.perf_counter()
+        started = time.perf_counter()
         points = self.start
         for strobe, steps in ((self.whole, self.periods), (self.rest, 1)):
             if strobe is None:
                 continue
-            made = strobe.run(Jobs(points, transient=steps - 1, rows=1), _GO)
-            if made.outcomes[0] != FINISHED:
-                raise NotTreated(f"the motion ends on its way: {made.messages.get(0, 'it goes to infinity')}")
-            points = made.points[:, 0]
-        return MethodRun(points[0], None, None, time.perf_counter() - begin)
+            rows = strobe.run(Jobs(points, transient=steps - 1, rows=1), _GO)
+            if rows.outcomes[0] != FINISHED:
+                raise NotTreated(f"the motion ends on its way: {rows.messages.get(0, 'it goes to infinity')}")
+            points = rows.points[:, 0]
+        return MethodRun(points[0], None, None, time.perf_counter() - started)
 
 
-def _period(problem: Problem, name: str) -> float | None:
+def _period(problem: MethodProblem, name: str) -> float | None:
     """The period that all harmonics of a problem fit into, s; None where nothing depends on the time.
 
     Raises:

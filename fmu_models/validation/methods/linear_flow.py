@@ -19,7 +19,14 @@ from sympy.solvers.solveset import NonlinearError
 
 from fmu_models.language.quantities import TIME
 from fmu_models.validation.methods.equations import Equations, Mode
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, TooLong, needs_steady_inputs, timed
+from fmu_models.validation.methods.result import (
+    MethodProblem,
+    MethodRun,
+    NotTreated,
+    TooLong,
+    needs_steady_inputs,
+    timed,
+)
 from fmu_models.validation.methods.switching import Run
 
 DIGITS = 40
@@ -40,7 +47,7 @@ class LinearFlow:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-30,)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Refuse what is not piecewise linear; modes are looked at as they appear."""
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)
@@ -51,7 +58,7 @@ class LinearFlow:
             with mpmath.workdps(DIGITS):
                 run = Run(_exact(equations), "mpmath")
                 start = [mpmath.mpf(float(x)) for x in equations.start(problem.start)]
-                stepper = _Stepper(run)
+                stepper = _LinearStepper(run)
 
                 def once() -> tuple[Any, tuple, int]:
                     end = run.to(stepper, start, mpmath.mpf(problem.stop_time))
@@ -78,7 +85,7 @@ def _rational(expression: Any) -> Any:
     return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
 
 
-class _Stepper:
+class _LinearStepper:
     def __init__(self, run: Run) -> None:
         self.run = run
         self.evaluations = 0
@@ -101,9 +108,9 @@ class _Stepper:
             work = sum(flow.products for flow in self._modes.values())
             if work > SEEN and work * stop > MOST * t:
                 raise TooLong(f"{NAME}: the run is too long for {DIGITS} digits. Use event-driven Taylor.")
-            whole = h >= flow.look and t + flow.look <= stop
-            step = flow.look if whole else min(h, stop - t)
-            new = flow.looked(x) if whole else at(flow.series(x, step), step)
+            full_look = h >= flow.look and t + flow.look <= stop
+            step = flow.look if full_look else min(h, stop - t)
+            new = flow.looked(x) if full_look else at(flow.series(x, step), step)
             seen = flow.watched(t + step, flow.states(new))
             fallen = [i for i, (a, b) in enumerate(zip(values, seen, strict=True)) if a >= 0 > b]
             if fallen:
@@ -119,25 +126,25 @@ class _Stepper:
             h *= 2
         return stop, flow.states(x), None
 
-    def _dip(self, flow: _Linear, t: Any, before: Any, x: Any, now: Any, then: Any, step: Any) -> Any:
+    def _dip(self, flow: _Linear, t: Any, before: Any, x: Any, slope: Any, then: Any, step: Any) -> Any:
         """The first zero of a function that is lowest near t and below zero there, but nowhere it was looked at."""
-        found = []
+        dips = []
         series: list[Any] = []
-        for i, (a, b, c) in enumerate(zip(before[1], now, then, strict=True)):
+        for i, (a, b, c) in enumerate(zip(before[1], slope, then, strict=True)):
             curvature = a - 2 * b + c
             if not (a > b <= c and b > 0 and curvature > 0 and b < 8 * curvature):
                 continue
             series = series or flow.series(x, step)
             low, high = -step, step  # golden section; the look before may have been shorter, the flow runs back as well
             for _ in range(60):
-                one, two = low + 0.382 * (high - low), low + 0.618 * (high - low)
-                if flow.value(i, t, series, one) < flow.value(i, t, series, two):
+                lower, two = low + 0.382 * (high - low), low + 0.618 * (high - low)
+                if flow.value(i, t, series, lower) < flow.value(i, t, series, two):
                     high = two
                 else:
-                    low = one
+                    low = lower
             if flow.value(i, t, series, low) < 0:
-                found.append((flow.root(i, t, series, -step, low), i))
-        return min(found) if found else None
+                dips.append((flow.root(i, t, series, -step, low), i))
+        return min(dips) if dips else None
 
 
 class _Linear:
@@ -151,9 +158,9 @@ class _Linear:
         self._waves = [sympy.lambdify([TIME], w, "mpmath") for w in waves]
         pairs = [(sympy.Dummy("c"), sympy.Dummy("s")) for _ in waves]
         clock = sympy.Dummy("clock")
-        known = {sympy.cos(w): c for w, (c, _) in zip(waves, pairs, strict=True)}
-        known |= {sympy.sin(w): s for w, (_, s) in zip(waves, pairs, strict=True)}
-        rates = [r.xreplace(known).xreplace({TIME: clock}) for r in rates]
+        substitutions = {sympy.cos(w): c for w, (c, _) in zip(waves, pairs, strict=True)}
+        substitutions |= {sympy.sin(w): s for w, (_, s) in zip(waves, pairs, strict=True)}
+        rates = [r.xreplace(substitutions).xreplace({TIME: clock}) for r in rates]
         for w, (c, s) in zip(waves, pairs, strict=True):
             speed = sympy.diff(w, TIME)
             rates += [-speed * s, speed * c]

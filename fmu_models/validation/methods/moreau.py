@@ -32,10 +32,10 @@ from fmu_models.validation.methods.result import (
     OPEN,
     PLUS,
     STICK,
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
-    Switch,
+    SwitchEvent,
     needs_fields_alone,
     needs_steady_inputs,
     repeatable,
@@ -59,7 +59,7 @@ class Moreau:
         """With its theta."""
         return f"Moreau time-stepping, theta {self.theta:g}"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
@@ -91,9 +91,9 @@ class _Stepping:
         self._fields: dict[Mode, Callable[[float, Any], Any]] = {}
         self._limits: dict[Mode, Callable[[float, Any], Any]] = {}
 
-    def run(self, problem: Problem, part: float) -> tuple[Any, tuple[Switch, ...], int]:
+    def run(self, problem: MethodProblem, fraction: float) -> tuple[Any, tuple[SwitchEvent, ...], int]:
         """All steps, each ``part`` of the run."""
-        count = max(1, round(1.0 / part))
+        count = max(1, round(1.0 / fraction))
         h = problem.stop_time / count
         z = self.equations.start(problem.start)
         n = len(self.equations.contacts)
@@ -142,9 +142,9 @@ class _Stepping:
             jacobian = sympy.Matrix(free).jacobian(sympy.Matrix(equations.symbols))
             self._fields[mode] = equations.function([*free, *jacobian])
             limits = [
-                abs(equations.place(one, signs))
+                abs(equations.place(bound, signs))
                 for c, state in zip(equations.contacts, mode, strict=True)
-                for one in _bounds(c, state)
+                for bound in _bounds(c, state)
             ]
             self._limits[mode] = equations.function(limits)
         return self._fields[mode], self._limits[mode]
@@ -167,8 +167,8 @@ class _Stepping:
         """One step: state, impulses (n_contacts,), and the contacts whose friction is at its limit."""
         theta, n_q, n_v, size = self.theta, self.n_q, self.n_v, z.size
         field, limits = self._functions(mode)
-        found = np.array(field(t + theta * h, z.tolist()))
-        rates, jacobian = found[:size], found[size:].reshape(size, size)
+        velocity = np.array(field(t + theta * h, z.tolist()))
+        rates, jacobian = velocity[:size], velocity[size:].reshape(size, size)
         # (1 - theta h J) dz = h f: the theta method, linearised; its rows of velocities take the impulses too
         matrix = np.eye(size) - theta * h * jacobian
         free = np.linalg.solve(matrix, h * rates)
@@ -199,9 +199,9 @@ class _Stepping:
             driven = self.equations.system.driven
             self._slopes = self.equations.function([sympy.diff(y, v) for y in slips for v in driven])
         slopes = np.array(self._slopes(t, z.tolist())).reshape(-1, self.n_v)
-        made = np.zeros((len(active), size))
-        made[:, self.n_q : self.n_q + self.n_v] = slopes[active]
-        return made
+        gradient = np.zeros((len(active), size))
+        gradient[:, self.n_q : self.n_q + self.n_v] = slopes[active]
+        return gradient
 
     def _project(
         self, active: list[int], G: Any, before: Any, after: Any, e: Any, limits: Any, t: float, z: Any, h: float,
@@ -209,29 +209,29 @@ class _Stepping:
     ) -> tuple[Any, list[int]]:  # fmt: skip
         """Impulses by projected Gauss-Seidel iteration, and the friction contacts at their limit."""
         contacts = self.equations.contacts
-        place = {i: k for k, i in enumerate(active)}
+        position = {i: k for k, i in enumerate(active)}
         bounds = np.array(limits(t, z.tolist()), dtype=float).reshape(-1, 2) * h
         mu = self._mu(t, z.tolist())
         P = np.array([last[i] for i in active])
         target = np.array([after[i] + (e[i] * before[i] if contacts[i].kind.impulsive else 0.0) for i in active])
-        most = np.zeros((len(active), 2))  # of P and of -P
+        capacity = np.zeros((len(active), 2))  # of P and of -P
         for _ in range(SWEEPS):
             change = 0.0
             for k, i in enumerate(active):
-                wanted = P[k] - (target[k] + G[k] @ P) / G[k, k]
+                unbounded = P[k] - (target[k] + G[k] @ P) / G[k, k]
                 if contacts[i].kind.impulsive:
-                    wanted = max(0.0, wanted)
+                    unbounded = max(0.0, unbounded)
                 else:
                     partner = contacts[i].partner
-                    most[k] = bounds[i] if partner is None else mu[i] * P[place[partner]]
-                    wanted = min(most[k, 0], max(-most[k, 1], wanted))
-                change = max(change, abs(wanted - P[k]))
-                P[k] = wanted
+                    capacity[k] = bounds[i] if partner is None else mu[i] * P[position[partner]]
+                    unbounded = min(capacity[k, 0], max(-capacity[k, 1], unbounded))
+                change = max(change, abs(unbounded - P[k]))
+                P[k] = unbounded
             if change <= SETTLED * max(1e-300, float(np.abs(P).max())):
                 break
         impulses = np.zeros(len(contacts))
         impulses[active] = P
-        limit = np.where(P > 0.0, most[:, 0], most[:, 1])
+        limit = np.where(P > 0.0, capacity[:, 0], capacity[:, 1])
         at_limit = [i for k, i in enumerate(active) if not contacts[i].kind.impulsive and abs(P[k]) >= limit[k] > 0.0]
         return impulses, at_limit
 
@@ -251,7 +251,7 @@ class _History:
         self.states: list[int] | None = None
         self.begun = [0.0] * len(self.contacts)
         self.count = [0] * len(self.contacts)
-        self.switches: list[Switch] = []
+        self.switches: list[SwitchEvent] = []
 
     def add(self, t: float, mode: Mode, active: list[int], impulses: Any, slipping: list[int]) -> None:
         """Take in the step that ends at t."""
@@ -268,7 +268,7 @@ class _History:
                 states.append(STICK if contact.partner is None or impulses[i] != 0.0 else OPEN)
         for i, (old, new) in enumerate(zip(self.states or states, states, strict=True)):
             if old != new:
-                self.switches.append(Switch(t, self.contacts[i].name, old, new))
+                self.switches.append(SwitchEvent(t, self.contacts[i].name, old, new))
         self.states = states
 
     def _normal(self, i: int, t: float, pushed: bool) -> None:
@@ -279,8 +279,8 @@ class _History:
             if self.count[i] == 1:
                 self.begun[i] = t
             elif self.count[i] == 2:
-                self.switches.append(Switch(self.begun[i], name, OPEN, CLOSED))
+                self.switches.append(SwitchEvent(self.begun[i], name, OPEN, CLOSED))
         elif self.count[i]:
             first = self.count[i] == 1
-            self.switches.append(Switch(self.begun[i] if first else t, name, OPEN if first else CLOSED, OPEN))
+            self.switches.append(SwitchEvent(self.begun[i] if first else t, name, OPEN if first else CLOSED, OPEN))
             self.count[i] = 0

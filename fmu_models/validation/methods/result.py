@@ -35,7 +35,7 @@ class NotInstalled(StickslipError):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Problem:
+class MethodProblem:
     """One run, the same for every method.
 
     Attributes:
@@ -66,7 +66,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Switch:
+class SwitchEvent:
     """A change of contact state or a bounce (``before`` equals ``after``) at ``time``, s."""
 
     time: float
@@ -93,7 +93,7 @@ class MethodRun:
     """
 
     end: NDArray[np.float64]
-    switches: tuple[Switch, ...] | None
+    switches: tuple[SwitchEvent, ...] | None
     evaluations: int | None
     seconds: float
 
@@ -116,7 +116,7 @@ class Method(Protocol):
         """What a work-precision diagram runs it at: relative errors of a step, or steps in parts of the run."""
         ...
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Everything that is done once per problem; what it returns makes a run at a tolerance.
 
         Raises:
@@ -126,7 +126,7 @@ class Method(Protocol):
         ...
 
 
-def needs_steady_inputs(problem: Problem, method: str) -> None:
+def needs_steady_inputs(problem: MethodProblem, method: str) -> None:
     """Refuse a drive that varies.
 
     Raises:
@@ -143,12 +143,12 @@ def needs_fields_alone(contact: ContactDynamics, method: str) -> None:
         NotTreated: it is such a contact.
     """
     if contact.reset or contact.remembers:
-        what = "states jump" if contact.reset else "the force knows the speed of entry"
-        raise NotTreated(f"'{contact.name}': {what}, which {method}. Use event-driven Taylor.")
+        reason = "states jump" if contact.reset else "the force knows the speed of entry"
+        raise NotTreated(f"'{contact.name}': {reason}, which {method}. Use event-driven Taylor.")
 
 
 def repeatable(
-    run: Callable[[float], tuple[Any, tuple[Switch, ...] | None, int]], n: int, first: float | None = None
+    run: Callable[[float], tuple[Any, tuple[SwitchEvent, ...] | None, int]], n: int, first: float | None = None
 ) -> Callable[[float], MethodRun]:
     """Timed runs at a tolerance. One before them, at ``first`` or their own, compiles the modes: that is start-up."""
     warm = False
@@ -163,9 +163,9 @@ def repeatable(
     return make
 
 
-def timed(run: Callable[[], tuple[Any, tuple[Switch, ...] | None, int]], n: int) -> MethodRun:
+def timed(run: Callable[[], tuple[Any, tuple[SwitchEvent, ...] | None, int]], n: int) -> MethodRun:
     """Make a run that returns end state, switches and evaluations, and measure its time."""
-    begin = time.perf_counter()
+    started = time.perf_counter()
     end, switches, evaluations = run()
-    seconds = time.perf_counter() - begin
+    seconds = time.perf_counter() - started
     return MethodRun(np.array([float(value) for value in end[:n]]), switches, evaluations, seconds)

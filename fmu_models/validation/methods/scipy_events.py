@@ -17,9 +17,9 @@ from scipy.integrate import solve_ivp
 
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     TooLong,
     needs_steady_inputs,
     repeatable,
@@ -45,12 +45,12 @@ class ScipyEvents:
         """scipy and its solver."""
         return f"scipy {self.solver} with events"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Compile nothing yet: fields are made as modes appear, in a first run."""
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)
         run = Run(equations)
-        stepper = _Stepper(run, self.solver, problem, self.longest, self.most)
+        stepper = _ScipyStepper(run, self.solver, problem, self.longest, self.most)
 
         def once(tolerance: float) -> tuple[Any, tuple, int]:
             stepper.begin(tolerance)
@@ -60,8 +60,8 @@ class ScipyEvents:
         return repeatable(once, equations.n)
 
 
-class _Stepper:
-    def __init__(self, run: Run, solver: str, problem: Problem, longest: float, most: float) -> None:
+class _ScipyStepper:
+    def __init__(self, run: Run, solver: str, problem: MethodProblem, longest: float, most: float) -> None:
         self.run, self.solver, self.problem, self.most = run, solver, problem, most
         self.longest = longest * problem.stop_time if longest < 1.0 else np.inf
         self.evaluations = self.called = 0
@@ -85,8 +85,8 @@ class _Stepper:
                 event.terminal, event.direction = True, -1  # pyright: ignore[reportFunctionMemberAccess]
                 events.append(event)
             field = self.run.equations.field(mode)
-            made = self._counted(field) if self.most < np.inf else lambda t, z: field(t, z.tolist())
-            self._kept[mode] = made, events
+            rates = self._counted(field) if self.most < np.inf else lambda t, z: field(t, z.tolist())
+            self._kept[mode] = rates, events
         return self._kept[mode]
 
     def _counted(self, field: Any) -> Any:
@@ -105,14 +105,14 @@ class _Stepper:
         if t >= stop:
             return t, z, None
         field, events = self._functions(mode)
-        made = solve_ivp(
+        solution = solve_ivp(
             *(field, (t, stop), z),
             method=self.solver, events=events, rtol=self.rtol, atol=self.atol, max_step=self.longest,
         )  # fmt: skip
-        self.evaluations += made.nfev
-        if made.status < 0:
-            raise NotTreated(f"{self.solver} stopped at {made.t[-1]:g} s: {made.message}")
-        if made.status == 0:
-            return stop, made.y[:, -1], None
-        fell = next(i for i, times in enumerate(made.t_events) if len(times))
-        return float(made.t_events[fell][0]), made.y_events[fell][0].copy(), fell
+        self.evaluations += solution.nfev
+        if solution.status < 0:
+            raise NotTreated(f"{self.solver} stopped at {solution.t[-1]:g} s: {solution.message}")
+        if solution.status == 0:
+            return stop, solution.y[:, -1], None
+        fell = next(i for i, times in enumerate(solution.t_events) if len(times))
+        return float(solution.t_events[fell][0]), solution.y_events[fell][0].copy(), fell

@@ -8,7 +8,7 @@ from typing import Any
 from scipy.optimize import brentq
 
 from fmu_models.validation.methods.equations import Equations, Mode
-from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, Switch
+from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, SwitchEvent
 
 
 class Sides:
@@ -25,11 +25,11 @@ class Sides:
         n = len(self.contacts)
         values = equations.function([*(c.slip for c in self.contacts), *depths, *releases])
         self._read: Callable[[float, Any], tuple[Any, Any, Any]] = lambda t, z: (
-            (made := values(t, z))[:n],
-            made[n : 2 * n],
-            made[2 * n :],
+            (evaluated := values(t, z))[:n],
+            evaluated[n : 2 * n],
+            evaluated[2 * n :],
         )
-        self.switches: list[Switch] = []
+        self.switches: list[SwitchEvent] = []
         self.states: list[int] = []
 
     def read(self, t: float, z: Any) -> tuple[list[float], list[float], list[float]]:
@@ -50,8 +50,8 @@ class Sides:
 
     def step(self, t0: float, t1: float, between: Callable[[float], Any], mode: Mode | None = None) -> None:
         """Take in a step from t0 to t1; ``mode`` has the stick that the method saw at its end, at t1."""
-        found = self.read(t1, between(t1))
-        for i, (contact, y, d, r) in enumerate(zip(self.contacts, *found, strict=True)):
+        values = self.read(t1, between(t1))
+        for i, (contact, y, d, r) in enumerate(zip(self.contacts, *values, strict=True)):
             old = self.states[i]
             if contact.kind.normal:
                 self._stop(i, d, r, t0, t1, between)
@@ -61,9 +61,9 @@ class Sides:
                 new = mode[i]
             if new == old:
                 continue
-            place = 0 if OPEN not in (new, old) else 1
+            slot = 0 if OPEN not in (new, old) else 1
             stuck = STICK in (new, old)
-            self._change(i, new, t1 if stuck else self._root(place, i, t0, t1, between))
+            self._change(i, new, t1 if stuck else self._root(slot, i, t0, t1, between))
 
     def _stop(self, i: int, d: float, r: float, t0: float, t1: float, between: Callable[[float], Any]) -> None:
         old, pushing = self.states[i], self.contacts[i].release is None or r >= 0.0
@@ -79,16 +79,16 @@ class Sides:
             self._change(i, OPEN, self._root(1, i, t0, t1, between))
 
     def _change(self, i: int, new: int, t: float) -> None:
-        self.switches.append(Switch(t, self.contacts[i].name, self.states[i], new))
+        self.switches.append(SwitchEvent(t, self.contacts[i].name, self.states[i], new))
         self.states[i] = new
 
-    def _root(self, what: int, i: int, t0: float, t1: float, between: Callable[[float], Any]) -> float:
+    def _root(self, kind: int, i: int, t0: float, t1: float, between: Callable[[float], Any]) -> float:
         """Zero of slip, depth or release (``what`` 0, 1, 2) between two times; the later one if the signs are alike."""
 
         def value(t: float) -> float:
-            return self.read(t, between(t))[what][i]
+            return self.read(t, between(t))[kind][i]
 
         if value(t0) * value(t1) > 0.0:
             return t1
-        found: Any = brentq(value, t0, t1, xtol=1e-15 * max(abs(t1), t1 - t0))
-        return float(found)
+        root: Any = brentq(value, t0, t1, xtol=1e-15 * max(abs(t1), t1 - t0))
+        return float(root)

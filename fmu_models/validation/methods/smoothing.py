@@ -27,9 +27,9 @@ from fmu_models.validation.methods.result import (
     CLOSED,
     OPEN,
     PLUS,
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     needs_steady_inputs,
     timed,
 )
@@ -58,7 +58,7 @@ class Smoothing:
         """With shape, width and solver."""
         return f"{self.shape} {self.width:g}, {self.solver}"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Compile the smoothed field."""
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)
@@ -68,20 +68,20 @@ class Smoothing:
 
         def make(tolerance: float) -> MethodRun:
             def once() -> tuple[Any, tuple | None, int]:
-                made = solve_ivp(
+                solution = solve_ivp(
                     lambda t, z: field(t, z.tolist()),
                     *((0.0, problem.stop_time), equations.start(problem.start)),
                     method=self.solver, rtol=max(tolerance, FINEST), atol=tolerance * problem.nominal,
                     dense_output=seen,
                 )  # fmt: skip
-                if made.status < 0:
-                    raise NotTreated(f"{self.solver} stopped at {made.t[-1]:g} s: {made.message}")
+                if solution.status < 0:
+                    raise NotTreated(f"{self.solver} stopped at {solution.t[-1]:g} s: {solution.message}")
                 if not seen:
-                    return made.y[:, -1], None, made.nfev
-                sides.begin(0.0, made.y[:, 0])
-                for t0, t1 in zip(made.t, made.t[1:], strict=False):
-                    sides.step(float(t0), float(t1), made.sol)
-                return made.y[:, -1], tuple(sides.switches), made.nfev
+                    return solution.y[:, -1], None, solution.nfev
+                sides.begin(0.0, solution.y[:, 0])
+                for t0, t1 in zip(solution.t, solution.t[1:], strict=False):
+                    sides.step(float(t0), float(t1), solution.sol)
+                return solution.y[:, -1], tuple(sides.switches), solution.nfev
 
             return timed(once, equations.n)
 

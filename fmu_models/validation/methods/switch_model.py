@@ -34,9 +34,9 @@ from fmu_models.validation.methods.result import (
     OPEN,
     PLUS,
     STICK,
+    MethodProblem,
     MethodRun,
     NotTreated,
-    Problem,
     needs_fields_alone,
     needs_steady_inputs,
     repeatable,
@@ -60,7 +60,7 @@ class SwitchModel:
         """With its band."""
         return f"{'frozen' if self.frozen else 'switch model'}, eta {self.eta:g}"
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
@@ -80,17 +80,17 @@ class SwitchModel:
         return repeatable(once, equations.n, first=1e-5)
 
 
-def _frequency(problem: Problem) -> float:
+def _frequency(problem: MethodProblem) -> float:
     """sqrt(k/m), rad/s: of the largest slope of an acceleration over its own coordinate; 1 rad/s without any."""
     equations = Equations(problem.system)
     pairs = zip(problem.system.coordinates, problem.system.acceleration, strict=False)
     signs = equations.signs((STICK,) * len(equations.contacts))
     slopes = [sympy.diff(equations.place(a, signs), q) for q, a in pairs]
-    found = equations.function(slopes)(0.0, equations.start(problem.start).tolist())
-    return math.sqrt(max((abs(value) for value in found), default=0.0)) or 1.0
+    slope_values = equations.function(slopes)(0.0, equations.start(problem.start).tolist())
+    return math.sqrt(max((abs(value) for value in slope_values), default=0.0)) or 1.0
 
 
-def _run(model: _Bands, sides: Sides, problem: Problem, tolerance: float, frozen: bool) -> tuple[Any, tuple, int]:
+def _run(model: _Bands, sides: Sides, problem: MethodProblem, tolerance: float, frozen: bool) -> tuple[Any, tuple, int]:
     z = model.equations.start(problem.start)
     model.evaluations = 0
     sides.begin(0.0, z)
@@ -99,12 +99,12 @@ def _run(model: _Bands, sides: Sides, problem: Problem, tolerance: float, frozen
     for t0, t1, z0, z1, f0, f1 in steps(choose, z, problem.stop_time, tolerance, problem.nominal):
         spline: list[Any] = []
 
-        def between(t: float, a=t0, b=t1, y0=z0, y1=z1, g0=f0, g1=f1, kept=spline) -> Any:
+        def between(t: float, a=t0, b=t1, y0=z0, y1=z1, g0=f0, g1=f1, curve=spline) -> Any:
             if t == b:
                 return y1
-            if not kept:
-                kept.append(CubicHermiteSpline([a, b], [y0, y1], [g0, g1]))
-            return kept[0](t)
+            if not curve:
+                curve.append(CubicHermiteSpline([a, b], [y0, y1], [g0, g1]))
+            return curve[0](t)
 
         sides.step(t0, t1, between, model.mode(t1, z1))
         last = z1
@@ -161,10 +161,10 @@ class _Bands:
             key = tuple(mode)
             if key not in self._stick:
                 equations, signs = self.equations, self.equations.signs(key)
-                capacities = [equations.place(one, signs) for c in equations.contacts for one in c.capacities]
+                capacities = [equations.place(capacity, signs) for c in equations.contacts for capacity in c.capacities]
                 self._stick[key] = equations.function([*equations.forces(key), *capacities])
-            found = self._stick[key](t, z)
-            forces, plus, minus = found[: len(mode)], found[len(mode) :: 2], found[len(mode) + 1 :: 2]
+            force = self._stick[key](t, z)
+            forces, plus, minus = force[: len(mode)], force[len(mode) :: 2], force[len(mode) + 1 :: 2]
             slipping = [i for i in inside if mode[i] == STICK and not -minus[i] <= forces[i] <= plus[i]]
             if not slipping:
                 return key

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from fmu_models.validation.methods.equations import Equations, Mode, first_mode
-from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated, Switch
+from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated, SwitchEvent
 
 REST = 1e-12
 MOST = 100_000  # events of a run
@@ -47,7 +47,7 @@ class Watch:
     expression: Any
 
 
-class Stepper(Protocol):
+class SwitchStepper(Protocol):
     """Integrates in one mode up to ``stop`` or the first watched function that falls to zero, and says which."""
 
     @property
@@ -62,32 +62,32 @@ class Stepper(Protocol):
 
 def watches(equations: Equations, mode: Mode) -> list[Watch]:
     """What to watch in a mode."""
-    found: list[Watch] = []
+    watches_of_mode: list[Watch] = []
     forces, signs = equations.forces(mode), equations.signs(mode)
     for i, (contact, state) in enumerate(zip(equations.contacts, mode, strict=True)):
         depth: Any = contact.depth
         if contact.kind.compliant:
             release: Any = None if contact.release is None else equations.place(contact.release, signs)
             if state == OPEN:
-                found.append(Watch(i, "touch", -depth))
+                watches_of_mode.append(Watch(i, "touch", -depth))
             elif state == CLOSED:
-                found.append(Watch(i, "release", depth if release is None else release))
+                watches_of_mode.append(Watch(i, "release", depth if release is None else release))
             else:
-                found += [Watch(i, "leave", depth), Watch(i, "touch", -release)]
+                watches_of_mode += [Watch(i, "leave", depth), Watch(i, "touch", -release)]
         elif contact.kind.impulsive:
-            found.append(Watch(i, "collide", -depth) if state == OPEN else Watch(i, "lift", forces[i]))
+            watches_of_mode.append(Watch(i, "collide", -depth) if state == OPEN else Watch(i, "lift", forces[i]))
         elif not contact.kind.led:
             if state == OPEN:
-                found.append(Watch(i, "enter", -depth))
+                watches_of_mode.append(Watch(i, "enter", -depth))
                 continue
             if depth is not None:
-                found.append(Watch(i, "exit", depth))
+                watches_of_mode.append(Watch(i, "exit", depth))
             if state == STICK:
-                plus, minus = (equations.place(one, signs) for one in contact.capacities)
-                found += [Watch(i, "break-", plus - forces[i]), Watch(i, "break+", minus + forces[i])]
+                plus, minus = (equations.place(capacity, signs) for capacity in contact.capacities)
+                watches_of_mode += [Watch(i, "break-", plus - forces[i]), Watch(i, "break+", minus + forces[i])]
             else:
-                found.append(Watch(i, "slip", state * contact.slip))
-    return found
+                watches_of_mode.append(Watch(i, "slip", state * contact.slip))
+    return watches_of_mode
 
 
 class Run:
@@ -96,7 +96,7 @@ class Run:
     def __init__(self, equations: Equations, modules: str = "math") -> None:
         self.equations = equations
         self.contacts = equations.contacts
-        self.switches: list[Switch] = []
+        self.switches: list[SwitchEvent] = []
         self._modules = modules
         self._kept: dict[Any, Callable[[Any, Any], list[Any]]] = {}
         self._watches: dict[Mode, list[Watch]] = {}
@@ -121,7 +121,7 @@ class Run:
             self._kept[key] = self.equations.function(expressions(), self._modules)
         return self._kept[key](t, z)
 
-    def to(self, stepper: Stepper, z: Any, stop: Any, progress: Callable[[float], None] | None = None) -> Any:
+    def to(self, stepper: SwitchStepper, z: Any, stop: Any, progress: Callable[[float], None] | None = None) -> Any:
         """The state at ``stop``; ``switches`` holds what happened.
 
         Raises:
@@ -188,11 +188,11 @@ class Run:
 
     def _due(self, mode: Mode, done: set[int], t: Any, z: Any, stop: Any) -> Watch | None:
         """A watched function of another contact that is zero now and about to be negative."""
-        now = self._watched(mode, t, z)
+        watched = self._watched(mode, t, z)
         step = LOOK_AHEAD * stop
         rates = self.values(("rates", mode), lambda: list(self.equations.rates(mode)), t, z)
         soon = self._watched(mode, t + step, [a + step * rate for a, rate in zip(z, rates, strict=True)])
-        for watch, first, then in zip(self.watches(mode), now, soon, strict=True):
+        for watch, first, then in zip(self.watches(mode), watched, soon, strict=True):
             if watch.i not in done and then < 0 and first <= 1e-3 * abs(then - first):
                 return watch
         return None
@@ -202,16 +202,16 @@ class Run:
         i, contact = fell.i, self.contacts[fell.i]
         after = list(mode)
         if fell.what in ("break-", "break+"):
-            made, z = self._settle(mode, t, z, {i: MINUS if fell.what == "break-" else PLUS})
+            next_mode, z = self._settle(mode, t, z, {i: MINUS if fell.what == "break-" else PLUS})
         elif fell.what == "slip" and contact.reset and contact.reset_sides & (1 if mode[i] == PLUS else 2):
-            made, z = tuple(mode), self._jump(i, t, z)
+            next_mode, z = tuple(mode), self._jump(i, t, z)
         elif fell.what == "slip" and not contact.sticks:
             after[i] = -mode[i]
-            made = tuple(after)
+            next_mode = tuple(after)
         elif fell.what == "slip":
-            made, z = self._settle(mode, t, z, {})
+            next_mode, z = self._settle(mode, t, z, {})
         elif fell.what == "collide":
-            made, z = self._collide(mode, i, t, z)
+            next_mode, z = self._collide(mode, i, t, z)
         else:
             if fell.what == "touch" and contact.remembers:
                 z = self._remember(i, t, z)
@@ -224,19 +224,19 @@ class Run:
                 "exit": OPEN,
                 "enter": PLUS if self._slips(t, z)[i] >= 0 else MINUS,
             }[fell.what]
-            made = tuple(after)
-            if STICK in made:  # the forces that held the others may not suffice any more
-                made, z = self._settle(made, t, z, {})
+            next_mode = tuple(after)
+            if STICK in next_mode:  # the forces that held the others may not suffice any more
+                next_mode, z = self._settle(next_mode, t, z, {})
         for j, contact in enumerate(self.contacts):
-            if contact.reset_sides & 4 and (mode[j] == STICK) != (made[j] == STICK):
+            if contact.reset_sides & 4 and (mode[j] == STICK) != (next_mode[j] == STICK):
                 z = self._jump(j, t, z)
-        self._note(t, mode, made, i if fell.what == "collide" and made[i] == OPEN else None)
-        return made, z
+        self._note(t, mode, next_mode, i if fell.what == "collide" and next_mode[i] == OPEN else None)
+        return next_mode, z
 
     def _note(self, t: Any, before: Mode, after: Mode, bounced: int | None) -> None:
         for j, (old, new) in enumerate(zip(before, after, strict=True)):
             if old != new or j == bounced:
-                self.switches.append(Switch(float(t), self.contacts[j].name, old, new))
+                self.switches.append(SwitchEvent(float(t), self.contacts[j].name, old, new))
 
     def _settle(self, mode: Mode, t: Any, z: Any, forced: dict[int, int]) -> tuple[Mode, Any]:
         """States of all contacts without slip that are consistent with each other; slips set to zero."""
@@ -267,16 +267,16 @@ class Run:
 
         def expressions() -> list[Any]:
             equations, signs = self.equations, self.equations.signs(mode)
-            lambdas, made = equations.forces(mode), []
+            lambdas, capacities_of = equations.forces(mode), []
             for j, c in enumerate(equations.contacts):
                 pull = sum(equations.system.G[j, k] * lambdas[k] for k in range(len(lambdas)))
-                capacities = [equations.place(one, signs) for one in c.capacities]
-                made += [*capacities, equations.place(c.slip_rate, signs) + pull]
-            return made
+                capacities = [equations.place(capacity, signs) for capacity in c.capacities]
+                capacities_of += [*capacities, equations.place(c.slip_rate, signs) + pull]
+            return capacities_of
 
-        found = self.values(("consistent", mode), expressions, t, z)
+        residuals = self.values(("consistent", mode), expressions, t, z)
         for j in zero:
-            plus, minus, rate = found[3 * j : 3 * j + 3]
+            plus, minus, rate = residuals[3 * j : 3 * j + 3]
             if mode[j] == STICK and not -minus <= forces[j] <= plus:
                 return False
             if mode[j] != STICK and j not in forced and mode[j] * rate < 0:
@@ -327,9 +327,9 @@ class Run:
         return _like(z, [*new, *list(z)[len(states) :]])
 
     def _remember(self, i: int, t: Any, z: Any) -> Any:
-        place = self.equations.n + self.equations.memories.index(i)
+        memory = self.equations.n + self.equations.memories.index(i)
         moved = list(z)
-        moved[place] = self._slips(t, z)[i]
+        moved[memory] = self._slips(t, z)[i]
         return _like(z, moved)
 
 

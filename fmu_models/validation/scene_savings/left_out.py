@@ -24,18 +24,22 @@ def left_out(scene: Scene) -> tuple[LeftOut, ...]:
     """What a scene leaves out, by kind."""
     from fmu_models.lowering.lower import lower
 
-    declared = whole = variant(scene.model, beside=scene.folder)
+    declared = whole_model = variant(scene.model, beside=scene.folder)
     law_contacts = [name for name in scene.laws if scene.contacts is None or name in scene.contacts]
     if law_contacts:
-        whole = variant(declared, laws={name: scene.laws[name] for name in law_contacts}, beside=scene.folder)
+        whole_model = variant(declared, laws={name: scene.laws[name] for name in law_contacts}, beside=scene.folder)
     mechanism = variant(declared, scene.contacts, scene.laws, beside=scene.folder)
-    system, small = lower(whole), reduced(scene)
-    kept = {contact.name for contact in small.contacts}
-    gone = [contact for contact in whole.contacts if scene.contacts is not None and contact.name not in scene.contacts]
+    system, small = lower(whole_model), reduced(scene)
+    contacts = {contact.name for contact in small.contacts}
+    gone = [
+        contact for contact in whole_model.contacts if scene.contacts is not None and contact.name not in scene.contacts
+    ]
     belongs = {s.name: contact.name for contact in gone for s in _symbols(contact) - mechanism.symbols}
-    found = [LeftOut("contact", c.name, "not among the contacts in use") for c in system.contacts if c.name not in kept]
+    omissions = [
+        LeftOut("contact", c.name, "not among the contacts in use") for c in system.contacts if c.name not in contacts
+    ]
     states = {state.name for state in small.states}
-    found += [
+    omissions += [
         LeftOut("state", z.name, f"belongs to contact {belongs[z.name]}")
         for z in system.internal_states
         if z.name not in states
@@ -50,20 +54,20 @@ def left_out(scene: Scene) -> tuple[LeftOut, ...]:
             why = f"constant of the code, {scene.fixed[quantity.name]:g}{unit}"
         else:
             why = f"belongs to contact {belongs.get(quantity.name, 'left out')}"
-        found.append(LeftOut(kind, quantity.name, why))
+        omissions.append(LeftOut(kind, quantity.name, why))
     possible = {output.name for output in lower(mechanism).outputs}
     for output in system.outputs:
         if output.name not in scene.outputs:
             of = sorted({belongs[s.name] for s in _free(output.expression) if s.name in belongs})
             why = "not asked for" if output.name in possible else f"shows contact {', '.join(of)}"
-            found.append(LeftOut("output", output.name, why))
-    return tuple(found)
+            omissions.append(LeftOut("output", output.name, why))
+    return tuple(omissions)
 
 
 def _symbols(contact: Any) -> set[Any]:
     """What belongs to a contact: its parameters, inputs, internal states and what outputs show of it."""
-    own = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
-    return own | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}
+    quantities = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
+    return quantities | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}
 
 
 def _free(expression: Any) -> set[Any]:

@@ -60,7 +60,7 @@ def size(fmu: Fmu) -> Size:
 
 
 @dataclass(frozen=True)
-class Runs:
+class TimedRuns:
     """Times of runs of the scene's FMU and of that of its model.
 
     Attributes:
@@ -83,7 +83,7 @@ def whole_model(scene: Scene) -> Fmu:
     return Fmu.open(built(scene.model, laws=scene.laws, beside=scene.folder))
 
 
-def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
+def time_runs(scene: Scene, pairs: int = PAIRS) -> TimedRuns:
     """Run the scene's FMU and that of its model in turn, ends recorded only.
 
     Raises:
@@ -91,19 +91,22 @@ def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
     """
     small, large = Fmu.open(built_scene(scene)), whole_model(scene)
     muted = _muting(scene)
-    own = arguments(scene)
-    everything = _for_model(scene, large, own, muted or {})
-    times = np.linspace(0.0, own["stop_time"], 501)
-    one, other = simulate(small, **own, output_times=times), simulate(large, **everything, output_times=times)
-    sizes = {name: float(np.abs(one[name]).max()) or 1.0 for name in small.states}
-    gaps = [float(np.abs(one[name] - other[name]).max()) / size for name, size in sizes.items()]
+    small_arguments = arguments(scene)
+    everything = _for_model(scene, large, small_arguments, muted or {})
+    times = np.linspace(0.0, small_arguments["stop_time"], 501)
+    small_run, large_run = (
+        simulate(small, **small_arguments, output_times=times),
+        simulate(large, **everything, output_times=times),
+    )
+    sizes = {name: float(np.abs(small_run[name]).max()) or 1.0 for name in small.states}
+    gaps = [float(np.abs(small_run[name] - large_run[name]).max()) / size for name, size in sizes.items()]
     measured: list[tuple[float, float]] = []
-    end = [own["stop_time"]]
-    begin = time.monotonic()
-    while len(measured) < pairs and (len(measured) < 3 or time.monotonic() - begin < LONGEST):
-        ours = simulate(small, **own, output_times=end).seconds
+    end = [small_arguments["stop_time"]]
+    started = time.monotonic()
+    while len(measured) < pairs and (len(measured) < 3 or time.monotonic() - started < LONGEST):
+        ours = simulate(small, **small_arguments, output_times=end).seconds
         measured.append((ours, simulate(large, **everything, output_times=end).seconds))
-    return Runs(
+    return TimedRuns(
         scene=statistics.median(a for a, _ in measured),
         model=statistics.median(b for _, b in measured),
         faster=statistics.median(b / a for a, b in measured),
@@ -112,14 +115,16 @@ def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
     )
 
 
-def _for_model(scene: Scene, model: Fmu, own: Mapping[str, Any], muted: Mapping[str, float]) -> dict[str, Any]:
+def _for_model(
+    scene: Scene, model: Fmu, scene_arguments: Mapping[str, Any], muted: Mapping[str, float]
+) -> dict[str, Any]:
     """Arguments with which the FMU of the whole model does what the scene does."""
     fixed = {name: value for name, value in scene.fixed.items() if name in model.parameters}
-    held = {name: value for name, value in scene.fixed.items() if name in model.inputs}
+    held_inputs = {name: value for name, value in scene.fixed.items() if name in model.inputs}
     return {
-        **own,
-        "parameters": {**fixed, **own["parameters"], **muted},
-        "inputs": {**held, **own["inputs"]},
+        **scene_arguments,
+        "parameters": {**fixed, **scene_arguments["parameters"], **muted},
+        "inputs": {**held_inputs, **scene_arguments["inputs"]},
     }
 
 
@@ -127,15 +132,15 @@ def _muting(scene: Scene) -> dict[str, float] | None:
     """Values of parameters of the model that take the force from every contact left out; None if there are none."""
     if scene.contacts is None:
         return {}
-    whole = variant(scene.model, beside=scene.folder)
-    kept = variant(whole, scene.contacts)
-    shared = {p.name for p in kept.parameters}
+    whole_model = variant(scene.model, beside=scene.folder)
+    reduced_model = variant(whole_model, scene.contacts)
+    shared = {p.name for p in reduced_model.parameters}
     muted: dict[str, float] = {}
-    for contact in whole.contacts:
+    for contact in whole_model.contacts:
         if contact.name in scene.contacts:
             continue
-        own: list[Any] = [p for p in whole.parameters if p in contact.symbols and p.name not in shared]
-        zeros = [p for p in own if p.minimum == 0.0 and not p.positive]
+        quantities: list[Any] = [p for p in whole_model.parameters if p in contact.symbols and p.name not in shared]
+        zeros = [p for p in quantities if p.minimum == 0.0 and not p.positive]
         force: Any = contact.law_force
         choices = [[p] for p in zeros] + [zeros]
         silent = next((c for c in choices if force is not None and force.xreplace(dict.fromkeys(c, 0)) == 0), None)
@@ -159,23 +164,23 @@ def time_start(scene: Scene, of_model: bool) -> float:
 
 
 def _first_result(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> float:
-    begin = time.perf_counter()
+    started = time.perf_counter()
     isolated(_work, scene, of_model, environment)
-    return time.perf_counter() - begin
+    return time.perf_counter() - started
 
 
 def _work(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> None:
     """What is timed, in a process of its own."""
     os.environ.update(environment)
-    own = arguments(scene)
+    scene_arguments = arguments(scene)
     fmu = whole_model(scene) if of_model else Fmu.open(built_scene(scene))
-    run = _for_model(scene, fmu, own, {}) if of_model else own
-    simulate(fmu, **run, output_times=[own["stop_time"]])
+    run = _for_model(scene, fmu, scene_arguments, {}) if of_model else scene_arguments
+    simulate(fmu, **run, output_times=[scene_arguments["stop_time"]])
 
 
 def measured(scene: Scene, progress: Callable[[float], Any]) -> dict[str, Any]:
     """What is left out, sizes and times of the scene's FMU and of that of its model."""
-    parts = left_out(scene)
+    omissions = left_out(scene)
     sizes = {"scene": size(Fmu.open(built_scene(scene))), "model": size(whole_model(scene))}
     progress(0.1)
     runs = time_runs(scene)
@@ -184,8 +189,8 @@ def measured(scene: Scene, progress: Callable[[float], Any]) -> dict[str, Any]:
     progress(0.6)
     build = {"scene": time_build(scene, False), "model": time_build(scene, True)}
     return {
-        "left_out": [dataclasses.asdict(part) for part in parts],
-        "sizes": {name: dataclasses.asdict(one) for name, one in sizes.items()},
+        "left_out": [dataclasses.asdict(omission) for omission in omissions],
+        "sizes": {name: dataclasses.asdict(model_size) for name, model_size in sizes.items()},
         "build_seconds": build,
         "start_seconds": start,
         "run_seconds": {"scene": runs.scene, "model": runs.model},

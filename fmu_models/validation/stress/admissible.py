@@ -16,21 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.language.contact_kinds import AWAY, CHATTERING, RELEASED, SLIP_MINUS, SLIP_PLUS, STICK, TOUCHING
-from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, Equations, Findings
+from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, StressEquations, StressFindings
 
 
-def contradictions(equations: Equations, columns: Columns, parameters: Mapping[str, float]) -> Findings:
+def contradictions(equations: StressEquations, columns: Columns, parameters: Mapping[str, float]) -> StressFindings:
     """The largest contradiction between contact states and what they say, relative; 0 if there is none."""
-    worst = Findings(0.0, "")
+    worst = StressFindings(0.0, "")
     with np.errstate(all="ignore"):
         values = equations.environment(columns, parameters)
         moved = equations.environment(equations.nudged(columns), parameters)
         gross = equations.gross(columns, parameters)
         for i, contact in enumerate(equations.system.contacts):
-            for what, wrong in _Contact(equations, i, columns, (values, moved), gross[i]).violations():
+            for description, wrong in _Contact(equations, i, columns, (values, moved), gross[i]).violations():
                 wrong = np.where(np.isfinite(wrong), wrong, 0.0)
                 if wrong.size and wrong.max() > worst.error:
-                    worst = Findings(float(wrong.max()), f"{contact.name}: {what}")
+                    worst = StressFindings(float(wrong.max()), f"{contact.name}: {description}")
     return worst
 
 
@@ -39,7 +39,7 @@ class _Contact:
 
     def __init__(
         self,
-        equations: Equations,
+        equations: StressEquations,
         i: int,
         columns: Columns,
         values: tuple[list[Any], list[Any]],
@@ -61,14 +61,14 @@ class _Contact:
             return self._rigid_friction()
         return self._switch() if kind.surface else self._friction()
 
-    def _relative(self, which: str) -> NDArray:
+    def _relative(self, quantity: str) -> NDArray:
         """Slip or depth over the magnitude of its terms along the run, drawn to zero by rounding."""
-        value, size = self.equations.place(self.i, self.values, which)
-        moved, _ = self.equations.place(self.i, self.moved, which)
+        value, size = self.equations.place(self.i, self.values, quantity)
+        moved, _ = self.equations.place(self.i, self.moved, quantity)
         value, size = np.broadcast_to(value, self.state.shape), np.broadcast_to(size, self.state.shape)
         rounding = np.abs(moved - value) / NUDGE * ROUNDINGS
         scale = float(np.nanmax(size)) if np.isfinite(size).any() else 0.0
-        if which == "slip" and not self.contact.kind.surface:
+        if quantity == "slip" and not self.contact.kind.surface:
             rounding = rounding + ROUNDINGS * self.gross_speed
         return np.sign(value) * np.maximum(np.abs(value) - rounding, 0.0) / (scale if scale > 0 else 1.0)
 
@@ -100,31 +100,33 @@ class _Contact:
     def _friction(self) -> list[tuple[str, NDArray]]:
         slip = self._relative("slip")
         capacities = self.equations.capacities(self.i, self.values)
-        found = [
+        violations = [
             ("slip speed below zero in slip+", self._where((SLIP_PLUS,), -slip)),
             ("slip speed above zero in slip-", self._where((SLIP_MINUS,), slip)),
             ("force not of the law in slip", self._law((SLIP_MINUS, SLIP_PLUS))),
         ]
         if self.contact.sticks:
-            found.append(("slip speed in stick", self._where((STICK,), np.abs(slip))))
-            found.append(("force beyond the capacity in stick", self._where((STICK,), self._capacity(*capacities))))
+            violations.append(("slip speed in stick", self._where((STICK,), np.abs(slip))))
+            violations.append(
+                ("force beyond the capacity in stick", self._where((STICK,), self._capacity(*capacities)))
+            )
         if self.contact.depth is not None:
             inside = self._relative("depth")
-            found.append(("outside its region", self._where((SLIP_MINUS, STICK, SLIP_PLUS), -inside)))
-            found.append(("away inside its region", self._where((AWAY,), inside)))
-        return found
+            violations.append(("outside its region", self._where((SLIP_MINUS, STICK, SLIP_PLUS), -inside)))
+            violations.append(("away inside its region", self._where((AWAY,), inside)))
+        return violations
 
     def _stop(self) -> list[tuple[str, NDArray]]:
         inside = self._relative("depth")
         force = self.columns[f"{self.contact.name}_force"]
-        found = [
+        violations = [
             ("away although inside", self._where((AWAY,), inside)),
             ("touching although outside", self._where((TOUCHING, RELEASED), -inside)),
             ("force not of the law", self._law((TOUCHING,))),
         ]
         if self.contact.release is not None:
-            found.append(("pulls", self._pulls(force)))
-        return found
+            violations.append(("pulls", self._pulls(force)))
+        return violations
 
     def _impact(self) -> list[tuple[str, NDArray]]:
         depth = self._relative("depth")

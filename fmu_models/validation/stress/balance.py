@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fmu_models.language.contact_kinds import CHATTERING
 from fmu_models.simulation.trajectory import Trajectory
-from fmu_models.validation.stress.equations import Findings
+from fmu_models.validation.stress.equations import StressFindings
 from fmu_models.validation.stress.jumps import leeway
 
 Run = Callable[[NDArray[np.float64]], Trajectory]
@@ -36,13 +36,13 @@ def stretches(trajectory: Trajectory, most: int = MOST) -> list[tuple[float, flo
     """Ends of stretches without event, evenly chosen of all; those too short for the digits of time are left out."""
     times = trajectory.time
     ends = [times[0], *sorted({event.time for event in trajectory.events}), times[-1]]
-    found = []
+    intervals = []
     for a, b in itertools.pairwise(ends):
         off = leeway(trajectory, b)
         if b - a > 2.0**20 * off:
-            found.append((a + off, b - off))
-    chosen = np.unique(np.linspace(0, len(found) - 1, min(most, len(found))).astype(int)) if found else []
-    return [found[i] for i in chosen]
+            intervals.append((a + off, b - off))
+    chosen = np.unique(np.linspace(0, len(intervals) - 1, min(most, len(intervals))).astype(int)) if intervals else []
+    return [intervals[i] for i in chosen]
 
 
 def nodes(pieces: list[tuple[float, float]]) -> NDArray[np.float64]:
@@ -51,28 +51,28 @@ def nodes(pieces: list[tuple[float, float]]) -> NDArray[np.float64]:
     return np.unique(np.concatenate([*inner, np.ravel(pieces)]))
 
 
-def imbalance(run: Run, first: Trajectory, gross: float) -> tuple[Findings, int]:
+def imbalance(run: Run, first: Trajectory, gross: float) -> tuple[StressFindings, int]:
     """Largest imbalance of the stretches that could be resolved, and how many these were.
 
     It is relative to energies and work of a stretch, but to no less than rounding of the ``gross`` energy, J, explains.
     """
     pieces = stretches(first)
-    worst, judged = Findings(0.0, ""), 0
+    worst, judged = StressFindings(0.0, ""), 0
     for _ in range(ROUNDS):
         if not pieces:
             break
         trajectory = run(nodes(pieces))
-        rest: list[tuple[float, float]] = []
+        remainder: list[tuple[float, float]] = []
         for a, b in pieces:
             error = _of_piece(trajectory, a, b, gross)
             if error is None:
                 cuts = np.linspace(a, b, 5)
-                rest += list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
+                remainder += list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
                 continue
             judged += 1
             if error > worst.error:
-                worst = Findings(error, f"energy from {a:.6g} s to {b:.6g} s")
-        pieces = rest[: 4 * MOST]
+                worst = StressFindings(error, f"energy from {a:.6g} s to {b:.6g} s")
+        pieces = remainder[: 4 * MOST]
     return worst, judged
 
 
@@ -80,9 +80,9 @@ def _of_piece(trajectory: Trajectory, a: float, b: float, gross_energy: float) -
     """Relative imbalance of one stretch; None if the quadrature does not resolve it."""
     times = np.clip(a + (b - a) * _PLACES, a, b)
     rows = np.searchsorted(trajectory.time, times)
-    begin, end = np.searchsorted(trajectory.time, [a, b])
+    first, end = np.searchsorted(trajectory.time, [a, b])
     states = [name for name in trajectory.values if name.endswith("_state")]
-    if any((trajectory[name][begin : end + 1] == CHATTERING).any() for name in states):
+    if any((trajectory[name][first : end + 1] == CHATTERING).any() for name in states):
         return 0.0
     with np.errstate(all="ignore"):
         power = trajectory["power_input"][rows] - trajectory["power_dissipated"][rows]
@@ -100,5 +100,5 @@ def _of_piece(trajectory: Trajectory, a: float, b: float, gross_energy: float) -
             return 0.0
         if abs(fine - coarse) > RESOLVED * size:
             return None
-        wrong = abs(float(energy[end] - energy[begin]) - fine) - ROUNDING * gross_energy
+        wrong = abs(float(energy[end] - energy[first]) - fine) - ROUNDING * gross_energy
         return max(0.0, wrong) / size

@@ -18,8 +18,8 @@ import sympy
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
-from fmu_models.validation.stress.equations import Equations
-from fmu_models.validation.stress.roles import Model, Role, roles
+from fmu_models.validation.stress.equations import StressEquations
+from fmu_models.validation.stress.roles import Model, ParameterRole, roles
 
 # values that a quantity takes by what it does; "x" values are multiples of its default
 _VALUES: dict[str, tuple[float, ...]] = {
@@ -85,30 +85,32 @@ class Case:
     bounded: bool = False
 
 
-def grid(name: str, model: Model, equations: Equations, *, until: float | None = None) -> list[Case]:
+def grid(name: str, model: Model, equations: StressEquations, *, until: float | None = None) -> list[Case]:
     """All cases of a model; ``until`` replaces the ten characteristic periods that each lasts, s."""
     period = characteristic_period(model, equations)
     duration = until or PERIODS * period
-    found = [Case(name, "default", "", "default", duration=duration, quick=True)]
+    cases = [Case(name, "default", "", "default", duration=duration, quick=True)]
     seen: set[tuple[str, str]] = set()
     for role in roles(model):
-        found += _of_role(name, role, equations, duration, first=(role.does, role.of) not in seen)
+        cases += _of_role(name, role, equations, duration, first=(role.does, role.of) not in seen)
         seen.add((role.does, role.of))
-    found += _coefficients(name, model, duration)
-    found += _starts(name, model, equations, duration)
-    found += _drives(name, equations, duration)
-    found.append(Case(name, "time", "late", "late start", begin=LATE * period, duration=duration))
-    found.append(Case(name, "time", "long", "1e6 periods", duration=LONG * period, bounded=True))
+    cases += _coefficients(name, model, duration)
+    cases += _starts(name, model, equations, duration)
+    cases += _drives(name, equations, duration)
+    cases.append(Case(name, "time", "late", "late start", begin=LATE * period, duration=duration))
+    cases.append(Case(name, "time", "long", "1e6 periods", duration=LONG * period, bounded=True))
     if equations.has_units:
         for unit, exponents in UNITS.items():
             for sign in (1, -1):
                 scale = (sign * exponents[0], sign * exponents[1], sign * exponents[2])
                 label = f"{unit} x 2^{sign * 30}"
-                found.append(Case(name, "units", unit, label, duration=duration, scale=scale, quick=sign > 0))
-    return found
+                cases.append(Case(name, "units", unit, label, duration=duration, scale=scale, quick=sign > 0))
+    return cases
 
 
-def _of_role(name: str, role: Role, equations: Equations, duration: float, *, first: bool) -> Iterator[Case]:
+def _of_role(
+    name: str, role: ParameterRole, equations: StressEquations, duration: float, *, first: bool
+) -> Iterator[Case]:
     default = equations.parameters.get(role.name, equations.inputs.get(role.name, 0.0))
     values = {value: "" for value in _VALUES.get(role.does, ())}
     for factor in _MULTIPLES.get(role.does, ()):
@@ -116,14 +118,14 @@ def _of_role(name: str, role: Role, equations: Equations, duration: float, *, fi
     quick = _QUICK.get(role.does)
     quick = quick * (default or 1.0) if quick is not None and role.does in _MULTIPLES else quick
     for value in values:
-        given = {role.name: value}
+        changed = {role.name: value}
         yield Case(
             name,
             role.of,
             role.does,
             f"{role.name}={value:g}",
-            parameters=given if role.name in equations.parameters else {},
-            inputs=given if role.name in equations.inputs else {},
+            parameters=changed if role.name in equations.parameters else {},
+            inputs=changed if role.name in equations.inputs else {},
             duration=duration,
             quick=first and value == quick,
         )
@@ -133,17 +135,17 @@ def _coefficients(name: str, model: Model, duration: float) -> Iterator[Case]:
     """Static and kinetic friction that are alike, and both nothing: one alone would contradict the other."""
     for contact in model.frictions if isinstance(model, Mechanism) else ():
         law = getattr(contact.law, "steady", contact.law)
-        both = [getattr(law, field, None) for field in ("mu_s", "mu_k")]
-        pair = [mu for mu in both if isinstance(mu, Parameter)]
+        coefficients = [getattr(law, field, None) for field in ("mu_s", "mu_k")]
+        pair = [mu for mu in coefficients if isinstance(mu, Parameter)]
         if len(pair) < 2:
             continue
         for value in (pair[0].value, 0.0):
             label = "=".join([*(mu.name for mu in pair), f"{value:g}"])
-            given = {mu.name: value for mu in pair}
-            yield Case(name, "friction", "friction", label, parameters=given, duration=duration)
+            changed = {mu.name: value for mu in pair}
+            yield Case(name, "friction", "friction", label, parameters=changed, duration=duration)
 
 
-def _starts(name: str, model: Model, equations: Equations, duration: float) -> Iterator[Case]:
+def _starts(name: str, model: Model, equations: StressEquations, duration: float) -> Iterator[Case]:
     """On each boundary, a hair off it, on two at once; at rest; very fast and very slow."""
     states = equations.starts
     velocities = [s.name for s in equations.system.driven]
@@ -168,7 +170,7 @@ def _starts(name: str, model: Model, equations: Equations, duration: float) -> I
             yield case(f"start on {names}", start)
 
 
-def _drives(name: str, equations: Equations, duration: float) -> Iterator[Case]:
+def _drives(name: str, equations: StressEquations, duration: float) -> Iterator[Case]:
     inputs = equations.inputs
     if len(inputs) > 1:
         equal = dict.fromkeys(inputs, next(iter(inputs.values())))
@@ -177,7 +179,7 @@ def _drives(name: str, equations: Equations, duration: float) -> Iterator[Case]:
         yield Case(name, "friction", "drive", "drives opposed", inputs=opposed, duration=duration)
 
 
-def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str, float] | None:
+def on_boundary(equations: StressEquations, offsets: Mapping[int, float]) -> dict[str, float] | None:
     """Start values with each contact (by index) off its boundary by so much of the default's scale; None if impossible.
 
     A contact with a bound is put there without speed, one without at that slip speed. Newton's method by least
@@ -204,12 +206,12 @@ def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str,
         return np.array(rows)
 
     for _ in range(8):
-        now = wrong(x)
+        violated = wrong(x)
         slopes = []
         for i in range(len(x)):
             step = 1e-6 * max(1.0, abs(x[i])) * np.eye(len(x))[i]
             slopes.append((wrong(x + step) - wrong(x - step)) / (2 * step[i]))
-        move = np.linalg.lstsq(np.array(slopes).T, now, rcond=None)[0]
+        move = np.linalg.lstsq(np.array(slopes).T, violated, rcond=None)[0]
         if np.abs(move).max() <= 1e-16 * max(1.0, float(np.abs(x).max())):
             break
         x = x - move
@@ -218,13 +220,13 @@ def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str,
     return {name: float(value) for name, value in zip(names, x, strict=True)}
 
 
-def characteristic_period(model: Model, equations: Equations) -> float:
+def characteristic_period(model: Model, equations: StressEquations) -> float:
     """Longest period, s, of what moves by itself at the start and of what is driven; 1 where nothing swings."""
     names = [*equations.starts]
     driven = equations.driven
-    place = {name: np.array([value]) for name, value in equations.starts.items()} | {"time": np.zeros(1)}
-    place |= {f"{c.name}_state": np.full(1, 2.0) for c in equations.system.contacts}
-    place |= {f"{c.name}_force": np.zeros(1) for c in equations.system.contacts}
+    point = {name: np.array([value]) for name, value in equations.starts.items()} | {"time": np.zeros(1)}
+    point |= {f"{c.name}_state": np.full(1, 2.0) for c in equations.system.contacts}
+    point |= {f"{c.name}_force": np.zeros(1) for c in equations.system.contacts}
 
     def rates(columns: Mapping[str, np.ndarray]) -> np.ndarray:
         return equations.rates(columns, {})[0][:, 0]
@@ -232,7 +234,7 @@ def characteristic_period(model: Model, equations: Equations) -> float:
     matrix = np.zeros((len(names), len(names)))
     for i, name in enumerate(names):
         step = 1e-6 * max(1.0, abs(equations.starts[name]))
-        up, down = ({**place, name: place[name] + s * step} for s in (1, -1))
+        up, down = ({**point, name: point[name] + s * step} for s in (1, -1))
         for row, value in zip(driven, (rates(up) - rates(down)) / (2 * step), strict=True):
             matrix[names.index(row), i] = value
     if isinstance(model, Mechanism):

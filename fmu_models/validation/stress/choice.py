@@ -18,13 +18,13 @@ def listed_cases(models: list[str], pattern: str | None, until: float | None, qu
     """
     if not models:
         models = _one_per_kind() if quick else oscillators.names()
-    found = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]
+    cases = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]
     if pattern is None:
-        return [case for case in found if case.quick or not quick]
-    chosen = [case for case in found if fnmatch.fnmatchcase(case.name, pattern) and (case.quick or not quick)]
+        return [case for case in cases if case.quick or not quick]
+    chosen = [case for case in cases if fnmatch.fnmatchcase(case.name, pattern) and (case.quick or not quick)]
     if not chosen:
-        known = [case.name for case in found if case.quick or not quick]
-        raise StickslipError(f"No case matches '{pattern}'.{nearest(pattern, known)}")
+        names = [case.name for case in cases if case.quick or not quick]
+        raise StickslipError(f"No case matches '{pattern}'.{nearest(pattern, names)}")
     return chosen
 
 
@@ -36,15 +36,15 @@ def random_cases(models: list[str], count: int, seed: int, until: float | None) 
     """
 
     names = list(dict.fromkeys(models)) or oscillators.names()
-    share, more = divmod(count, len(names))
-    return [case for i, name in enumerate(names) for case in drawn(name, share + (i < more), seed, until)]
+    share, remainder = divmod(count, len(names))
+    return [case for i, name in enumerate(names) for case in drawn(name, share + (i < remainder), seed, until)]
 
 
 def _one_per_kind() -> list[str]:
     """The first model by name of every kind of contact."""
 
-    found: dict[str, str] = {}
+    first_cases: dict[str, str] = {}
     for name in oscillators.names():
         for contact in oscillators.load(name).contacts:
-            found.setdefault(type(contact).__name__, name)
-    return sorted(set(found.values()))
+            first_cases.setdefault(type(contact).__name__, name)
+    return sorted(set(first_cases.values()))

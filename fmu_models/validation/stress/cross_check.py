@@ -31,8 +31,8 @@ from fmu_models.importer.driver import Driver
 from fmu_models.language.contact_kinds import AWAY, CHATTERING, CLOSED, STICK
 from fmu_models.simulation.trajectory import Events, Trajectory
 from fmu_models.validation.stress.cases import Case
-from fmu_models.validation.stress.equations import Columns, Equations
-from fmu_models.validation.stress.judge import ACCURATE, Cell, Subject, against_declaration, timed_cell
+from fmu_models.validation.stress.equations import Columns, StressEquations
+from fmu_models.validation.stress.judge import ACCURATE, StressCell, StressSubject, against_declaration, timed_cell
 from fmu_models.validation.stress.trial import AllowanceSpentError, Trial
 
 METHOD = "dop853"
@@ -50,7 +50,7 @@ NEAR = 1e-4  # of the length of a run: times so close to an event are left out
 class SecondPath:
     """The importer with the FMU of a subject, which it keeps."""
 
-    subject: Subject
+    subject: StressSubject
     _drivers: dict[float, Driver] = field(default_factory=dict)
 
     def run(self, trial: Trial, tolerance: float, start: dict[str, float]) -> Trajectory:
@@ -65,7 +65,7 @@ class SecondPath:
         )
 
 
-def cross_check(case: Case, second: SecondPath) -> Cell:
+def cross_check(case: Case, second: SecondPath) -> StressCell:
     """Run a case on both paths and judge the engine's. Never raises what they say."""
     fmu = second.subject.fmu
     cell = timed_cell(case)
@@ -77,21 +77,21 @@ def cross_check(case: Case, second: SecondPath) -> Cell:
     except StickslipError as error:
         return cell("refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
     if len(base.events) > MOST_EVENTS:
-        said = f"it has {len(base.events)} events, and every one is late on the second path"
-        return cell("refused", None, "second path", said, 0.0)
+        reason = f"it has {len(base.events)} events, and every one is late on the second path"
+        return cell("refused", None, "second path", reason, 0.0)
     worst, check, count = against_declaration(trial, base, second.subject)
     message = worst.what
     reached = 1.0
     try:
-        error, said, reached = _distance(trial, base, second)
+        error, reason, reached = _distance(trial, base, second)
         count += 1
     except StickslipError as refusal:
         if worst.error <= ACCURATE:
-            said = str(refusal).removeprefix(f"{fmu.description.modelName}: ")
-            return cell("refused", worst.error, "second path", f"the importer: {said}", 0.0, count)
-        error, said = 0.0, ""
+            reason = str(refusal).removeprefix(f"{fmu.description.modelName}: ")
+            return cell("refused", worst.error, "second path", f"the importer: {reason}", 0.0, count)
+        error, reason = 0.0, ""
     if error > max(worst.error, ACCURATE):
-        worst_error, check, message = error, "second path", said
+        worst_error, check, message = error, "second path", reason
     else:
         worst_error = max(worst.error, error)
     # what either path may be off by is taken off already
@@ -120,19 +120,19 @@ def _distance(trial: Trial, base: Trajectory, second: SecondPath) -> tuple[float
             continue  # inside a wall
     times = base.time[: min(run.time.size for run in (reference, loose, *others))]
     spread = np.maximum.accumulate(
-        np.sum([_apart(reference, other, names, times.size) for other in others] or [np.zeros(times.size)], axis=0)
+        np.sum([_apart(reference, run, names, times.size) for run in others] or [np.zeros(times.size)], axis=0)
     )
     late = _shifts(trial, base, second.subject.equations, times) * np.maximum(spread / NUDGE, 1.0)
     noise = np.maximum.accumulate(_apart(reference, loose, names, times.size)) + spread + late
     beyond = np.flatnonzero(noise > HORIZON)
-    known = np.arange(times.size) < (beyond[0] if beyond.size else times.size)
+    certain = np.arange(times.size) < (beyond[0] if beyond.size else times.size)
     events = np.array([event.time for event in base.events])
     if events.size:
-        near = NEAR * trial.duration
+        resolution = NEAR * trial.duration
         at = np.searchsorted(events, times)
         gaps = [np.abs(times - events[np.clip(at - k, 0, events.size - 1)]) for k in (0, 1)]
-        known &= np.minimum(*gaps) > near
-    excess = np.where(known, _apart(reference, base, names, times.size) - FACTOR * noise, 0.0)
+        certain &= np.minimum(*gaps) > resolution
+    excess = np.where(certain, _apart(reference, base, names, times.size) - FACTOR * noise, 0.0)
     at = int(excess.argmax())
     reached = float(np.count_nonzero(noise <= HORIZON)) / base.time.size
     return (
@@ -142,7 +142,9 @@ def _distance(trial: Trial, base: Trajectory, second: SecondPath) -> tuple[float
     )
 
 
-def _shifts(trial: Trial, base: Trajectory, equations: Equations, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shifts(
+    trial: Trial, base: Trajectory, equations: StressEquations, times: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """(n,) sum over the events until each time of what their shift does to the states, relative to these."""
     rows, contacts = _rows(base)
     rows = rows[(rows["time"] > base.time[0]) & (rows["time"] < base.time[-1])]
@@ -151,24 +153,24 @@ def _shifts(trial: Trial, base: Trajectory, equations: Equations, times: NDArray
     at = np.unique(rows["time"])
     gaps = np.diff(np.concatenate([base.time[:1], at, base.time[-1:]]))
     beside = np.minimum(BESIDE * trial.duration, 0.1 * np.minimum(gaps[:-1], gaps[1:]))
-    near = trial.run(times=np.unique(np.concatenate([at - 2 * beside, at - beside, at + beside])))
-    columns = dict(near.values) | {"time": near.time}
+    around = trial.run(times=np.unique(np.concatenate([at - 2 * beside, at - beside, at + beside])))
+    columns = dict(around.values) | {"time": around.time}
     with np.errstate(all="ignore"):
         environment = equations.environment(columns, trial.case.parameters)
-        rates = np.array([near[f"der({name})"] / _size(base, name) for name in equations.starts])
-        before = np.searchsorted(near.time, at) - 1
-        turn = np.abs(rates[:, np.minimum(before + 1, near.time.size - 1)] - rates[:, before]).max(axis=0)
+        rates = np.array([around[f"der({name})"] / _size(base, name) for name in equations.starts])
+        before = np.searchsorted(around.time, at) - 1
+        turn = np.abs(rates[:, np.minimum(before + 1, around.time.size - 1)] - rates[:, before]).max(axis=0)
         moved = np.zeros(at.size)
         for number, contact in enumerate(equations.system.contacts):
             mine = rows[[contacts[i] == contact.name for i in rows["contact"]]]
             for row in mine:
                 k = int(np.searchsorted(at, row["time"]))
-                found = _indicator(equations, number, row, columns, environment)
-                if found is None:
+                indicator = _indicator(equations, number, row, columns, environment)
+                if indicator is None:
                     continue
-                value, scale = found
+                value, scale = indicator
                 last = before[k]
-                rate = abs(value[last] - value[last - 1]) / (near.time[last] - near.time[last - 1])
+                rate = abs(value[last] - value[last - 1]) / (around.time[last] - around.time[last - 1])
                 moved[k] += SHIFT * scale[last] / rate * turn[k]
     total = np.cumsum(np.where(np.isfinite(moved), moved, np.inf))
     until = np.searchsorted(at, times, side="right")
@@ -182,7 +184,7 @@ def _rows(run: Trajectory) -> tuple[NDArray[Any], tuple[str, ...]]:
 
 
 def _indicator(
-    equations: Equations, number: int, row: np.void, columns: Columns, environment: list[Any]
+    equations: StressEquations, number: int, row: np.void, columns: Columns, environment: list[Any]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """(n,) what an event is the zero of, and its scale: the force that holds, the place, or the slip speed. None where
     a sliding motion ends: there the fields before and after are the same."""
@@ -202,6 +204,6 @@ def _size(run: Trajectory, name: str) -> float:
     return float(np.abs(run[name]).max()) or 1.0
 
 
-def _apart(run: Trajectory, other: Trajectory, names: list[str], n: int) -> NDArray[np.float64]:
+def _apart(run: Trajectory, second: Trajectory, names: list[str], n: int) -> NDArray[np.float64]:
     """(n,) largest difference of a state, relative to its largest value along the first run."""
-    return np.max([np.abs(run[name][:n] - other[name][:n]) / _size(run, name) for name in names], axis=0)
+    return np.max([np.abs(run[name][:n] - second[name][:n]) / _size(run, name) for name in names], axis=0)

@@ -38,14 +38,14 @@ ROUNDINGS = 32 * 2.0**-53
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class StressFindings:
     """Largest contradictions (relative; nan where nothing could be evaluated) and what they were found in."""
 
     error: float
     what: str
 
 
-class Equations:
+class StressEquations:
     """Everything that the judge evaluates of one model, compiled once."""
 
     def __init__(self, model: Model) -> None:
@@ -114,9 +114,9 @@ class Equations:
                 values[places[c.force_symbol]] = sign * columns[f"{c.name}_force"]
         return values
 
-    def place(self, c: int, values: list[Any], which: str) -> tuple[Any, Any]:
+    def place(self, c: int, values: list[Any], quantity: str) -> tuple[Any, Any]:
         """Slip or depth of contact ``c``, and the sum of the magnitudes of its terms."""
-        terms = self._contacts[c][which](*values)
+        terms = self._contacts[c][quantity](*values)
         return sum(terms), sum(np.abs(term) for term in terms)
 
     def laws(self, c: int, values: list[Any]) -> tuple[Any, Any, Any]:
@@ -131,16 +131,16 @@ class Equations:
 
     def forces(self, columns: Columns, values: list[Any]) -> list[Any]:
         """lambda of every contact: what the run reports; of a switch what its sign says, nan while it slides."""
-        found = []
+        forces = []
         for i, c in enumerate(self.system.contacts):
             if c.kind.surface:
                 state = columns[f"{c.name}_state"]
                 law = self.laws(i, values)[0] + 0.0 * state
-                found.append(np.where(state == STICK, np.nan if c.sticks else 0.0, law))
+                forces.append(np.where(state == STICK, np.nan if c.sticks else 0.0, law))
             else:
                 sign = 1.0 if c.kind.impulsive else -1.0
-                found.append(sign * columns[f"{c.name}_force"])
-        return found
+                forces.append(sign * columns[f"{c.name}_force"])
+        return forces
 
     def rates(self, columns: Columns, parameters: Mapping[str, float]) -> tuple[NDArray, NDArray]:
         """Rates of the driven states under the forces reported, and the magnitudes of their terms: (n_driven, n).
@@ -189,14 +189,14 @@ class Equations:
         _, size = self.rates(columns, parameters)
         span = float(columns["time"][-1] - columns["time"][0])
         effects = self._own_effects(values, columns["time"].shape)
-        found = []
+        sizes = []
         for i, slopes in enumerate(self._slopes):
             along = [np.abs(slope) for slope in slopes(*values)]
             rate = sum((a * size[k] for k, a in enumerate(along)), np.zeros(size.shape[1:]))
             rate = float(np.nanmax(rate)) if rate.size else 0.0
             G = np.nanmin(np.abs(effects[i])) if rate > 0 else 1.0
-            found.append((rate * span, rate / float(G) if G > 0 else rate))
-        return found
+            sizes.append((rate * span, rate / float(G) if G > 0 else rate))
+        return sizes
 
     def _own_effects(self, values: list[Any], shape: tuple[int, ...]) -> list[Any]:
         """Rate of y of every contact per force of its own."""
@@ -220,7 +220,7 @@ class Equations:
             moved[state.name] = columns[state.name] * (1.0 + (-1) ** k * NUDGE)
         return moved
 
-    def residual(self, columns: Columns, parameters: Mapping[str, float]) -> Findings:
+    def residual(self, columns: Columns, parameters: Mapping[str, float]) -> StressFindings:
         """Largest relative difference of the rates reported from those of the declaration."""
         with np.errstate(all="ignore"):
             rates, size = self.rates(columns, parameters)
@@ -230,9 +230,9 @@ class Equations:
             error = (np.abs(reported - rates) - rounding) / np.where(size > 0, size, 1.0)
         error[~np.isfinite(error)] = 0.0
         if not error.size:
-            return Findings(0.0, "")
+            return StressFindings(0.0, "")
         row = int(error.max(axis=1).argmax())
-        return Findings(max(0.0, float(error.max())), f"rate of {self.driven[row]}")
+        return StressFindings(max(0.0, float(error.max())), f"rate of {self.driven[row]}")
 
 
 def _symbols(c: ContactDynamics) -> list[Any]:

@@ -13,7 +13,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.simulation.tangent import flow_derivative
 from fmu_models.simulation.trajectory import Trajectory
-from fmu_models.validation.stress.equations import Equations, Findings
+from fmu_models.validation.stress.equations import StressEquations, StressFindings
 from fmu_models.validation.stress.roles import Model, roles
 from fmu_models.validation.stress.trial import Mirror, Trial
 
@@ -33,13 +33,15 @@ def invariants(model: Model) -> Invariants:
     return Invariants(_mirror(model), _divergence(model), frequencies)
 
 
-def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence: sympy.Expr) -> Findings | None:
+def determinant(
+    trial: Trial, base: Trajectory, equations: StressEquations, divergence: sympy.Expr
+) -> StressFindings | None:
     """det d(q, v)/d(q0, v0) = product of e^2 over the impacts times exp(divergence t), at most four impacts on.
 
     None if there are no four flights in a row, or a contact does more than bounce.
     """
     impacts = base.events[:5]
-    if len(impacts) < 2 or any(one.before != AWAY or one.after != AWAY for one in impacts):
+    if len(impacts) < 2 or any(event.before != AWAY or event.after != AWAY for event in impacts):
         return None
     case = trial.case
     times = [base.time[0], *(event.time for event in impacts)]
@@ -53,7 +55,7 @@ def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence
     for event in impacts[:-1]:
         e: Any = restitution[event.contact].xreplace(values)
         expected *= float(e) ** 2
-    found = flow_derivative(
+    derivative = flow_derivative(
         trial.fmu,
         end,
         start_time=case.begin,
@@ -61,12 +63,14 @@ def determinant(trial: Trial, base: Trajectory, equations: Equations, divergence
         start=case.start,
         inputs=case.inputs,
     ).by_start
-    (a, b), (c, d) = found
+    (a, b), (c, d) = derivative
     size = abs(a * d) + abs(b * c)
     wrong = abs(a * d - b * c - expected)
     # rounding of the start is seen through the derivatives themselves
-    growth = max(1.0, float(np.abs(found).max()))
-    return Findings(float(wrong / size) / growth if size > 0 else 0.0, f"determinant after {len(impacts) - 1} impacts")
+    growth = max(1.0, float(np.abs(derivative).max()))
+    return StressFindings(
+        float(wrong / size) / growth if size > 0 else 0.0, f"determinant after {len(impacts) - 1} impacts"
+    )
 
 
 def _divergence(model: Model) -> sympy.Expr | None:
@@ -124,7 +128,7 @@ def _is_odd(model: Mechanism, change: dict[Any, Any]) -> bool:
 
 def _has_twin(model: Mechanism, contact: Any, same: Any) -> bool:
     """Whether the mirror makes another contact of the model from a stop or rigid contact."""
-    for other in model.contacts:
-        if other.kind is contact.kind and same(contact.place, other.place):
-            return contact.rule == other.rule and getattr(contact, "slip", None) is None
+    for twin in model.contacts:
+        if twin.kind is contact.kind and same(contact.place, twin.place):
+            return contact.rule == twin.rule and getattr(contact, "slip", None) is None
     return False

@@ -31,7 +31,7 @@ from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.validation.stress import balance
 from fmu_models.validation.stress.admissible import contradictions
 from fmu_models.validation.stress.cases import Case
-from fmu_models.validation.stress.equations import Equations, Findings
+from fmu_models.validation.stress.equations import StressEquations, StressFindings
 from fmu_models.validation.stress.invariants import Invariants, determinant, invariants
 from fmu_models.validation.stress.jumps import around, chosen, jumps
 from fmu_models.validation.stress.roles import Model
@@ -49,7 +49,7 @@ VERDICTS = ("accurate", "degraded", "refused", "failed")
 
 
 @dataclass(frozen=True)
-class Cell:
+class StressCell:
     """What became of a case.
 
     Attributes:
@@ -73,33 +73,33 @@ class Cell:
     seconds: float = 0.0
 
 
-def timed_cell(case: Case) -> Callable[..., Cell]:
+def timed_cell(case: Case) -> Callable[..., StressCell]:
     """Makes the cell of a case from verdict, error, check, message, reached and checks; seconds count from now."""
-    begin = time.perf_counter()
+    started = time.perf_counter()
 
     def cell(
         verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
-    ) -> Cell:
-        return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - begin)
+    ) -> StressCell:
+        return StressCell(case, verdict, error, check, message, reached, checks, time.perf_counter() - started)
 
     return cell
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class StressSubject:
     """What is judged: an FMU, and the equations and promises of the declaration that it should be."""
 
     fmu: Fmu
-    equations: Equations
+    equations: StressEquations
     promised: Invariants
 
     @classmethod
-    def of(cls, model: Model, fmu: Fmu) -> Subject:
+    def of(cls, model: Model, fmu: Fmu) -> StressSubject:
         """The FMU against that declaration."""
-        return cls(fmu, Equations(model), invariants(model))
+        return cls(fmu, StressEquations(model), invariants(model))
 
 
-def judge(case: Case, subject: Subject) -> Cell:
+def judge(case: Case, subject: StressSubject) -> StressCell:
     """Run a case as often as its checks need, and judge it. Never raises what the engine says."""
     fmu = subject.fmu
     cell = timed_cell(case)
@@ -124,32 +124,32 @@ def judge(case: Case, subject: Subject) -> Cell:
     return cell(verdict, worst.error, check, message, reached, count)
 
 
-def against_declaration(trial: Trial, base: Trajectory, subject: Subject) -> tuple[Findings, str, int]:
+def against_declaration(trial: Trial, base: Trajectory, subject: StressSubject) -> tuple[StressFindings, str, int]:
     """What a run contradicts most in its declaration, by which check, and the number of checks: those that need no
     other motion to compare with."""
     worst, check, count, _ = _worst(_declared(trial, base, _detail(trial, base), subject))
     return worst, check, count
 
 
-Checks = Iterator[tuple[str, Callable[[], Findings | None]]]
+Checks = Iterator[tuple[str, Callable[[], StressFindings | None]]]
 
 
-def _worst(checks: Checks) -> tuple[Findings, str, int, list[str]]:
+def _worst(checks: Checks) -> tuple[StressFindings, str, int, list[str]]:
     """The largest finding and its check, the number of checks that could be made, and why others could not."""
-    worst, check, count, notes = Findings(0.0, ""), "", 0, []
+    worst, check, count, notes = StressFindings(0.0, ""), "", 0, []
     for name, find in checks:
         try:
-            found = find()
+            findings = find()
         except StickslipError as error:
             notes.append(f"{name}: {error}")
             continue
         except AllowanceSpentError:
             continue
-        if found is None:
+        if findings is None:
             continue
         count += 1
-        if not found.error <= worst.error:
-            worst, check = found, name
+        if not findings.error <= worst.error:
+            worst, check = findings, name
     return worst, check, count, notes
 
 
@@ -164,7 +164,7 @@ def _detail(trial: Trial, base: Trajectory) -> Trajectory | None:
         return None
 
 
-def _declared(trial: Trial, base: Trajectory, detail: Trajectory | None, subject: Subject) -> Checks:
+def _declared(trial: Trial, base: Trajectory, detail: Trajectory | None, subject: StressSubject) -> Checks:
     """The checks against the declaration, of the run and of its details."""
     parameters, equations = trial.case.parameters, subject.equations
     for run in (base, detail):
@@ -176,12 +176,15 @@ def _declared(trial: Trial, base: Trajectory, detail: Trajectory | None, subject
         yield "events", lambda: jumps(equations, detail, chosen(base), parameters)
 
 
-def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Checks:
+def _checks(trial: Trial, base: Trajectory, subject: StressSubject) -> Checks:
     """The checks of a run by name, each to be called once."""
     case, equations, promised = trial.case, subject.equations, subject.promised
     yield "finite", lambda: _finite(base)
     if case.scale:
-        yield "units", lambda: Findings(_largest(_difference(base, Trial(trial.fmu, case, trial.duration).run())), "")
+        yield (
+            "units",
+            lambda: StressFindings(_largest(_difference(base, Trial(trial.fmu, case, trial.duration).run())), ""),
+        )
         return
     detail = None if case.bounded else _detail(trial, base)
     yield from _declared(trial, base, detail, subject)
@@ -203,7 +206,7 @@ def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Checks:
         yield "determinant", lambda: determinant(trial, base, equations, divergence)
 
 
-def _stands_still(trial: Trial, promised: Invariants, equations: Equations) -> bool:
+def _stands_still(trial: Trial, promised: Invariants, equations: StressEquations) -> bool:
     """Whether a drive is so slow that pi added to its phase, rounded, is all that is left of its motion."""
     if promised.mirror is None or not promised.mirror.turned:
         return False
@@ -215,27 +218,27 @@ def _columns(trajectory: Trajectory) -> dict[str, NDArray]:
     return dict(trajectory.values) | {"time": trajectory.time}
 
 
-def _finite(trajectory: Trajectory) -> Findings:
+def _finite(trajectory: Trajectory) -> StressFindings:
     bad = [name for name, column in trajectory.values.items() if not np.isfinite(column).all()]
     states = [name for name in bad if f"der({name})" in trajectory.values]
-    return Findings(np.inf if states else 0.0, f"{', '.join(states)} not finite")
+    return StressFindings(np.inf if states else 0.0, f"{', '.join(states)} not finite")
 
 
-def _energy(trial: Trial, base: Trajectory, equations: Equations) -> Findings | None:
+def _energy(trial: Trial, base: Trajectory, equations: StressEquations) -> StressFindings | None:
     gross = equations.energy_size(_columns(base), trial.case.parameters)
-    found, judged = balance.imbalance(lambda times: trial.run(times=times), base, gross)
-    return found if judged else None
+    residual, judged = balance.imbalance(lambda times: trial.run(times=times), base, gross)
+    return residual if judged else None
 
 
-def _difference(base: Trajectory, other: Trajectory, rows: NDArray | None = None) -> NDArray[np.float64]:
+def _difference(base: Trajectory, second: Trajectory, rows: NDArray | None = None) -> NDArray[np.float64]:
     """(n,) largest difference of a state at each sample of ``base``, relative to the largest value of that state."""
     names = [name for name in base.values if f"der({name})" in base.values]
     worst = np.zeros(base.time.size)
     for name in names:
-        there = other[name] if rows is None else other[name][rows]
-        size = max(float(np.abs(base[name]).max()), float(np.abs(there).max()))
+        values = second[name] if rows is None else second[name][rows]
+        size = max(float(np.abs(base[name]).max()), float(np.abs(values).max()))
         if size > 0:
-            worst = np.maximum(worst, np.abs(base[name] - there) / size)
+            worst = np.maximum(worst, np.abs(base[name] - values) / size)
     return worst
 
 
@@ -266,10 +269,10 @@ class _Sensitivity:
                 self.noise = np.maximum(self.noise, _difference(self.base, moved))
         return self.noise
 
-    def judge(self, differences: NDArray[np.float64]) -> Findings | None:
+    def judge(self, differences: NDArray[np.float64]) -> StressFindings | None:
         """What the differences prove; None if the motion is too sensitive for them to prove anything."""
         if _largest(differences) <= ACCURATE:
-            return Findings(_largest(differences), "differs from itself")
+            return StressFindings(_largest(differences), "differs from itself")
         noise = self._measured()
         beyond = np.flatnonzero(noise > HORIZON)
         until = int(beyond[0]) if beyond.size else noise.size
@@ -277,4 +280,6 @@ class _Sensitivity:
             return None
         growth = np.maximum(np.maximum.accumulate(noise[:until]) / NUDGE, 1.0)
         excess = differences[:until] / growth
-        return Findings(_largest(excess), f"differs from itself from {self.base.time[int(excess.argmax())]:.6g} s on")
+        return StressFindings(
+            _largest(excess), f"differs from itself from {self.base.time[int(excess.argmax())]:.6g} s on"
+        )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fmu_models.language.contact_kinds import AWAY
 from fmu_models.simulation.trajectory import Event, Trajectory
-from fmu_models.validation.stress.equations import ROUNDINGS, Equations, Findings
+from fmu_models.validation.stress.equations import ROUNDINGS, StressEquations, StressFindings
 
 MOST = 48
 TICKS = 8
@@ -31,8 +31,8 @@ def chosen(trajectory: Trajectory) -> list[list[Event]]:
         if event.time > trajectory.time[0]:
             groups.setdefault(event.time, []).append(event)
     instants = np.array([trajectory.time[0], *sorted(groups), trajectory.time[-1]])
-    near = [4 * leeway(trajectory, time) for time in instants[1:-1]]
-    free = (np.diff(instants)[:-1] > near) & (np.diff(instants)[1:] > near)
+    margins = [4 * leeway(trajectory, time) for time in instants[1:-1]]
+    free = (np.diff(instants)[:-1] > margins) & (np.diff(instants)[1:] > margins)
     every = [groups[time] for time in instants[1:-1][free]]
     picks = np.unique(np.linspace(0, len(every) - 1, min(MOST, len(every))).astype(int)) if every else []
     return [every[i] for i in picks]
@@ -46,12 +46,12 @@ def around(trajectory: Trajectory, groups: list[list[Event]]) -> NDArray[np.floa
 
 
 def jumps(
-    equations: Equations, trajectory: Trajectory, groups: list[list[Event]], parameters: Mapping[str, float]
-) -> Findings:
+    equations: StressEquations, trajectory: Trajectory, groups: list[list[Event]], parameters: Mapping[str, float]
+) -> StressFindings:
     """The largest contradiction at the events of ``groups``, which ``trajectory`` has samples around; relative."""
     system = equations.system
     kinds = {c.name: c for c in system.contacts}
-    worst = Findings(0.0, "")
+    worst = StressFindings(0.0, "")
     sizes = {s.name: float(np.abs(trajectory[s.name]).max()) for s in system.states}
     span = float(trajectory.time[-1] - trajectory.time[0])
     columns = dict(trajectory.values) | {"time": trajectory.time}
@@ -68,47 +68,53 @@ def jumps(
             before, after = np.searchsorted(trajectory.time, [group[0].time - off, group[0].time + off]).tolist()
             impact = any(event.is_impact for event in group)
             tick = 4.0 * off
-            kept = [*system.coordinates] if impact else [*system.states]
-            for state in (one for one in kept if one not in jumping):
+            continuous = [*system.coordinates] if impact else [*system.states]
+            for state in (name for name in continuous if name not in jumping):
                 rate = np.abs(trajectory[f"der({state.name})"][[before, after]]).max()
                 jump = abs(float(trajectory[state.name][after] - trajectory[state.name][before])) - rate * tick
                 error = (jump - rounding.get(state.name, 0.0)) / (sizes[state.name] or 1.0)
                 if error > worst.error:
-                    worst = Findings(error, f"jump of {state.name} at {group[0].time:.9g} s")
+                    worst = StressFindings(error, f"jump of {state.name} at {group[0].time:.9g} s")
             for event in group:
                 error = _off_boundary(equations, event, values, trajectory, (before, after), moved=impact)
                 if error > worst.error:
-                    worst = Findings(error, f"{event.contact} changes off its boundary at {group[0].time:.9g} s")
+                    worst = StressFindings(error, f"{event.contact} changes off its boundary at {group[0].time:.9g} s")
             if impact and len(group) == 1 and kinds[group[0].contact].partner is None:
                 error = _restitution(equations, trajectory, group[0], values, before, after, tick)
                 if error > worst.error:
-                    worst = Findings(error, f"restitution of {group[0].contact} at {group[0].time:.9g} s")
+                    worst = StressFindings(error, f"restitution of {group[0].contact} at {group[0].time:.9g} s")
     return worst
 
 
 def _off_boundary(
-    equations: Equations, event: Event, values: list, trajectory: Trajectory, rows: tuple[int, int], *, moved: bool
+    equations: StressEquations,
+    event: Event,
+    values: list,
+    trajectory: Trajectory,
+    rows: tuple[int, int],
+    *,
+    moved: bool,
 ) -> float:
     """How far from zero depth, slip speed or switching function is where a contact changes for its sake; relative."""
     index, contact = next((i, c) for i, c in enumerate(equations.system.contacts) if c.name == event.contact)
     if contact.kind.impulsive:
-        which = "depth" if event.is_impact else ""
+        coordinate = "depth" if event.is_impact else ""
     elif (event.before == AWAY) != (event.after == AWAY) and contact.release is None:
-        which = "depth" if contact.depth is not None else ""
+        coordinate = "depth" if contact.depth is not None else ""
     elif contact.kind.dry and abs(event.before) == 1 and AWAY not in (event.before, event.after):
-        which = "" if moved else "slip"
+        coordinate = "" if moved else "slip"
     else:
-        which = ""
-    if not which:
+        coordinate = ""
+    if not coordinate:
         return 0.0
-    value, size = (np.broadcast_to(a, trajectory.time.shape) for a in equations.place(index, values, which))
+    value, size = (np.broadcast_to(a, trajectory.time.shape) for a in equations.place(index, values, coordinate))
     a, b = float(value[rows[0]]), float(value[rows[1]])
     largest = float(np.nanmax(size))
     return 0.0 if a * b <= 0 or largest == 0 else (min(abs(a), abs(b)) - abs(a - b)) / largest
 
 
 def _restitution(
-    equations: Equations, trajectory: Trajectory, event: Event, values: list, before: int, after: int, tick: float
+    equations: StressEquations, trajectory: Trajectory, event: Event, values: list, before: int, after: int, tick: float
 ) -> float:
     """Deviation of the speed after one impact from -e u-, relative to the speeds that make up u."""
     contacts = equations.system.contacts

@@ -24,7 +24,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.values import check_values
 from fmu_models.simulation.run import simulate
 from fmu_models.validation.stress.cases import Case, characteristic_period
-from fmu_models.validation.stress.equations import Equations
+from fmu_models.validation.stress.equations import StressEquations
 from fmu_models.validation.stress.roles import Model, roles
 
 RANDOM = "random"  # what such a case is about
@@ -35,13 +35,13 @@ DRAWS = 100  # of values, and of starts, until they are possible
 
 
 def random_cases(
-    name: str, model: Model, fmu: Fmu, equations: Equations, count: int, seed: int, *, until: float | None = None
+    name: str, model: Model, fmu: Fmu, equations: StressEquations, count: int, seed: int, *, until: float | None = None
 ) -> list[Case]:
     """The first ``count`` random cases of a model; ``until`` replaces the length of each, s."""
     period = characteristic_period(model, equations)
     motion = _motion(fmu, equations, until or PERIODS * period)
     restitutions = {role.name for role in roles(model) if role.does == "restitution"}
-    found = []
+    cases = []
     for number in range(count):
         draw = random.Random(f"{seed}/{name}/{number}")
         length = until or _short(period * draw.uniform(1 / 3, 2.0))
@@ -49,23 +49,23 @@ def random_cases(
         inputs = {n: _short(v * draw.uniform(-1.5, 2.0)) for n, v in equations.inputs.items()}
         start = _start(motion, equations, parameters | inputs, draw)
         label = f"{RANDOM} {seed}/{number}"
-        found.append(Case(name, RANDOM, "", label, parameters=parameters, start=start, inputs=inputs, duration=length))
-    return found
+        cases.append(Case(name, RANDOM, "", label, parameters=parameters, start=start, inputs=inputs, duration=length))
+    return cases
 
 
 def command_line(case: Case) -> str:
     """What repeats the run of a case in a shell."""
-    parts = [f"stickslip simulate {case.model}"]
+    arguments = [f"stickslip simulate {case.model}"]
     for option, values in (("--set", case.parameters), ("--start", case.start), ("--input", case.inputs)):
-        parts += [f"{option} {name}={value!r}" for name, value in values.items()]
-    return " ".join([*parts, f"--until {case.duration!r}"])
+        arguments += [f"{option} {name}={value!r}" for name, value in values.items()]
+    return " ".join([*arguments, f"--until {case.duration!r}"])
 
 
 def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _motion(fmu: Fmu, equations: Equations, length: float) -> Mapping[str, np.ndarray]:
+def _motion(fmu: Fmu, equations: StressEquations, length: float) -> Mapping[str, np.ndarray]:
     """Each state over the default motion (SAMPLES,); its start where there is no such motion."""
     try:
         run = simulate(fmu, length, output_times=np.linspace(0.0, length, SAMPLES))
@@ -74,26 +74,26 @@ def _motion(fmu: Fmu, equations: Equations, length: float) -> Mapping[str, np.nd
     return {name: run[name] for name in equations.starts}
 
 
-def _parameters(equations: Equations, restitutions: set[str], draw: random.Random) -> dict[str, float]:
+def _parameters(equations: StressEquations, restitutions: set[str], draw: random.Random) -> dict[str, float]:
     """Those that differ from their defaults; fewer and fewer of them where the values contradict one another."""
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for attempt in range(DRAWS):
-        found = {}
+        values = {}
         for name, default in equations.parameters.items():
             if default == 0.0 or draw.random() < 0.5 + 0.5 * attempt / DRAWS:
                 continue
             factor = 2.0 ** draw.uniform(-OCTAVES, OCTAVES)
-            found[name] = _short(draw.uniform(0.0, 1.0) if name in restitutions else default * factor)
+            values[name] = _short(draw.uniform(0.0, 1.0) if name in restitutions else default * factor)
         try:
-            check_values(equations.system, found)
+            check_values(equations.system, values)
             break
         except StickslipError:
             continue
-    return found
+    return values
 
 
 def _start(
-    motion: Mapping[str, np.ndarray], equations: Equations, values: Mapping[str, float], draw: random.Random
+    motion: Mapping[str, np.ndarray], equations: StressEquations, values: Mapping[str, float], draw: random.Random
 ) -> dict[str, float]:
     """A state of the default motion, moved."""
     found: dict[str, float] = {}
@@ -108,7 +108,7 @@ def _start(
     return found
 
 
-def _inside(equations: Equations, start: Mapping[str, float], values: Mapping[str, float]) -> bool:
+def _inside(equations: StressEquations, start: Mapping[str, float], values: Mapping[str, float]) -> bool:
     """Whether a rigid wall is penetrated, or a stop whose force depends on how it was entered."""
     columns = {name: np.array([value]) for name, value in start.items()} | {"time": np.zeros(1)}
     columns |= {name: np.array([values[name]]) for name in equations.inputs}

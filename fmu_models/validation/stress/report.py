@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.table import Table, number, table
-from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
+from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, StressCell
 from fmu_models.validation.stress.random_cases import RANDOM, command_line
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ CASES = 24
 MARKS = {"r": "some refused with a reason", "F": "some failed"}
 
 
-def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
+def content(cells: Sequence[StressCell], asked: int) -> dict[str, Any]:
     """The cells as data, with counts per model; ``asked`` is how many cells there would have been."""
     rows = [
         {
@@ -54,48 +54,50 @@ def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
     }
 
 
-def group(cell: Cell) -> str:
+def group(cell: StressCell) -> str:
     """What a cell is about, in two words."""
     return f"{cell.case.of} {cell.case.what}".strip()
 
 
-def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool = False) -> None:
+def print_report(cells: Sequence[StressCell], requested: int, out: Console, *, every: bool = False) -> None:
     """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
     for model in dict.fromkeys(cell.case.model for cell in cells):
-        own = [cell for cell in cells if cell.case.model == model]
-        out.print(groups_table(model, own))
-        for cell in own:
+        cells_of_model = [cell for cell in cells if cell.case.model == model]
+        out.print(groups_table(model, cells_of_model))
+        for cell in cells_of_model:
             if every or cell.verdict != "accurate":
                 out.print(f"  {sentence(cell)}", markup=False)
                 if cell.case.of == RANDOM:
                     out.print(f"    again: {command_line(cell.case)}", markup=False, soft_wrap=True)
         out.print()
     totals = Counter(cell.verdict for cell in cells)
-    out.print(f"{len(cells)} of {asked} cells: " + ", ".join(f"{totals[verdict]} {verdict}" for verdict in VERDICTS))
+    out.print(
+        f"{len(cells)} of {requested} cells: " + ", ".join(f"{totals[verdict]} {verdict}" for verdict in VERDICTS)
+    )
 
 
-def groups_table(model: str, cells: Sequence[Cell]) -> Table:
+def groups_table(model: str, cells: Sequence[StressCell]) -> Table:
     """A row for each group of a model's cases: how many got which verdict, and the largest error."""
     rows = []
     for about in dict.fromkeys(map(group, cells)):
         chosen = [cell for cell in cells if group(cell) == about]
         counts = Counter(cell.verdict for cell in chosen)
         worst = max((c for c in chosen if c.error), key=lambda c: c.error or 0.0, default=None)
-        shown = (number(worst.error, ".1e"), worst.case.name) if worst is not None else (number(None), "")
-        rows.append([about, *(number(counts[verdict] or None, "d") for verdict in VERDICTS), *shown])
+        figures = (number(worst.error, ".1e"), worst.case.name) if worst is not None else (number(None), "")
+        rows.append([about, *(number(counts[verdict] or None, "d") for verdict in VERDICTS), *figures])
     return table(model, ("about", *VERDICTS, "largest error", "in"), rows)
 
 
-def sentence(cell: Cell) -> str:
+def sentence(cell: StressCell) -> str:
     """A cell in one line."""
     error = "" if cell.error is None else f" {cell.error:.1e}"
     reached = "" if cell.reached >= 1.0 else f" [{cell.reached:.0e} of the time]"
     why = f" ({cell.check})" if cell.check else ""
-    said = cell.message if len(cell.message) <= WIDTH * 2 else cell.message[: WIDTH * 2] + "..."
-    return f"{cell.case.name}: {cell.verdict}{error}{why}{reached}{': ' + said if said else ''}"
+    message = cell.message if len(cell.message) <= WIDTH * 2 else cell.message[: WIDTH * 2] + "..."
+    return f"{cell.case.name}: {cell.verdict}{error}{why}{reached}{': ' + message if message else ''}"
 
 
-def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
+def draw(cells: Sequence[StressCell], path: Path, *, overwrite: bool = False) -> None:
     """Heat map: a row for each model, a column for each case, or where these are many for each group of cases; the
     largest error as colour and as its power of ten.
 
@@ -107,7 +109,7 @@ def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
     save_figure(heat_map(cells), path, overwrite=overwrite)
 
 
-def heat_map(cells: Sequence[Cell]) -> Figure:
+def heat_map(cells: Sequence[StressCell]) -> Figure:
     """The figure of `draw`."""
     import numpy as np
     from matplotlib.figure import Figure
@@ -140,8 +142,8 @@ def heat_map(cells: Sequence[Cell]) -> Figure:
         )
     figure.colorbar(image, ax=axes, label="log10 of the largest\nrelative error (1)")
     axes.set_xlabel("case" if by_case else "what is extreme")
-    said = [f"accurate up to {math.log10(ACCURATE):.0f}"]
-    said += [f"{mark}: {words}" for mark, words in MARKS.items() if mark in marks.values()]
-    said += ["grey: no such case, or no error to be had"] if np.isnan(errors).any() else []
-    axes.set_title(f"Numbers: log10 of the largest error\n{'; '.join(said)}", fontsize="small")
+    labels = [f"accurate up to {math.log10(ACCURATE):.0f}"]
+    labels += [f"{mark}: {words}" for mark, words in MARKS.items() if mark in marks.values()]
+    labels += ["grey: no such case, or no error to be had"] if np.isnan(errors).any() else []
+    axes.set_title(f"Numbers: log10 of the largest error\n{'; '.join(labels)}", fontsize="small")
     return figure

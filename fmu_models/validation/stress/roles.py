@@ -40,7 +40,7 @@ _FIELDS = {
 
 
 @dataclass(frozen=True)
-class Role:
+class ParameterRole:
     """One quantity: its name, what it does, and the kind of contact that it belongs to ("body" if to none)."""
 
     name: str
@@ -48,21 +48,21 @@ class Role:
     of: str
 
 
-def roles(model: Model) -> tuple[Role, ...]:
+def roles(model: Model) -> tuple[ParameterRole, ...]:
     """The roles of all parameters and inputs that have one, each once."""
-    found: dict[str, Role] = {}
+    roles_by_name: dict[str, ParameterRole] = {}
     for role in _all_roles(model):
-        found.setdefault(role.name, role)
-    return tuple(found.values())
+        roles_by_name.setdefault(role.name, role)
+    return tuple(roles_by_name.values())
 
 
-def _all_roles(model: Model) -> Iterator[Role]:
+def _all_roles(model: Model) -> Iterator[ParameterRole]:
     if isinstance(model, Automaton):
         for switch in model.switches:
             yield from _of_expression(switch.function, model.states, "switch", "gap")
         for flow in model.flows.values():
             yield from _of_expression(flow, model.states, "body", "rate")
-        yield from (Role(u.name, "drive", "switch") for u in model.inputs)
+        yield from (ParameterRole(u.name, "drive", "switch") for u in model.inputs)
         return
     for contact in model.contacts:
         kind = _kind(contact)
@@ -75,17 +75,17 @@ def _all_roles(model: Model) -> Iterator[Role]:
         if contact.place is not None:
             yield from _of_expression(sympy.sympify(contact.place), model.coordinates, kind, "gap")
     yield from _of_body(model)
-    yield from (Role(u.name, "drive", "friction" if model.frictions else "body") for u in model.inputs)
+    yield from (ParameterRole(u.name, "drive", "friction" if model.frictions else "body") for u in model.inputs)
 
 
-def _of_body(model: Mechanism) -> Iterator[Role]:
+def _of_body(model: Mechanism) -> Iterator[ParameterRole]:
     velocities = [q.v for q in model.coordinates]
     for symbol in _parameters(sympy.sympify(model.kinetic_energy)):
         if not any(symbol in sympy.sympify(c.place).free_symbols for c in model.impacts):
-            yield Role(symbol.name, "inertia", "body")
-    yield from (Role(s.name, "damping", "body") for s in _parameters(model.dissipation))
+            yield ParameterRole(symbol.name, "inertia", "body")
+    yield from (ParameterRole(s.name, "damping", "body") for s in _parameters(model.dissipation))
     curvature = sympy.hessian(model.potential_energy, list(model.coordinates))
-    yield from (Role(s.name, "stiffness", "body") for s in _parameters(curvature))
+    yield from (ParameterRole(s.name, "stiffness", "body") for s in _parameters(curvature))
     yield from _of_expression(model.potential_energy, (*model.coordinates, *velocities), "body", "field")
     for force in model.applied.values():
         yield from _of_expression(force, (*model.coordinates, *velocities), "body", "field")
@@ -95,43 +95,43 @@ def _kind(contact: Any) -> str:
     return "friction" if contact.kind.rubs else "impact" if contact.kind.rigid else "stop"
 
 
-def _of_value(value: Any, does: str, kind: str) -> Iterator[Role]:
+def _of_value(value: Any, does: str, kind: str) -> Iterator[ParameterRole]:
     if isinstance(value, Parameter):
-        yield Role(value.name, does, kind)
+        yield ParameterRole(value.name, does, kind)
 
 
-def _of_law(law: Any, kind: str) -> Iterator[Role]:
+def _of_law(law: Any, kind: str) -> Iterator[ParameterRole]:
     for field in dataclasses.fields(law):
         value = getattr(law, field.name)
         if isinstance(value, Parameter):
-            yield Role(value.name, _FIELDS.get(field.name, "law"), kind)
+            yield ParameterRole(value.name, _FIELDS.get(field.name, "law"), kind)
         elif dataclasses.is_dataclass(value):
             yield from _of_law(value, kind)
 
 
-def _of_expression(expression: sympy.Expr, states: Any, kind: str, rest: str) -> Iterator[Role]:
+def _of_expression(expression: sympy.Expr, states: Any, kind: str, default_role: str) -> Iterator[ParameterRole]:
     """Amplitudes and frequencies of functions of time; ``rest`` are parameters that no state is multiplied by."""
-    for part in sympy.Add.make_args(sympy.expand(expression)):
-        waves = [f for f in part.atoms(sympy.Function) if f.has(TIME)]
+    for term in sympy.Add.make_args(sympy.expand(expression)):
+        waves = [f for f in term.atoms(sympy.Function) if f.has(TIME)]
         within = set().union(*(wave.free_symbols for wave in waves)) if waves else set()
-        for symbol in _parameters(part):
+        for symbol in _parameters(term):
             if symbol in within:
                 if any(sympy.diff(wave.args[0], TIME).has(symbol) for wave in waves):
-                    yield Role(symbol.name, "frequency", kind)
+                    yield ParameterRole(symbol.name, "frequency", kind)
             elif waves:
-                yield Role(symbol.name, "amplitude", kind)
-            elif part.has(*states):
+                yield ParameterRole(symbol.name, "amplitude", kind)
+            elif term.has(*states):
                 if kind == "body":
-                    yield Role(symbol.name, _with_states(part, states, flow=rest == "rate"), kind)
+                    yield ParameterRole(symbol.name, _with_states(term, states, flow=default_role == "rate"), kind)
             else:
-                yield Role(symbol.name, "field" if rest == "rate" else rest, kind)
+                yield ParameterRole(symbol.name, "field" if default_role == "rate" else default_role, kind)
 
 
-def _with_states(part: sympy.Expr, states: Any, *, flow: bool) -> str:
+def _with_states(term: sympy.Expr, states: Any, *, flow: bool) -> str:
     """What a factor of states does: a rate in a flow; in an energy a stiffness, or a field if it is linear."""
     if flow:
         return "rate"
-    curved = any(sympy.diff(part, a, b) != 0 for a in states for b in states)
+    curved = any(sympy.diff(term, a, b) != 0 for a in states for b in states)
     return "stiffness" if curved else "field"
 
 

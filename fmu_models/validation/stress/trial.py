@@ -72,14 +72,14 @@ class Trial:
         """
         case, fmu = self.case, self.fmu
         second = 2.0 ** scale[2]
-        given = {**case.parameters, **case.start, **case.inputs, **(start or {})}
+        values = {**case.parameters, **case.start, **case.inputs, **(start or {})}
         if any(scale) or mirror:
-            own = [*fmu.parameters, *fmu.inputs, *fmu.states]
-            given = {name: float(fmu.variables[name].start or 0.0) for name in own} | given
+            settable = [*fmu.parameters, *fmu.inputs, *fmu.states]
+            values = {name: float(fmu.variables[name].start or 0.0) for name in settable} | values
         if mirror:
-            given = {name: _mirrored(fmu, name, value, mirror) for name, value in given.items()}
+            values = {name: _mirrored(fmu, name, value, mirror) for name, value in values.items()}
         if any(scale):
-            given = {name: value * factor(fmu, name, scale) for name, value in given.items()}
+            values = {name: value * factor(fmu, name, scale) for name, value in values.items()}
         times = self.times() if times is None else times
         allowance = LONG_ALLOWANCE if case.bounded else ALLOWANCE
         calls = 0
@@ -94,9 +94,9 @@ class Trial:
             fmu,
             times[-1] * second,
             start_time=case.begin * second,
-            parameters={name: value for name, value in given.items() if name in fmu.parameters},
-            inputs={name: value for name, value in given.items() if name in fmu.inputs},
-            start={name: value for name, value in given.items() if name in (*fmu.states, *fmu.memories)},
+            parameters={name: value for name, value in values.items() if name in fmu.parameters},
+            inputs={name: value for name, value in values.items() if name in fmu.inputs},
+            start={name: value for name, value in values.items() if name in (*fmu.states, *fmu.memories)},
             output_times=times * second,
             tolerance=tolerance,
             progress=count,

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.toml_document import converted
 from fmu_models.base.unit_names import BaseUnits, parse_unit
+from fmu_models.base.unit_names import conversion as column_conversion
 from fmu_models.coupling.wiring import conversion
-from rig_io.repair.table import conversion as column_conversion
 
 # names with what they are in SI, and that they are no others
 SIZES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "s": 1.0, "min": 60.0, "kg": 1.0, "N": 1.0, "kN": 1e3, "rad": 1.0}
@@ -105,7 +105,7 @@ def test_what_is_no_unit_is_refused(text: str, message: str) -> None:
 def test_base_units_are_kept_and_then_read_without_pint(tmp_path: Path) -> None:
     units = ["N m/rad", "kg.m2", "1/min", "N/m1.5", "1", "mm"]
     code = (
-        "import sys; from fmu_models.base.unit_names import base_units; from rig_io.repair.table import conversion\n"
+        "import sys; from fmu_models.base.unit_names import base_units, conversion\n"
         "from fmu_models.base.errors import StickslipError\n"
         f"found = [base_units(unit) for unit in {units!r}]\n"
         "try: conversion('V', 'm', 'here')\n"

@@ -15,7 +15,7 @@ from store_content import content
 
 from fmu_models import Execution, StickslipError, Strobe, load
 from fmu_models.continuation import begin as begins
-from fmu_models.continuation.branches import Branches, all_branches, branch
+from fmu_models.continuation.branches import Branches, branch, branches
 from fmu_models.continuation.problem.flow import FlowProblem
 
 xarray = pytest.importorskip("xarray")
@@ -34,9 +34,7 @@ def quiet(fraction: float) -> None: ...
 
 def followed(progress: Any = quiet, **execution: Any) -> Branches:
     """Over a flip and a grazing, and the branch of twice the period."""
-    return all_branches(
-        support(), "omega", (0.93, 0.98), longest=2, execution=Execution(**execution), progress=progress
-    )
+    return branches(support(), "omega", (0.93, 0.98), longest=2, execution=Execution(**execution), progress=progress)
 
 
 @pytest.fixture(scope="module")
@@ -132,6 +130,6 @@ def test_a_finished_store_is_read(whole, monkeypatch):
 
 def test_a_store_of_another_branch_is_refused(whole):
     with pytest.raises(StickslipError, match=r"between = \[0\.93, 0\.98\] there, \[0\.93, 0\.99\] here"):
-        all_branches(support(), "omega", (0.93, 0.99), longest=2, execution=Execution(store=whole))
+        branches(support(), "omega", (0.93, 0.99), longest=2, execution=Execution(store=whole))
     with pytest.raises(StickslipError, match="switch = true there, false here"):
         branch(support(), "omega", (0.93, 0.98), execution=Execution(store=whole))

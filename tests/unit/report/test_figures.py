@@ -19,7 +19,7 @@ from fmu_models.report.inline_svg import inline_svg
 from fmu_models.report.scene_figure import draw
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.validation.stress.cases import Case
-from fmu_models.validation.stress.judge import Cell
+from fmu_models.validation.stress.judge import StressCell
 from fmu_models.validation.stress.report import heat_map
 from identification.estimators.savitzky_golay import FrictionSamples
 from identification.fit.parts import LogSummary, SpeedBin
@@ -27,8 +27,10 @@ from identification.laws import find_law
 from identification.report.friction_figure import friction_figure
 
 
-def cells(model: str, names: list[str], **changes) -> list[Cell]:
-    return [Cell(Case(model, "stop", "stiffness", name, **changes), "accurate", 1e-12, "energy", "") for name in names]
+def cells(model: str, names: list[str], **changes) -> list[StressCell]:
+    return [
+        StressCell(Case(model, "stop", "stiffness", name, **changes), "accurate", 1e-12, "energy", "") for name in names
+    ]
 
 
 def friction(discs: int = 1) -> Figure:

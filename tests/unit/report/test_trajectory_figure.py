@@ -11,8 +11,12 @@ from matplotlib.patches import Rectangle
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.coupling.run import couple
+from fmu_models.coupling.toml_system import read_system
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.report.trajectory_figure import trajectory_figure
+from fmu_models.simulation.beside import Beside
+from fmu_models.simulation.measured import MeasuredLog
 from fmu_models.simulation.run import simulate
 
 
@@ -109,3 +113,24 @@ def test_no_label_lies_on_another(model):
     for i, (name, box) in enumerate(boxes):
         for other, place in boxes[i + 1 :]:
             assert not box.overlaps(place), f"{name} lies on {other}"
+
+
+def test_what_was_measured_is_drawn_beside_the_run_over_time_and_in_its_portrait():
+    run = drawn("block_on_belt", 5.0)[1]
+    times = run.time[::10]
+    columns = {"x": run["x"][::10] + 0.01, "v": run["v"][::10], "F": np.where(times > 1.0, run["F"][::10], np.nan)}
+    measured = Beside(MeasuredLog("a log", times, columns), {}).match(run)
+    figure = trajectory_figure(run, Fmu.open(built("block_on_belt")), measured=measured)
+    portrait, x, v, force = figure.axes
+    np.testing.assert_array_equal(portrait.lines[2].get_xydata(), np.stack([columns["x"], columns["v"]], 1))
+    for axes, name in ((x, "x"), (v, "v")):
+        np.testing.assert_array_equal(axes.lines[1].get_xydata(), np.stack([times, columns[name]], 1))
+    assert np.size(force.lines[1].get_xdata()) == (times > 1.0).sum()  # what is no number is left out
+    assert marks(figure) == ["start", "stick", "measured"]
+
+
+def test_units_of_a_system_are_drawn_by_their_names():
+    system = read_system("disc_rig_motors").changed(stop_time=1.0, outputs=())
+    figure = trajectory_figure(couple(system), system.fmus, title="both")
+    assert ("rig.theta (rad)", "rig.omega (rad/s)") in labels(figure)
+    assert ("motor1.w (rad/s)", "motor1.a (rad/s2)") in labels(figure)

@@ -82,6 +82,21 @@ def test_same_trajectory_as_the_whole_model(tmp_path: Path) -> None:
     assert runs.difference is not None and runs.difference < 1e-12
 
 
+def test_a_drive_from_a_log_is_read_anew_when_the_log_changes(tmp_path: Path) -> None:
+    text = re.sub(r"w0 = .*", 'w0 = "log.csv:speed"', CLASS_A)
+    for end in (0.9, 0.7):
+        (tmp_path / "log.csv").write_text(f"time [ms],speed [deg/s]\n0,{math.degrees(0.5)}\n5000,{math.degrees(end)}\n")
+        scene = scene_of(tmp_path, text)
+        assert Scene.from_json(scene.to_json()) == scene
+        run = simulate(Fmu.open(built_scene(scene)), **arguments(scene))
+        assert run["w0"] == pytest.approx(0.5 + (end - 0.5) * run.time / 5.0)
+    (tmp_path / "log.csv").write_text("time [s],speed [rad/s]\n0,0.5\n4,0.6\n")
+    with pytest.raises(
+        StickslipError, match=r"line \d+: The signal for input 'w0' covers 0 s to 4 s, the run 0 s to 5"
+    ):
+        scene_of(tmp_path, text)
+
+
 @pytest.mark.parametrize("held", [True, False])
 def test_an_input_may_be_a_constant(tmp_path: Path, held: bool) -> None:
     """Under [parameters] it is folded; the motion is the same."""

@@ -7,14 +7,14 @@ import pytest
 
 from fmu_models import Fmu, StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 @pytest.mark.parametrize("side", [1, -1])
 def test_rates_of_the_planar_system(version, side):
     """x1' = x2, x2' = -x2 - 3/2 |x2 - mu| - x1, on both sides of its kink."""
-    field = Field(Fmu.open(built("planar_hopf", fmi_version=version)), {"mu": 0.3})
+    field = VectorField(Fmu.open(built("planar_hopf", fmi_version=version)), {"mu": 0.3})
     x = np.array([0.7, 0.3 + 0.25 * side])
     seen = field.at(x)
     assert seen.rates == pytest.approx([x[1], -x[1] - 1.5 * 0.25 - x[0]], abs=1e-15)
@@ -26,4 +26,4 @@ def test_rates_of_the_planar_system(version, side):
 
 def test_a_point_that_is_none_is_told():
     with pytest.raises(StickslipError, match="not finite"):
-        Field(Fmu.open(built("planar_hopf")), {}).at([np.nan, 0.0])
+        VectorField(Fmu.open(built("planar_hopf")), {}).at([np.nan, 0.0])

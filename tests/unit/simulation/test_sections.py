@@ -22,7 +22,7 @@ from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import RUN
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import Follower, Section, crossings
+from fmu_models.simulation.sections import Section, SectionFollower, crossings
 
 FREE = Fmu.open(built("disc_rig", contacts=[]))
 BALL = Fmu.open(built("bouncing_ball"))
@@ -208,7 +208,7 @@ def test_what_is_refused():
         ReturnMap(FREE, "theta", section=Section("omega"), cap=math.inf)
     with pytest.raises(StickslipError, match="'table' is penetrated"):
         crossings(BALL, "v", stop_time=1.0, start={"x": -1.0})
-    follower = Follower(FREE, Section("theta"), parameters=HARMONIC["parameters"])
+    follower = SectionFollower(FREE, Section("theta"), parameters=HARMONIC["parameters"])
     one = follower.follow(HARMONIC["start"], 50.0)
     first = next(one)
     assert [next(follower.follow(HARMONIC["start"], 50.0)).time for _ in range(2)] == [first.time, first.time]
@@ -218,7 +218,7 @@ def test_what_is_refused():
 
 def test_an_abandoned_section_is_forgotten():
     """The next request of the instance has no room for crossings, so none may be written."""
-    follower = Follower(FREE, Section("theta"), parameters=HARMONIC["parameters"])
+    follower = SectionFollower(FREE, Section("theta"), parameters=HARMONIC["parameters"])
     next(follower.follow(HARMONIC["start"], 20.0))
     times = np.array([20.0])
     guard = np.full(8 * len(follower._recorded), np.pi)

@@ -16,15 +16,15 @@ from fmu_models.validation.bench import run as bench_run
 from fmu_models.validation.bench.events import event_errors
 from fmu_models.validation.bench.output import as_json, print_table, write_page
 from fmu_models.validation.bench.problems import problem
-from fmu_models.validation.bench.reference import Reference, Witness, reference
+from fmu_models.validation.bench.reference import ReferenceSolution, Witness, reference
 from fmu_models.validation.bench.run import compare
 from fmu_models.validation.methods.catalogue import OURS, chosen
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Switch
+from fmu_models.validation.methods.result import MethodRun, NotTreated, SwitchEvent
 from fmu_models.validation.methods.scipy_events import ScipyEvents
 
 
 def switch(time, before=2, after=3, contact="stop"):
-    return Switch(time, contact, before, after)
+    return SwitchEvent(time, contact, before, after)
 
 
 def test_events_are_paired_missed_and_extra():
@@ -41,7 +41,7 @@ def test_no_events_at_all():
 
 def made(*ends, exact=False):
     witnesses = tuple(Witness(f"code{i}", f"run {i}", np.array([end]), exact) for i, end in enumerate(ends))
-    return Reference(witnesses[0].end, (), witnesses, np.array([2.0]))
+    return ReferenceSolution(witnesses[0].end, (), witnesses, np.array([2.0]))
 
 
 def test_reference_knows_its_own_error():
@@ -54,7 +54,7 @@ def test_reference_knows_its_own_error():
 
 
 def test_a_method_is_no_witness_for_itself():
-    known = Reference(
+    known = ReferenceSolution(
         np.array([1.0]), (), (Witness("LinearFlow", "", np.array([1.0])), Witness("EventTaylor", "", np.array([1.0]))),
         np.array([1.0]),
     )  # fmt: skip

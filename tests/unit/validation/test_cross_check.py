@@ -20,7 +20,7 @@ from fmu_models.toolchain.compiler import compile_shared, engine_sources
 from fmu_models.toolchain.platforms import this_platform
 from fmu_models.validation.stress import cross_check as second_path
 from fmu_models.validation.stress.cross_check import SecondPath, cross_check
-from fmu_models.validation.stress.judge import Cell, Subject
+from fmu_models.validation.stress.judge import StressCell, StressSubject
 from fmu_models.validation.stress.random_cases import command_line
 from fmu_models.validation.stress.trial import Trial
 from fmu_models.validation.stress.workers import drawn
@@ -67,8 +67,8 @@ def with_fault(path: Path, file: str, old: str, new: str, folder: Path) -> Fmu:
     return Fmu.open(target)
 
 
-def cells(model: str, fmu: Fmu, count: int) -> list[Cell]:
-    second = SecondPath(Subject.of(oscillators.load(model), fmu))
+def cells(model: str, fmu: Fmu, count: int) -> list[StressCell]:
+    second = SecondPath(StressSubject.of(oscillators.load(model), fmu))
     return [cross_check(case, second) for case in drawn(model, count, 1)]
 
 

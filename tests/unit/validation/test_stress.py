@@ -21,14 +21,14 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.validation.stress import report, trial
 from fmu_models.validation.stress.cases import Case, grid
-from fmu_models.validation.stress.equations import Equations
+from fmu_models.validation.stress.equations import StressEquations
 from fmu_models.validation.stress.invariants import invariants
-from fmu_models.validation.stress.judge import TIGHT, Cell, Subject, judge
+from fmu_models.validation.stress.judge import TIGHT, StressCell, StressSubject, judge
 from fmu_models.validation.stress.roles import roles
 from fmu_models.validation.stress.workers import judged, judges
 
 MODELS = ("block_on_belt", "bouncing_ball", "discontinuous_support", "impact_pair", "planar_hopf")
-SUBJECTS = {name: Subject.of(oscillators.load(name), Fmu.open(built(name))) for name in MODELS}
+SUBJECTS = {name: StressSubject.of(oscillators.load(name), Fmu.open(built(name))) for name in MODELS}
 
 
 def case(model: str, **changes: Any) -> Case:
@@ -57,7 +57,7 @@ def test_roles_are_read_from_the_declaration():
 def test_the_grid_covers_every_model(name):
     """Defaults, starts, late and long runs, and every value of a role that a model has; names are unique."""
     model = oscillators.load(name)
-    cases = grid(name, model, Equations(model))
+    cases = grid(name, model, StressEquations(model))
     names = [one.name for one in cases]
     assert len(set(names)) == len(names)
     assert {"default", "start at rest", "late start", "1e6 periods"} <= set(names)
@@ -80,7 +80,7 @@ def test_a_new_model_needs_nothing():
         kinetic_energy=mass * x.v**2 / 2,
         contacts=[Friction(name="floor", slip=x.v, law=Coulomb(load, mu))],
     )
-    names = {one.name for one in grid("sliding_block", block, Equations(block))}
+    names = {one.name for one in grid("sliding_block", block, StressEquations(block))}
     assert {"mass=2e-09", "mu=0", "load=1e+09", "start on floor", "time x 2^30"} <= names
 
 
@@ -225,9 +225,9 @@ def test_a_child_that_dies_is_a_failed_cell_and_the_others_go_on(monkeypatch):
 def test_the_report_is_complete(tmp_path):
     one, two = case("planar_hopf"), case("impact_pair", name="D=0", of="impact", what="gap")
     cells = [
-        Cell(one, "accurate", 1e-15, "energy", ""),
-        Cell(two, "refused", None, "", "the walls overlap"),
-        Cell(dataclasses.replace(two, name="D=1"), "failed", float("inf"), "finite", "x not finite"),
+        StressCell(one, "accurate", 1e-15, "energy", ""),
+        StressCell(two, "refused", None, "", "the walls overlap"),
+        StressCell(dataclasses.replace(two, name="D=1"), "failed", float("inf"), "finite", "x not finite"),
     ]
     content = report.content(cells, asked=4)
     assert json.loads(json.dumps(content, allow_nan=False)) == content

@@ -14,7 +14,7 @@ from typing import Any, Literal, final
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs
 
 
 @final
@@ -26,26 +26,26 @@ class FmpyCvode:
     family: Literal["event-driven"] = "event-driven"
     tolerances: tuple[float, ...] = (1e-6, 1e-8)
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Open the FMU."""
         from fmpy import simulate_fmu
 
         needs_steady_inputs(problem, self.name)
         fmu = Fmu.open(problem.fmu)
-        given = {**problem.arguments["parameters"], **problem.arguments["start"], **problem.arguments["inputs"]}
+        start_values = {**problem.arguments["parameters"], **problem.arguments["start"], **problem.arguments["inputs"]}
 
         def run(tolerance: float) -> MethodRun:
-            begin = time.perf_counter()
+            started = time.perf_counter()
             try:
-                made: Any = simulate_fmu(
+                result: Any = simulate_fmu(
                     str(fmu.folder), start_time=0.0, stop_time=problem.stop_time, solver="CVode",
-                    fmi_type="ModelExchange", relative_tolerance=tolerance, start_values=given,
+                    fmi_type="ModelExchange", relative_tolerance=tolerance, start_values=start_values,
                     output_interval=problem.stop_time, output=list(problem.states), record_events=False,
                     model_description=fmu.description, validate=False,
                 )  # fmt: skip
             except Exception as error:  # fmpy raises plain exceptions
                 raise NotTreated(f"fmpy stopped: {error}") from error
-            seconds = time.perf_counter() - begin
-            return MethodRun(np.array([float(made[name][-1]) for name in problem.states]), None, None, seconds)
+            seconds = time.perf_counter() - started
+            return MethodRun(np.array([float(result[name][-1]) for name in problem.states]), None, None, seconds)
 
         return run

@@ -21,10 +21,10 @@ import sympy
 from fmu_models.language.quantities import TIME
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
+    MethodProblem,
     MethodRun,
     NotInstalled,
     NotTreated,
-    Problem,
     TooLong,
     needs_steady_inputs,
     timed,
@@ -49,13 +49,13 @@ class HeyokaTaylor:
         """The peer."""
         return "heyoka.py" + (", long double" if self.extended else "")
 
-    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+    def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
         """Make the integrators of the modes that a first run meets."""
         try:
             heyoka = importlib.import_module("heyoka")
         except ImportError:
-            what = "heyoka.py is not installed. Install the extra: pip install 'stickslip[bench]'."
-            raise NotInstalled(what) from None
+            advice = "heyoka.py is not installed. Install the extra: pip install 'stickslip[bench]'."
+            raise NotInstalled(advice) from None
         heyoka.set_logger_level_error()
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
@@ -65,7 +65,7 @@ class HeyokaTaylor:
                 )
         equations = Equations(problem.system)
         run = Run(equations)
-        steppers: dict[float, _Stepper] = {}
+        steppers: dict[float, _HeyokaStepper] = {}
 
         def make(tolerance: float) -> MethodRun:
             def once() -> tuple[Any, tuple, int]:
@@ -75,7 +75,7 @@ class HeyokaTaylor:
 
             stop: Any = np.longdouble(problem.stop_time) if self.extended else problem.stop_time
             if tolerance not in steppers:
-                steppers[tolerance] = _Stepper(heyoka, run, tolerance, self.extended, self.most)
+                steppers[tolerance] = _HeyokaStepper(heyoka, run, tolerance, self.extended, self.most)
                 once()
             steppers[tolerance].evaluations = steppers[tolerance].steps = 0
             return timed(once, equations.n)
@@ -88,16 +88,16 @@ def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
     powers = [p for p in expression.atoms(sympy.Pow) if p.exp.is_Integer and 1 < p.exp < 10]
     if not powers:
         return heyoka.from_sympy(expression, table)
-    known = dict(table)
+    converted = dict(table)
     placed = {}
     for power in powers:
         base = _converted(heyoka, power.base, table)
         placed[power] = sympy.Symbol(f"power{len(placed)}")
-        known[placed[power]] = math.prod([base] * (int(power.exp) - 1), start=base)
-    return heyoka.from_sympy(expression.xreplace(placed), known)
+        converted[placed[power]] = math.prod([base] * (int(power.exp) - 1), start=base)
+    return heyoka.from_sympy(expression.xreplace(placed), converted)
 
 
-class _Stepper:
+class _HeyokaStepper:
     def __init__(self, heyoka: Any, run: Run, tolerance: float, extended: bool, most: int) -> None:
         self.heyoka, self.run, self.tolerance, self.extended, self.most = heyoka, run, tolerance, extended, most
         self.evaluations = self.steps = 0
@@ -140,8 +140,8 @@ class _Stepper:
             integrator.reset_cooldowns()
         watched = self.run.watches(mode)
         while True:
-            left = max(1, self.most - self.steps) if self.most else 0
-            outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=left)
+            budget = max(1, self.most - self.steps) if self.most else 0
+            outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=budget)
             if outcome == self.heyoka.taylor_outcome.step_limit:
                 raise TooLong(f"heyoka.py takes more than {self.most} steps. Choose a shorter run.")
             self.steps += steps

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.simulation.measured import read_measured
 from rig_io.description import quantities
 from rig_io.description.answers import Answers, from_file, from_options
 from rig_io.description.draft import draft, package_of, write
@@ -249,6 +250,16 @@ def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
         read_log(described)
     write(draft([described], replace(SAID, units={"Zeit": "ms"})))
     assert read_log(described).time[-1] == pytest.approx(3.999)
+
+
+def test_what_a_column_is_as_an_input_stays_when_it_is_described_again(described: Path) -> None:
+    changed(described, lambda r: r["schema"]["fields"][1].update(hold=True, variable="q"))
+    write(draft([described], SAID))
+    log = read_measured(described)
+    assert (log.stepwise, log.variables) == ({"Weg"}, {"Weg": "q"})
+    changed(described, lambda r: r["schema"]["fields"][1].update(hold="yes"))
+    with pytest.raises(StickslipError, match="\"hold\" of column 'Weg' is 'yes'; expected true or false"):
+        read_measured(described)
 
 
 def test_the_speed_of_a_drive_that_no_column_shows_is_asked_for_and_kept(tmp_path: Path) -> None:

@@ -202,11 +202,14 @@ def _said(concluded: Concluded, minima: Sequence[Minimum]) -> list[str]:
     """Warnings, after the search."""
     problem, solution = concluded.problem, concluded.solution
     notes = [problem.subject.note] if problem.subject.note else []
-    met = {
-        name
-        for number, segment in enumerate(problem.segments)
-        for name, _ in problem.subject.respond(problem.stretch(number, solution.values, np.array([segment.end]))).events
-    }
+    met: set[str] = set()
+    for number, segment in enumerate(problem.segments):
+        try:
+            run = problem.subject.respond(problem.stretch(number, solution.values, np.array([segment.end])))
+        except StickslipError as error:
+            notes.append(f"The model cannot be run with what was found ({error}). Begin with other values (--set).")
+            continue
+        met |= {name for name, _ in run.events}
     notes += [
         f"No event of contact '{name}': its parameters are not told."
         for name in problem.subject.contacts

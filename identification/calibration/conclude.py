@@ -1,9 +1,8 @@
 """How well a minimum is known: noise from the residuals, their colour taken off, a covariance, what is not told.
 
-    segments that meet:  C_p dp + C_s ds = 0,    ds = -C_s^+ C_p dp + N w,    N the null space of C_s
-
-so that the joints hold exactly and the weight of the search is in none of the numbers. Residuals are whitened by an
-autoregression for each series and the solution is found again; the sandwich (Newey-West) of the same rows is the check.
+Segments meet exactly (`untold.meeting`), so that the weight of the search is in none of the numbers. Residuals are
+whitened by an autoregression for each series, and the solution is found again; the sandwich (Newey-West) of the same
+rows is the check.
 """
 
 from __future__ import annotations
@@ -14,14 +13,14 @@ import numpy as np
 
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.search import Minimum
-from identification.calibration.untold import untold_directions
+from identification.calibration.untold import meeting, untold_directions
 from identification.inference.colour import Whitened, whitened
 from identification.inference.identifiability import Collinearity, of_gradient
-from identification.inference.problem import Evaluation, Solution, prior_precision, solve
+from identification.inference.problem import Solution, prior_precision, solve
 from identification.inference.uncertainty import newey_west, plain_covariance
 
 REFIT = 1e-8  # relative, of the solution by whitened rows
-ROUNDS = 3  # of the noise of several series
+ROUNDS = 3  # of the noise of several series, and of its colour
 MISTRUSTED = 1.5  # times the deviation: a sandwich so much wider is taken instead
 
 
@@ -44,19 +43,33 @@ def conclude(minimum: Minimum) -> Concluded:
     """What is known at a minimum. Where whitened rows are as coloured as before, by their sandwich, the model misses
     something that no noise explains: then the plain solution stays, with the sandwich of its own rows."""
     problem, plain = _weighed(minimum)
-    filtered = whitened(problem, plain.evaluation, len(problem.series))
-    if any(one.order for one in filtered.filters.values()):
-        found = _judged(filtered, problem, solve(filtered, plain.values, tolerance=REFIT, evaluations=10))
-        if found.inflation <= MISTRUSTED:
-            return found
+    series, values, found, fitted = len(problem.series), plain.values, None, None
+    evaluation = plain.evaluation
+    for _ in range(ROUNDS):
+        filtered = whitened(problem, evaluation, series, fitted)
+        if not any(one.order for one in filtered.filters.values()):
+            break
+        found = _judged(filtered, problem, solve(filtered, values, tolerance=REFIT, evaluations=10))
+        values, evaluation = found.solution.values, found.solution.evaluation
+        slopes = evaluation.gradient[evaluation.log < series]
+        size, vectors = np.linalg.eigh(found.covariance * np.outer(norms := _norms(slopes), norms))
+        fitted = slopes / norms @ (vectors * np.sqrt(np.maximum(size, 0.0)))
+    if found is not None and found.inflation <= MISTRUSTED:
+        return found
     return _judged(Whitened(problem, {}), problem, plain)
+
+
+def _norms(columns: np.ndarray) -> np.ndarray:
+    """(m,) lengths of columns, 1 of an empty one."""
+    norms = np.linalg.norm(columns, axis=0)
+    return np.where(norms > 0, norms, 1.0)
 
 
 def _judged(filtered: Whitened, problem: SegmentProblem, solution: Solution) -> Concluded:
     """What is known at a solution of filtered rows."""
     series, shared, values = len(problem.series), problem.shared, solution.values
     white = filtered.evaluate(values)
-    basis = _basis(white, problem)
+    basis = meeting(white, problem)
     prior = basis.T @ prior_precision(problem) @ basis
     data = white.log < series
     slopes = white.gradient[data] @ basis
@@ -92,24 +105,7 @@ def _weighed(minimum: Minimum) -> tuple[SegmentProblem, Solution]:
     return problem, solution
 
 
-def _basis(here: Evaluation, problem: SegmentProblem) -> np.ndarray:
-    """(m, k) directions in which segments still meet: the shared unknowns, then those of start states."""
-    joints = here.gradient[here.log >= len(problem.series)]
-    count, shared = here.gradient.shape[1], problem.shared
-    if not len(joints):
-        return np.eye(count)
-    sizes = np.ones(count)
-    for places in problem.starts:
-        sizes[places[places >= 0]] = problem.scale[places >= 0]
-    scaled = joints[:, shared:] * sizes[shared:] / problem.weight
-    follows = -np.linalg.lstsq(scaled, joints[:, :shared] / problem.weight, rcond=None)[0]
-    null = np.linalg.qr(scaled.T, mode="complete")[0][:, len(joints) :]
-    whole = np.block([[np.eye(shared), np.zeros((shared, null.shape[1]))], [follows, null]])
-    return sizes[:, None] * whole
-
-
 def _projected(columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Columns (n, m), as far as start states (n, k) cannot do the same."""
-    norms = np.linalg.norm(starts, axis=0)
-    scaled = starts / np.where(norms > 0, norms, 1.0)
+    scaled = starts / _norms(starts)
     return columns - scaled @ np.linalg.lstsq(scaled, columns, rcond=None)[0]

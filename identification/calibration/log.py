@@ -96,7 +96,7 @@ def measured_log(
     if TIME not in variables.values():
         raise StickslipError(f"{table.source} has no column '{TIME}'. Name it: --column time=COLUMN.")
     time = _values(table, next(column for column, variable in variables.items() if variable == TIME), "s")
-    known = [*fmu.states, *fmu.outputs, *fmu.inputs]
+    known = [*_measurable(fmu), *fmu.inputs]
     measured, driven = {}, dict(inputs or {})
     for column, variable in variables.items():
         if variable == TIME or (variable not in known and named and column not in named):
@@ -114,13 +114,19 @@ def measured_log(
     if not measured:
         raise StickslipError(
             f"{table.source} measures nothing of '{fmu.description.modelName}': it needs a column of a state or output "
-            f"({', '.join([*fmu.states, *fmu.outputs][:12])})."
+            f"({', '.join(_measurable(fmu)[:12])})."
         )
     for name in driven:
         if name not in fmu.inputs:
             raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{nearest(name, fmu.inputs)}")
     label = Path(source).name if isinstance(source, str | os.PathLike) else table.source
     return MeasuredLog(label, time, measured, driven)
+
+
+def _measurable(fmu: Fmu) -> list[str]:
+    """States and outputs, and of FMUs of others what is local too."""
+    local = [name for name, variable in fmu.variables.items() if variable.causality == "local" and not fmu.ours]
+    return list(dict.fromkeys((*fmu.states, *fmu.outputs, *local)))
 
 
 def _table(source: LogLike, name: str) -> Table:

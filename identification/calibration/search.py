@@ -35,6 +35,9 @@ SEARCHED = 2000  # samples of a log in the search; the last step takes all
 SCAN = 0.3  # of the work
 POLISH = 60  # evaluations of the free run
 FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
+LEFT = 0.5  # of what is measured: a search that leaves more has not arrived
+MORE = 2  # times as many starts, where none of the first has
+OUTLIER = 10.0  # times the median residual
 SAME = 0.05  # relative: guesses whose parameters differ less are one
 ALIKE, FAR = 1e-3, 0.25  # relative: misfits and parameters of minima that are one
 
@@ -56,6 +59,17 @@ class Minimum:
         """Root mean square of the residuals in units of the noise, those of continuity left out."""
         here = self.solution.evaluation
         return float(np.sqrt(np.mean(here.residual[here.log < len(self.problem.series)] ** 2)))
+
+    @property
+    def left(self) -> float:
+        """Root mean square of the residuals in standard deviations of what is measured."""
+        series, here = self.problem.series, self.solution.evaluation
+        shares = [
+            np.mean(here.residual[here.log == number] ** 2) * (self.problem.noise[log, name] / spread) ** 2
+            for number, (log, name) in enumerate(series)
+            if (spread := float(np.std(self.problem.logs[log].measured[name]))) > 0
+        ]
+        return float(np.sqrt(np.mean(shares))) if shares else 0.0
 
     def near(self, other: Minimum) -> bool:
         """Whether it is the same as another one: as good, and not far off along what the logs tell least."""
@@ -91,7 +105,7 @@ def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[
         guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
         draws.append(guess)
     if not light.subject.states:
-        return _descended(telling([(light, draw) for draw in draws], plan.starts), free_run, plan)
+        return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts), free_run, plan)
     nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], _rates(light), plan.segments)
     scan = _Scan(light, nodes, free, generator)
     for number, draw in enumerate(draws):
@@ -99,7 +113,7 @@ def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[
         plan.progress(SCAN * (number + 1) / len(draws) / 2)
     scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
     candidates = [_segmented(light, nodes, x, starts) for x, starts in scan.best(CANDIDATES * plan.starts)]
-    trials = telling(candidates, plan.starts)
+    trials = telling(candidates, MORE * plan.starts)
     return _descended(trials, free_run, plan)
 
 
@@ -215,9 +229,11 @@ def _descended(
 ) -> tuple[Minimum, ...]:
     minima: list[Minimum] = []
     for number, (problem, x) in enumerate(trials):
+        if number >= plan.starts and min(one.left for one in minima) < LEFT:
+            break
         share = SCAN + (1 - SCAN) * number / len(trials)
         here = descend(problem, x, free_run, lambda done, s=share: plan.progress(s + (1 - SCAN) * done / len(trials)))
-        again = any(here.near(one) for one in minima)
+        again = any(here.near(one) for one in minima) and here.left < LEFT
         minima.append(here)
         if here.interrupted or again or here.misfit**2 < WHITE:
             break
@@ -244,19 +260,28 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
                     return free
     except KeyboardInterrupt:
         return Minimum(problem, _at(problem, x), horizon, True)
-    if horizon is None and free is not None:
-        return free
     whole_logs = _with_logs(problem, free_run.logs)
-    return Minimum(whole_logs, solve(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
+    joined = Minimum(whole_logs, solve(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
+    return joined if free is None or horizon is not None or joined.misfit < LEFT * free.misfit else free
 
 
 def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, horizon: float | None) -> Minimum:
-    """The free run that begins as the segments do."""
+    """The free run that begins as the segments do; once more from where a soft loss leads to, if single samples are far
+    off: of a variable that jumps, those on the wrong side of the jump."""
     begin = np.concatenate([x[: problem.shared], _first_starts(problem, x)])
     scaled = Scaled(free_run, _signs(free_run))
-    solution = solve(scaled, scaled.scaled(begin), tolerance=FINE, evaluations=POLISH)
-    values = scaled.natural(solution.values)
-    return Minimum(free_run, replace(solution, values=values, evaluation=free_run.evaluate(values)), horizon)
+
+    def descended(begin: np.ndarray) -> Minimum:
+        solution = solve(scaled, begin, tolerance=FINE, evaluations=POLISH)
+        values = scaled.natural(solution.values)
+        return Minimum(free_run, replace(solution, values=values, evaluation=free_run.evaluate(values)), horizon)
+
+    found = descended(scaled.scaled(begin))
+    residual = np.abs(found.solution.evaluation.residual)
+    if found.misfit**2 > WHITE and np.max(residual) > OUTLIER * np.median(residual):
+        soft = solve(scaled, scaled.scaled(begin), tolerance=ROUGH, evaluations=POLISH, loss="cauchy")
+        return min(found, descended(soft.values), key=lambda one: one.misfit)
+    return found
 
 
 def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:

@@ -31,7 +31,7 @@ Vector = NDArray[np.float64]
 Inputs = Mapping[str, float | Signal]
 
 TOLERANCE = 1e-10  # of runs that are differenced
-STEP = {"dopri5": 1e-4, "co-simulation": 1e-2}  # relative, of a difference
+STEP, STEP_OF_SOLVER = 1e-4, 1e-2  # relative, of a difference: of a method of integration, of an FMU's own
 KINEMATIC = 1e-9  # relative: so near to the rate of a state another one is that rate
 SOLVER = "The FMU is co-simulated: model and solver are identified together."
 
@@ -159,13 +159,13 @@ class ForeignSubject(Subject):
     def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
         super().__init__(fmu, parameters, measured)
         rates = [f"der({name})" for name in self.states if f"der({name})" in fmu.variables]
-        method = "auto" if fmu.description.modelExchange is not None else "co-simulation"
+        exchange = fmu.description.modelExchange is not None
         record = [name for name in dict.fromkeys((*measured, *rates)) if name not in self.states]
-        self._driver = Driver(fmu, method=method, tolerance=TOLERANCE, record=record)
-        self._step = STEP.get(self._driver.method, STEP["dopri5"])
-        self.note = SOLVER if self._driver.method == "co-simulation" else ""
-        if self.note:
-            self.states = ()
+        # where events accumulate a guess is followed as far as it goes, and stays there
+        self._driver = Driver(fmu, tolerance=TOLERANCE, record=record, on_zeno="hold" if exchange else "stop")
+        self._step = STEP if exchange else STEP_OF_SOLVER
+        if not exchange:
+            self.note, self.states = SOLVER, ()
             self.by, self.recorded = self.parameters, tuple(measured)
 
     def trajectory(self, stretch: Stretch) -> Trajectory:

@@ -1,4 +1,7 @@
-"""What logs do not tell, by the slopes of their residuals: before a search from a guess, after it from the solution."""
+"""What logs do not tell, by the slopes of their residuals: before a search from a guess, after it from the solution.
+
+segments that meet:  C_p dp + C_s ds = 0,    ds = -C_s^+ C_p dp + N w,    N the null space of C_s
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.calibration.problem import SegmentProblem
-from identification.inference.problem import prior_precision
+from identification.inference.problem import Evaluation, prior_precision
 
 UNTOLD = 1e-4  # of the largest singular value of the scaled slopes: a direction that the logs do not tell
 CERTAIN = 1e-6  # likewise, of a guess, whose slopes are not those of the solution
@@ -27,7 +30,7 @@ def untold_directions(
     columns are those of start states."""
     rows = np.vstack([slopes, np.sqrt(np.maximum(np.diag(np.diag(prior)), 0.0))])
     norms = np.linalg.norm(rows, axis=0)
-    norms = np.where(norms > 0, norms, np.finfo(float).tiny)
+    norms = np.where(norms > 0, norms, 1.0)
     _, singular, right = np.linalg.svd(rows / norms, full_matrices=False)
     told = singular > least * singular[0]
     untold = []
@@ -36,6 +39,22 @@ def untold_directions(
         together = [name for name, takes in zip(names, part, strict=False) if takes]
         untold.append((*together, *(("the start",) if part[len(names) :].any() else ())))
     return (right[told] / norms).T, tuple(untold)
+
+
+def meeting(here: Evaluation, problem: SegmentProblem) -> np.ndarray:
+    """(m, k) directions in which segments still meet: the shared unknowns, then those of start states."""
+    joints = here.gradient[here.log >= len(problem.series)]
+    count, shared = here.gradient.shape[1], problem.shared
+    if not len(joints):
+        return np.eye(count)
+    sizes = np.ones(count)
+    for places in problem.starts:
+        sizes[places[places >= 0]] = problem.scale[places >= 0]
+    scaled = joints[:, shared:] * sizes[shared:] / problem.weight
+    follows = -np.linalg.lstsq(scaled, joints[:, :shared] / problem.weight, rcond=None)[0]
+    null = np.linalg.qr(scaled.T, mode="complete")[0][:, len(joints) :]
+    whole = np.block([[np.eye(shared), np.zeros((shared, null.shape[1]))], [follows, null]])
+    return sizes[:, None] * whole
 
 
 def words(names: Names) -> str:
@@ -60,7 +79,7 @@ def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
         sizes = np.maximum(np.abs(x[: problem.shared]), SILENT)
         effects = np.max(np.abs(slopes[:, : problem.shared]), axis=0) * sizes > SILENT
         if not judged and effects.all():
-            _warn_of_untold(problem, slopes)
+            _warn_of_untold(problem, slopes @ meeting(here, problem))
         heard |= effects
         judged.append((int(np.count_nonzero(~effects)), (problem, x)))
         if sum(silent == 0 for silent, _ in judged) == count:
@@ -72,7 +91,9 @@ def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
 
 def _warn_of_untold(problem: SegmentProblem, slopes: np.ndarray) -> None:
     names = [unknown.name for unknown in problem.unknowns[: problem.shared]]
-    for direction in untold_directions(slopes, prior_precision(problem), names, CERTAIN)[1]:
+    prior = np.zeros((slopes.shape[1],) * 2)
+    prior[: len(names), : len(names)] = prior_precision(problem)[: len(names), : len(names)]
+    for direction in untold_directions(slopes, prior, names, CERTAIN)[1]:
         if any(name in names for name in direction):
             warnings.warn(f"At the guess {words(direction)}.", stacklevel=2)
 

@@ -45,11 +45,15 @@ class Autoregression:
         return found
 
 
-def autoregression(residual: np.ndarray) -> Autoregression:
-    """Of residuals (n,) in order of time."""
+def autoregression(residual: np.ndarray, fitted: np.ndarray | None = None) -> Autoregression:
+    """Of residuals (n,) in order of time. fitted: (n, m), whose rows' products are the covariances of what the fit has
+    taken off: without it slow noise, which a fit follows best, is missed."""
     count = len(residual)
     most = min(HIGHEST, count // 10)
-    centred = np.array([float(residual[: count - lag] @ residual[lag:]) / count for lag in range(most + 1)])
+    missed = np.zeros((count, 1)) if fitted is None else fitted
+    lags = range(most + 1)
+    centred = np.array([float(residual[: count - lag] @ residual[lag:]) for lag in lags]) / count
+    centred += np.array([float(np.sum(missed[: count - lag] * missed[lag:])) for lag in lags]) / count
     predictors, variances = [np.zeros(0)], [centred[0]]
     if centred[0] <= 0:
         return Autoregression((np.zeros(0),), np.ones(1))
@@ -96,7 +100,12 @@ class Whitened(Problem):
         return replace(self, problem=self.problem.resampled(clusters))
 
 
-def whitened(problem: Problem, evaluation: Evaluation, logs: int) -> Whitened:
-    """A problem by what its residuals show; of ``logs`` logs, those with higher numbers are left as they are."""
-    numbers = range(logs)
-    return Whitened(problem, {n: autoregression(evaluation.residual[evaluation.log == n]) for n in numbers})
+def whitened(problem: Problem, evaluation: Evaluation, logs: int, fitted: np.ndarray | None = None) -> Whitened:
+    """A problem by what its residuals show; of ``logs`` logs, those with higher numbers are left as they are. fitted:
+    (rows of these logs, m), as in `autoregression`."""
+    filters = {}
+    for number in range(logs):
+        rows = evaluation.log == number
+        taken = None if fitted is None else fitted[rows[: len(fitted)]]
+        filters[number] = autoregression(evaluation.residual[rows], taken)
+    return Whitened(problem, filters)

@@ -47,3 +47,22 @@ def test_white_residuals_are_left_and_coloured_ones_whitened():
 
 def test_constant_zero_residuals_are_white():
     assert autoregression(np.zeros(50)).order == 0
+
+
+def test_what_a_fit_has_taken_off_is_put_back():
+    """A polynomial follows slow noise: its residuals alone look whiter than the noise, by more than chance."""
+    columns = np.polynomial.legendre.legvander(np.linspace(-1, 1, 400), 7)
+    exact = Autoregression((np.zeros(0), np.array([0.95])), np.array([1 / (1 - 0.95**2), 1.0]))
+    alone, corrected = [], []
+    for seed in range(40):
+        noise = _coloured(400, 0.95, seed)
+        rows, white = exact.filtered(columns), exact.filtered(noise)
+        residual = noise - columns @ np.linalg.lstsq(rows, white, rcond=None)[0]
+        covariance = np.linalg.inv(rows.T @ rows) * (1 - 0.95**2)
+        taken = columns @ np.linalg.cholesky(covariance)
+        for found, fitted in ((alone, None), (corrected, taken)):
+            filter_ = autoregression(residual, fitted)
+            found.append(filter_.predictors[1][0] if filter_.order else 0.0)
+    error = np.std(corrected) / np.sqrt(40)
+    assert abs(np.mean(corrected) - 0.95) < max(4 * error, 0.006)
+    assert np.mean(alone) < np.mean(corrected) - 0.015

@@ -1,0 +1,62 @@
+"""Calibration of FMUs of others: Model Exchange by differences of whole runs, Co-Simulation with its solver."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from models import Models
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.importer.simulate import simulate_any
+from identification.calibration.calibrate import calibrate
+from identification.calibration.log import MeasuredLog
+from identification.calibration.subject import SOLVER, Stretch, subject_of
+
+
+def noisy(fmu, name, until, samples, noise, seed, **more):
+    time = np.linspace(0, until, samples)
+    run = simulate_any(fmu, until, output_times=time, tolerance=1e-10, **more)
+    return {"time": time, name: run[name] + noise * np.random.default_rng(seed).normal(size=samples)}
+
+
+def test_differences_of_runs_are_derivatives(model: Models):
+    """Of exp(-k t) x0: -t exp(-k t) x0 and exp(-k t), to the square of the step (1e-8)."""
+    subject = subject_of(model("dahlquist"), ["k"], ["x"])
+    time = np.linspace(0, 3, 31)
+    run = subject.respond(Stretch(0.0, time, {"k": 0.7}, {"x": 2.0}, {}))
+    decay = np.exp(-0.7 * time)
+    assert run.slopes[:, 0, 0] == pytest.approx(-2 * time * decay, abs=3e-8)
+    assert run.slopes[:, 0, 1] == pytest.approx(decay, abs=3e-8)
+
+
+def test_van_der_pol_is_found_from_half_off(model: Models):
+    found = calibrate(
+        model("van_der_pol"), noisy(model("van_der_pol"), "x", 20.0, 201, 0.02, 1), free=["mu"], parameters={"mu": 1.6}
+    )
+    assert found["mu"].value == pytest.approx(1.0, abs=4 * found["mu"].standard_deviation)
+    assert found["mu"].standard_deviation < 0.01
+    assert found.residuals[0].rms == pytest.approx(0.02, rel=0.15)
+    assert SOLVER not in found.warnings
+
+
+@pytest.mark.parametrize(("name", "noise"), [("h", 0.01), ("v", 0.05)])
+def test_ball_is_found_from_its_height_and_from_a_speed_that_jumps(model: Models, name, noise):
+    fmu = model("ball")
+    log = noisy(fmu, name, 2.2, 441, noise, 2, on_zeno="hold")
+    found = calibrate(fmu, log, free=["e", "g"], parameters={"e": 0.5, "g": 14.0})
+    for parameter, truth in (("e", 0.7), ("g", 9.81)):
+        assert abs(found[parameter].value - truth) < 4 * found[parameter].standard_deviation
+    assert found["e"].standard_deviation < 0.003
+
+
+def test_co_simulation_identifies_model_and_solver(model: Models):
+    fmu = model("ball_steps")
+    log = noisy(fmu, "h", 1.0, 101, 0.01, 3, communication_step=0.01)
+    found = calibrate(fmu, log, free=["g"], parameters={"g": 8.0})
+    assert SOLVER in found.warnings
+    assert found["g"].value == pytest.approx(9.81, rel=0.05)
+
+
+def test_unknown_parameter_is_refused(model: Models):
+    with pytest.raises(StickslipError, match="'zz'"):
+        calibrate(model("ball"), MeasuredLog("log", np.arange(20.0), {"h": np.arange(20.0)}), free=["zz"])

@@ -41,31 +41,37 @@ class Concluded:
 
 
 def conclude(minimum: Minimum) -> Concluded:
-    """What is known at a minimum."""
-    problem, solution = _weighed(minimum)
-    series, shared = len(problem.series), problem.shared
-    filtered = whitened(problem, solution.evaluation, series)
+    """What is known at a minimum. Where whitened rows are as coloured as before, by their sandwich, the model misses
+    something that no noise explains: then the plain solution stays, with the sandwich of its own rows."""
+    problem, plain = _weighed(minimum)
+    filtered = whitened(problem, plain.evaluation, len(problem.series))
     if any(one.order for one in filtered.filters.values()):
-        solution = solve(filtered, solution.values, tolerance=REFIT, evaluations=10)
-    values = solution.values
-    white, rows = filtered.evaluate(values), problem.evaluate(values)
+        found = _judged(filtered, problem, solve(filtered, plain.values, tolerance=REFIT, evaluations=10))
+        if found.inflation <= MISTRUSTED:
+            return found
+    return _judged(Whitened(problem, {}), problem, plain)
+
+
+def _judged(filtered: Whitened, problem: SegmentProblem, solution: Solution) -> Concluded:
+    """What is known at a solution of filtered rows."""
+    series, shared, values = len(problem.series), problem.shared, solution.values
+    white = filtered.evaluate(values)
     basis = _basis(white, problem)
     prior = basis.T @ prior_precision(problem) @ basis
     data = white.log < series
     slopes = white.gradient[data] @ basis
-    told, untold = untold_directions(slopes, prior, [unknown.name for unknown in problem.unknowns[:shared]])
+    names = [unknown.name for unknown in problem.unknowns[:shared]]
+    told, untold = untold_directions(slopes, prior, names)
     known = told.T @ prior @ told
     inner = plain_covariance(slopes @ told, white.residual[data], prior=known)
     check = newey_west(slopes @ told, white.residual[data], log=white.log[data], prior=known)
     ratio = np.sqrt(np.diag(told @ check @ told.T) / np.maximum(np.diag(told @ inner @ told.T), 1e-300))
     inflation = float(np.max(ratio[:shared], initial=0.0))
-    if inflation > MISTRUSTED:
-        inner = check
-    covariance = basis @ told @ inner @ told.T @ basis.T
+    covariance = basis @ told @ (check if inflation > MISTRUSTED else inner) @ told.T @ basis.T
     projected = _projected(slopes[:, :shared], slopes[:, shared:])
-    names = [unknown.name for unknown in problem.unknowns[:shared]]
     collinear = of_gradient(projected, names, values[:shared], covariance[:shared, :shared])
-    return Concluded(problem, filtered, replace(solution, evaluation=rows), covariance, untold, collinear, inflation)
+    solution = replace(solution, evaluation=problem.evaluate(values))
+    return Concluded(problem, filtered, solution, covariance, untold, collinear, inflation)
 
 
 def _weighed(minimum: Minimum) -> tuple[SegmentProblem, Solution]:

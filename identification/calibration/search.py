@@ -27,7 +27,8 @@ POINTS = (6, 200)  # of a line, at least and at most
 CANDIDATES = 8  # for each start, of which those are taken at which every parameter has an effect
 STARTS = 3  # of the guesses, from which a search is made
 WHITE = 1.2  # mean square of the residuals, in units of the noise, at which a search has arrived
-STAGES = (("cauchy", 3.0, 25), ("cauchy", 30.0, 25), ("linear", 1e2, 25), ("linear", 1e3, 25), ("linear", 1e5, 40))
+STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))
+POLISHED = 3  # stages, after which a free run is tried
 ROUGH = 1e-4  # relative, of a stage
 FINE = 1e-9  # of the last one
 SEARCHED = 2000  # samples of a log in the search; the last step takes all
@@ -224,41 +225,38 @@ def _descended(
 
 
 def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, progress: Progress) -> Minimum:
-    """From one guess to a minimum: segments that come together, then the free run, unless the motion is so chaotic that
-    the free run ends elsewhere. An interrupt ends it where it is."""
-    interrupted = False
+    """From one guess to a minimum: segments that come together, then the free run; where that does not follow them they
+    are joined closer, and stay the result if the motion is chaotic. An interrupt ends it where it is."""
+    parted = len(problem.segments) > len(problem.logs)
+    horizon, free, stages = None, None, STAGES if parted else STAGES[:1]
     try:
-        for place, (loss, weight, evaluations) in enumerate(_stages(problem)):
-            scaled = Scaled(replace(problem, weight=weight), _signs(problem))
+        for place, (loss, weight, evaluations) in enumerate(stages):
+            problem = replace(problem, weight=weight)
+            scaled = Scaled(problem, _signs(problem))
             x = scaled.natural(
                 solve(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
             )
             progress((place + 1) / (len(STAGES) + 1))
+            if place + 1 in (POLISHED, len(stages)):
+                horizon = _horizon(problem, x)
+                free = _polished(problem, x, free_run, horizon)
+                if not parted or free.misfit < FOLLOWS * Minimum(problem, _at(problem, x), horizon).misfit:
+                    return free
     except KeyboardInterrupt:
-        interrupted = True
-    joined = replace(problem, weight=STAGES[-1][1])
-    horizon = _horizon(joined, x)
-    segments = Minimum(joined, _at(joined, x), horizon, interrupted)
-    if interrupted:
-        return segments
+        return Minimum(problem, _at(problem, x), horizon, True)
+    if horizon is None and free is not None:
+        return free
+    whole_logs = _with_logs(problem, free_run.logs)
+    return Minimum(whole_logs, solve(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
+
+
+def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, horizon: float | None) -> Minimum:
+    """The free run that begins as the segments do."""
     begin = np.concatenate([x[: problem.shared], _first_starts(problem, x)])
     scaled = Scaled(free_run, _signs(free_run))
-    try:
-        polished = solve(scaled, scaled.scaled(begin), tolerance=FINE, evaluations=POLISH)
-    except KeyboardInterrupt:
-        return replace(segments, interrupted=True)
-    values = scaled.natural(polished.values)
-    solution = replace(polished, values=values, evaluation=free_run.evaluate(values))
-    free = Minimum(free_run, solution, horizon)
-    if horizon is None or free.misfit < FOLLOWS * segments.misfit:
-        return free
-    whole_logs = _with_logs(joined, free_run.logs)
-    solution = solve(whole_logs, x, tolerance=ROUGH, evaluations=POLISH)
-    return Minimum(whole_logs, solution, horizon)
-
-
-def _stages(problem: SegmentProblem) -> Sequence[tuple[str, float, int]]:
-    return STAGES if len(problem.segments) > len(problem.logs) else STAGES[:1]
+    solution = solve(scaled, scaled.scaled(begin), tolerance=FINE, evaluations=POLISH)
+    values = scaled.natural(solution.values)
+    return Minimum(free_run, replace(solution, values=values, evaluation=free_run.evaluate(values)), horizon)
 
 
 def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:

@@ -21,7 +21,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
 from fmu_models.language.contact_kinds import TOUCHING
-from fmu_models.simulation.field import Field
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import KeptRun
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
@@ -115,7 +115,7 @@ class OwnSubject(Subject):
     def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
         super().__init__(fmu, parameters, measured)
         self.contacts = tuple(fmu.contacts)
-        self._kept, self._field = KeptRun(fmu), Field(fmu, {})
+        self._kept, self._field = KeptRun(fmu), VectorField(fmu, {})
         self._sensitive = SensitiveRun(fmu, by=self.by, recorded=self.recorded)
         compliant = set(fmu.contacts) - set(fmu.impacts)
         self._stops = [place for place, name in enumerate(fmu.contacts) if name in compliant]

@@ -8,6 +8,7 @@ import numpy as np
 
 from fmu_models.base.console import plain
 from fmu_models.base.table import Table, known_to, number, sd, table
+from identification.calibration.conclude import MISTRUSTED
 from identification.calibration.result import Calibration
 
 if TYPE_CHECKING:
@@ -71,13 +72,14 @@ def _minima(found: Calibration) -> list[str]:
 
 
 def _meaning(found: Calibration) -> str:
-    coloured = any(one.order for one in found.residuals)
-    return (
-        f"By a {found.method}. Deviations: of residuals "
-        + ("whitened by an autoregression" if coloured else "that are white")
-        + f"; by the sandwich (Newey-West) {found.inflation:.2g} times as large at most"
-        + (", which is what is stated." if found.inflation > 1.5 else ".")
-    )
+    whitened = any(one.order for one in found.residuals)
+    ratio = f"{found.inflation:.2g} times as large at most"
+    if found.inflation > MISTRUSTED:
+        how = f"by the sandwich (Newey-West), {ratio}: residuals are coloured, or the model misses something"
+    else:
+        rows = "whitened by an autoregression" if whitened else "that are white"
+        how = f"of residuals {rows}; by the sandwich (Newey-West) {ratio}"
+    return f"By a {found.method}. Deviations: {how}."
 
 
 def draw_calibration(axes: Axes, found: Calibration) -> None:

@@ -84,7 +84,8 @@ def test_two_logs_share_parameters_or_keep_their_own(belt):
     for name, value in (("k", 1.0), ("f0 [log 1]", 0.1), ("f0 [log 2]", 0.2)):
         assert abs(both[name].value - value) < 4 * both[name].standard_deviation
     shared = calibrate(belt, logs, free=["k", "f0"], parameters=first, attempts=1)
-    assert shared.residuals[0].rms > 1.5 * both.residuals[0].rms
+    # the log that does not fit counts as noisy, and says so
+    assert shared.residuals[1].rms > 5 * both.residuals[1].rms
 
 
 def test_input_is_a_column_of_the_log(belt):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from identification.calibration.calibrate import Settings as Settings
     from identification.calibration.calibrate import calibrate as calibrate
-    from identification.calibration.log import measured_log as measured_log
+    from identification.calibration.log import model_log as model_log
     from identification.calibration.problem import Sensor as Sensor
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration

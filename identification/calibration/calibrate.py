@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
-from fmu_models.simulation.signal import Signal
 from identification.calibration.conclude import Concluded, conclude
-from identification.calibration.log import LogLike, MeasuredLog, measured_log, rows_of
+from identification.calibration.log import LogLike, ModelLog, model_log, rows_of
 from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
 from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum, SeriesResidual
 from identification.calibration.search import GUESSES, STARTS, Minimum, Plan, Progress, noise_of, search
@@ -44,7 +43,7 @@ class Settings:
     (default: all that ``parameters`` do not hold); bounds, priors (value, standard deviation): by name; sensors: by
     variable; sensed: constants of sensors that are sought, (variable, "gain", "offset" or "delay"); noise: standard
     deviation by variable; each: parameters that every log has a value of its own for; columns, inputs, hold: as in
-    `log.measured_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
+    `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
     """
 
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -56,8 +55,8 @@ class Settings:
     noise: Mapping[str, float] = field(default_factory=dict)
     each: Sequence[str] = ()
     columns: Mapping[str, str] = field(default_factory=dict)
-    inputs: Mapping[str, float | Signal] = field(default_factory=dict)
-    hold: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    hold: Sequence[str] = ()
     held_out: Sequence[LogLike] = ()
     guesses: int = GUESSES
     attempts: int = STARTS
@@ -78,7 +77,7 @@ def calibrate(
 
     Args:
         model: a name, a file, a declaration, or an FMU of anybody.
-        logs: one or several files, tables, data frames or arrays by name, see `log.measured_log`.
+        logs: one or several files, tables, data frames or arrays by name, see `log.model_log`.
         free: parameters that are sought.
         settings: what else is known; each of its fields may be given as an argument of its own instead.
         progress: called with the fraction done.
@@ -105,12 +104,12 @@ def _several(logs: LogLike | Sequence[LogLike]) -> Sequence[LogLike]:
     return logs if isinstance(logs, list | tuple) else [logs]  # type: ignore[list-item]
 
 
-def _log(source: LogLike, fmu: Fmu, said: Settings, name: str) -> MeasuredLog:
-    return measured_log(source, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, name=name)
+def _log(source: LogLike, fmu: Fmu, said: Settings, name: str) -> ModelLog:
+    return model_log(source, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, name=name)
 
 
 def problem_of(
-    fmu: Fmu, logs: Sequence[MeasuredLog], free: Sequence[str], said: Settings
+    fmu: Fmu, logs: Sequence[ModelLog], free: Sequence[str], said: Settings
 ) -> tuple[SegmentProblem, tuple[Free, ...]]:
     """The free runs of all logs, and what is sought but start states.
 
@@ -177,7 +176,7 @@ def _loose(states: Sequence[str], held: Mapping[str, float], asked: Sequence[str
     return list(asked) if asked is not None else [name for name in states if name not in held]
 
 
-def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[MeasuredLog]) -> Free:
+def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[ModelLog]) -> Free:
     if key not in SENSED or not any(name in log.measured for log in logs):
         raise StickslipError(f"A sensor is VARIABLE:{','.join(SENSED)} of a measured variable; found '{name}:{key}'.")
     first, low, high, unit = float(getattr(sensor, key)), -np.inf, np.inf, ""
@@ -314,7 +313,7 @@ def residuals_of(concluded: Concluded) -> list[SeriesResidual]:
     return lines
 
 
-def held_out_residuals(concluded: Concluded, log: MeasuredLog) -> list[SeriesResidual]:
+def held_out_residuals(concluded: Concluded, log: ModelLog) -> list[SeriesResidual]:
     """How well a log that took no part is followed, after its start states alone were found.
 
     Raises:

@@ -4,30 +4,28 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Union
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.unit_names import conversion_factor
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.inputs import signal_of
+from fmu_models.simulation.measured import MeasuredLog, read_measured
 from fmu_models.simulation.signal import Signal
-from rig_io.logs.table import Table
-from rig_io.packages.datapackage import read_columns
 
 if TYPE_CHECKING:
     import pandas
 
 TIME = "time"
-HOLDS = ("held", "linear")
-LogLike = Union["os.PathLike[str]", str, Table, "pandas.DataFrame", Mapping[str, ArrayLike], "MeasuredLog"]
+LogLike = Union["os.PathLike[str]", str, "pandas.DataFrame", Mapping[str, ArrayLike], MeasuredLog, "ModelLog"]
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredLog:
+class ModelLog:
     """name: of the log; time: (n,) s; measured: (n,) by variable, in its unit; inputs: by name.
 
     Raises:
@@ -61,66 +59,66 @@ class MeasuredLog:
                     f"{self.time[0]:g} s to {self.time[-1]:g} s. Extend the input or shorten the log."
                 )
 
-    def every(self, stride: int) -> MeasuredLog:
+    def every(self, stride: int) -> ModelLog:
         """The log with one sample of ``stride``, and its inputs as they are."""
         thinned = {name: values[::stride] for name, values in self.measured.items()}
-        return MeasuredLog(self.name, self.time[::stride], thinned, self.inputs)
+        return ModelLog(self.name, self.time[::stride], thinned, self.inputs)
 
 
-def measured_log(
+def model_log(
     source: LogLike,
     fmu: Fmu,
     *,
     columns: Mapping[str, str] | None = None,
-    inputs: Mapping[str, float | Signal] | None = None,
-    hold: Mapping[str, str] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    hold: Sequence[str] = (),
     name: str = "log",
-) -> MeasuredLog:
-    """A log of a model. source: a file, a table, a data frame (indexed by time unless it has such a column), or arrays
-    by name; columns: column by variable (or ``time``) where their names differ, and then columns that stand for nothing
-    are left out; inputs: beside those of the log; hold: "held" (default) or "linear" between samples, by input.
+) -> ModelLog:
+    """A log of a model. source: a file, a data frame (indexed by time in s unless it has such a column), or arrays by
+    name; columns: column by variable where their names differ, and then columns that stand for nothing are left out;
+    inputs: beside those of the log, as `signal_of` takes them; hold: inputs that keep their value between samples.
 
     Raises:
-        StickslipError: a column that no variable matches, of another unit, nothing measured, or as `MeasuredLog`.
+        StickslipError: a column that no variable matches, of another unit, nothing measured, or as `ModelLog`.
     """
-    if isinstance(source, MeasuredLog):
+    if isinstance(source, ModelLog):
         return source
-    table = _table(source, name)
+    log = _measured(source, name)
+    log = replace(log, stepwise=log.stepwise | {log.by_variable.get(variable, variable) for variable in hold})
     named = {column: variable for variable, column in (columns or {}).items()}
     for column, variable in named.items():
-        if column not in table.columns:
-            raise StickslipError(
-                f"{table.source} has no column '{column}' for {variable}.{nearest(column, table.columns)}"
-            )
-    variables = {column: named.get(column, column) for column in table.columns}
-    if TIME not in variables.values():
-        raise StickslipError(f"{table.source} has no column '{TIME}'. Name it: --column time=COLUMN.")
-    time = _values(table, next(column for column, variable in variables.items() if variable == TIME), "s")
+        log.values(column, None, variable)
     known = [*_measurable(fmu), *fmu.inputs]
-    measured, driven = {}, dict(inputs or {})
-    for column, variable in variables.items():
-        if variable == TIME or (variable not in known and named and column not in named):
+    measured: dict[str, NDArray[np.float64]] = {}
+    driven: dict[str, float | Signal] = {}
+    for column in log.columns:
+        variable = named.get(column, log.variables.get(column, column))
+        if variable not in known and named and column not in named:
             continue
         if variable not in known:
             raise StickslipError(
-                f"Column '{column}' of {table.source} is no state, output or input of '{fmu.description.modelName}'."
+                f"Column '{column}' of {log.source} is no state, output or input of '{fmu.description.modelName}'."
                 f"{nearest(variable, known)} Say what it is: --column VARIABLE={column}."
             )
-        values = _values(table, column, str(fmu.variables[variable].unit or "1"))
+        unit = str(fmu.variables[variable].unit or "1")
         if variable in fmu.inputs:
-            driven[variable] = _signal(variable, time, values, table.source, (hold or {}).get(variable, HOLDS[0]))
+            driven[variable] = log.signal(column, unit, f"input '{variable}'")
         else:
-            measured[variable] = values
+            measured[variable] = log.values(column, unit, f"variable '{variable}'")
     if not measured:
         raise StickslipError(
-            f"{table.source} measures nothing of '{fmu.description.modelName}': it needs a column of a state or output "
+            f"{log.source} measures nothing of '{fmu.description.modelName}': it needs a column of a state or output "
             f"({', '.join(_measurable(fmu)[:12])})."
         )
-    for name in driven:
-        if name not in fmu.inputs:
-            raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{nearest(name, fmu.inputs)}")
-    label = Path(source).name if isinstance(source, str | os.PathLike) else table.source
-    return MeasuredLog(label, time, measured, driven)
+    for variable, form in (inputs or {}).items():
+        if variable not in fmu.inputs:
+            raise StickslipError(
+                f"'{fmu.description.modelName}' has no input '{variable}'.{nearest(variable, fmu.inputs)}"
+            )
+        ends, unit = (float(log.time[0]), float(log.time[-1])), str(fmu.variables[variable].unit or "1")
+        driven[variable] = signal_of(form, *ends, label=f"input '{variable}'", unit=unit)
+    label = Path(source).name if isinstance(source, str | os.PathLike) else log.source
+    return ModelLog(label, log.time, measured, driven)
 
 
 def _measurable(fmu: Fmu) -> list[str]:
@@ -129,42 +127,23 @@ def _measurable(fmu: Fmu) -> list[str]:
     return list(dict.fromkeys((*fmu.states, *fmu.outputs, *local)))
 
 
-def _table(source: LogLike, name: str) -> Table:
-    if isinstance(source, Table):
+def _measured(source: LogLike, name: str) -> MeasuredLog:
+    if isinstance(source, MeasuredLog):
         return source
     if isinstance(source, str | os.PathLike):
-        return read_columns(source)
+        return read_measured(source)
     columns = {str(key): np.asarray(source[key], dtype=float) for key in source}  # type: ignore[index]
     if TIME not in columns and hasattr(source, "index"):
-        columns = {TIME: np.asarray(source.index, dtype=float), **columns}  # type: ignore[union-attr]
-    lengths = {key: len(values) for key, values in columns.items()}
-    if len(set(lengths.values())) > 1:
-        raise StickslipError(f"The columns of {name} differ in length: {lengths}.")
-    return Table(name, columns)
+        columns[TIME] = np.asarray(source.index, dtype=float)  # type: ignore[union-attr]
+    if TIME not in columns:
+        raise StickslipError(f"{name} has no column '{TIME}', in s; it has {', '.join(columns)}.")
+    time = columns.pop(TIME)
+    for column, values in columns.items():
+        if values.shape != time.shape:
+            raise StickslipError(f"'{column}' of {name} has {values.size} values for {time.size} times.")
+    return MeasuredLog(name, time, columns)
 
 
-def _values(table: Table, column: str, unit: str) -> NDArray[np.float64]:
-    values, stated = np.asarray(table.columns[column], dtype=float), table.units.get(column)
-    if stated is None or stated == unit:
-        return values
-    try:
-        return values * conversion_factor(stated, unit)
-    except ValueError as error:
-        raise StickslipError(
-            f"Column '{column}' of {table.source} is in '{stated}', and the model has it in '{unit}' ({error})."
-        ) from error
-
-
-def _signal(name: str, time: NDArray[np.float64], values: NDArray[np.float64], source: str, hold: str) -> Signal:
-    if hold not in HOLDS:
-        raise StickslipError(f"Between samples the input '{name}' can be {' or '.join(HOLDS)}; found '{hold}'.")
-    if not np.isfinite(values).all():
-        raise StickslipError(f"The input '{name}' of {source} has cells without a number. Fill them.")
-    if (np.diff(time) <= 0).any() or hold == "linear":
-        return Signal(time, values)
-    return Signal(np.repeat(time, 2)[1:], np.repeat(values, 2)[:-1])
-
-
-def rows_of(logs: Sequence[MeasuredLog]) -> int:
+def rows_of(logs: Sequence[ModelLog]) -> int:
     """How many values the logs hold."""
     return sum(log.time.size * len(log.measured) for log in logs)

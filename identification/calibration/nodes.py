@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.calibration.log import MeasuredLog
+from identification.calibration.log import ModelLog
 from identification.calibration.problem import Segment, SegmentProblem
 from identification.inference.problem import SOFT
 
@@ -37,7 +37,7 @@ class LocalMotion:
     left: np.ndarray
 
 
-def local_motion(log: MeasuredLog, rows: np.ndarray) -> tuple[LocalMotion, dict[str, float]]:
+def local_motion(log: ModelLog, rows: np.ndarray) -> tuple[LocalMotion, dict[str, float]]:
     """Parabolas about samples ``rows``, and the noise of each variable by what most of them leave."""
     value, speed, noise = {}, {}, {}
     left = np.zeros(len(rows))
@@ -101,7 +101,7 @@ def nodes_of(
     return Nodes(tuple(segments), np.array(states).reshape(len(segments), len(problem.subject.states)))
 
 
-def _count(log: MeasuredLog) -> int:
+def _count(log: ModelLog) -> int:
     crossings = 0
     for values in log.measured.values():
         side = np.sign(values - np.mean(values))
@@ -110,7 +110,7 @@ def _count(log: MeasuredLog) -> int:
 
 
 def _shown(
-    problem: SegmentProblem, log: MeasuredLog, motion: LocalMotion, rates: Mapping[str, str], x: np.ndarray
+    problem: SegmentProblem, log: ModelLog, motion: LocalMotion, rates: Mapping[str, str], x: np.ndarray
 ) -> np.ndarray:
     """(n, states) what the parabolas say of the states."""
     states = problem.subject.states
@@ -127,7 +127,7 @@ def _shown(
 
 
 def _blocked(
-    problem: SegmentProblem, number: int, log: MeasuredLog, row: int, states: np.ndarray, guesses: Sequence[np.ndarray]
+    problem: SegmentProblem, number: int, log: ModelLog, row: int, states: np.ndarray, guesses: Sequence[np.ndarray]
 ) -> float:
     """Share of the guesses with which no motion can begin in these states."""
     count = 0

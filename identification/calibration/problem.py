@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.calibration.log import MeasuredLog
+from identification.calibration.log import ModelLog
 from identification.calibration.subject import Response, Stretch, Subject
 from identification.inference.problem import Evaluation, Problem, Unknown
 
@@ -60,7 +60,7 @@ class SegmentProblem(Problem):
     scale: (states,) of their differences; reach: s, least and greatest delay that is tried, by variable."""
 
     subject: Subject
-    logs: tuple[MeasuredLog, ...]
+    logs: tuple[ModelLog, ...]
     segments: tuple[Segment, ...]
     unknowns: tuple[Unknown, ...]
     first: np.ndarray
@@ -250,6 +250,6 @@ def logs_of(problem: SegmentProblem) -> list[str]:
     return [*names, "continuity"]
 
 
-def whole(logs: Sequence[MeasuredLog]) -> tuple[Segment, ...]:
+def whole(logs: Sequence[ModelLog]) -> tuple[Segment, ...]:
     """One segment for each log: the free run."""
     return tuple(Segment(n, float(log.time[0]), float(log.time[-1]), True) for n, log in enumerate(logs))

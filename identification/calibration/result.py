@@ -18,7 +18,7 @@ from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured
 from fmu_models.simulation.trajectory import Trajectory
-from identification.calibration.log import MeasuredLog
+from identification.calibration.log import ModelLog
 from identification.calibration.problem import SegmentProblem
 from identification.inference.defaults import SEED
 from identification.inference.identifiability import Collinearity
@@ -145,7 +145,7 @@ class Calibration(Pictured):
             raise StickslipError("This calibration was read from a file, which holds no logs. Calibrate again.")
         return self.solved.problem, self.solved
 
-    def log(self, number: int = 0) -> MeasuredLog:
+    def log(self, number: int = 0) -> ModelLog:
         """A log as it was compared.
 
         Raises:

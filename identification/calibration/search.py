@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.calibration.log import MeasuredLog
+from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes, local_motion, nodes_of, rolled
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.unknowns import Free, Scaled
@@ -176,7 +176,7 @@ def _thinned(problem: SegmentProblem) -> SegmentProblem:
     return _with_logs(problem, tuple(log.every(max(-(-log.time.size // SEARCHED), 1)) for log in problem.logs))
 
 
-def _with_logs(problem: SegmentProblem, logs: tuple[MeasuredLog, ...]) -> SegmentProblem:
+def _with_logs(problem: SegmentProblem, logs: tuple[ModelLog, ...]) -> SegmentProblem:
     """The problem with other samples of the same logs, whose ends may move."""
     segments = [replace(one, end=float(logs[one.log].time[-1])) if one.last else one for one in problem.segments]
     return replace(problem, logs=logs, segments=tuple(segments))

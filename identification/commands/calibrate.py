@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.console import Inputs, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from identification.commands.fits import FigurePath, print_files
 from identification.commands.logs import stated
@@ -59,14 +59,12 @@ def calibrate(
     ] = None,
     columns: Annotated[
         list[str] | None,
-        typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable, an input or the time; repeat."),
+        typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
     ] = None,
-    inputs: Annotated[
-        list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input; repeat.")
-    ] = None,
-    linear: Annotated[
+    inputs: Inputs = None,
+    hold: Annotated[
         str | None,
-        typer.Option("--linear", metavar="NAMES", help="Inputs straight between samples, which else are held."),
+        typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
     ] = None,
     each: Annotated[
         str | None, typer.Option("--each", metavar="NAMES", help="Parameters that differ from log to log.")
@@ -102,8 +100,8 @@ def calibrate(
         "starts": None if starts is None else _names(starts),
         "noise": console.assignments(noise, "noise"),
         "columns": _columns(columns),
-        "inputs": console.assignments(inputs, "input"),
-        "hold": dict.fromkeys(_names(linear), "linear"),
+        "inputs": console.settings(inputs, "input", columns=True),
+        "hold": _names(hold),
         "each": _names(each),
         "held_out": held_out or [],
         "segments": segments,

@@ -9,7 +9,7 @@ from models import Models
 from fmu_models.base.errors import StickslipError
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
-from identification.calibration.log import MeasuredLog
+from identification.calibration.log import ModelLog
 from identification.calibration.subject import SOLVER, Stretch, subject_of
 
 
@@ -59,4 +59,4 @@ def test_co_simulation_identifies_model_and_solver(model: Models):
 
 def test_unknown_parameter_is_refused(model: Models):
     with pytest.raises(StickslipError, match="'zz'"):
-        calibrate(model("ball"), MeasuredLog("log", np.arange(20.0), {"h": np.arange(20.0)}), free=["zz"])
+        calibrate(model("ball"), ModelLog("log", np.arange(20.0), {"h": np.arange(20.0)}), free=["zz"])

@@ -92,10 +92,10 @@ def test_input_is_a_column_of_the_log(belt):
     time = np.linspace(0, 30, 301)
     speed = 1 + 0.3 * np.sin(0.7 * time)
     log = noisy(belt, 5, 30.0, 301, inputs={"v_dr": Signal(time, speed)})
-    right = calibrate(belt, {**log, "v_dr": speed}, free=["k", "a0"], parameters={"k": 1.3}, hold={"v_dr": "linear"})
+    right = calibrate(belt, {**log, "v_dr": speed}, free=["k", "a0"], parameters={"k": 1.3})
     assert right.residuals[0].rms == pytest.approx(NOISE, rel=0.12)
     assert abs(right["k"].value - 1) < 4 * right["k"].standard_deviation
-    held = calibrate(belt, {**log, "v_dr": speed}, free=["k", "a0"], parameters={"k": 1.3})
+    held = calibrate(belt, {**log, "v_dr": speed}, free=["k", "a0"], parameters={"k": 1.3}, hold=["v_dr"])
     assert held.residuals[0].rms > right.residuals[0].rms
 
 

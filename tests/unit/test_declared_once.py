@@ -31,6 +31,8 @@ SLOW: dict[str, tuple[str, Callable[[Any], str]]] = {
         "identification.machines.urdf",
         lambda module: f"(default: {','.join(f'{value:g}' for value in module.GRAVITY)})",
     ),
+    "(default: 24)": ("identification.calibration.search", lambda module: f"(default: {module.GUESSES})"),
+    "(default: 3)": ("identification.calibration.search", lambda module: f"(default: {module.STARTS})"),
     "(default: 1)": ("identification.machines.scores", lambda module: f"(default: {module.FREE_RUN:g})"),
 }
 

@@ -193,7 +193,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
     return fmi2OK;
 }
 
-#define CALL(name) fmi2##name
+#define FMI_NAME(name) fmi2##name
 #define FMI_INSTANCE fmi2Component
 #define DERIVATIVES fmi2GetDerivatives
 #include "exchange_calls.h"

@@ -19,7 +19,7 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
     return fmi3OK;
 }
 
-#define CALL(name) fmi3##name
+#define FMI_NAME(name) fmi3##name
 #define FMI_INSTANCE fmi3Instance
 #define DERIVATIVES fmi3GetContinuousStateDerivatives
 #include "exchange_calls.h"

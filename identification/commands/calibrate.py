@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from identification.calibration.problem import Sensor
 
 
-@console.trusting
 def calibrate(
     model: Annotated[
         str,

@@ -36,7 +36,8 @@ SCAN = 0.3  # of the work
 POLISH = 60  # evaluations of the free run
 FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
 LEFT = 0.5  # of what is measured: a search that leaves more has not arrived
-MORE = 2  # times as many starts, where none of the first has
+DOUBTFUL = 3.0  # deviations of the noise: where no search leaves less, and no two agree, more are made
+MORE = 2  # times as many
 OUTLIER = 10.0  # times the median residual
 SAME = 0.05  # relative: guesses whose parameters differ less are one
 ALIKE, FAR = 1e-3, 0.25  # relative: misfits and parameters of minima that are one
@@ -229,7 +230,7 @@ def _descended(
 ) -> tuple[Minimum, ...]:
     minima: list[Minimum] = []
     for number, (problem, x) in enumerate(trials):
-        if number >= plan.starts and min(one.left for one in minima) < LEFT:
+        if number >= plan.starts and min(one.misfit for one in minima) < DOUBTFUL:
             break
         share = SCAN + (1 - SCAN) * number / len(trials)
         here = descend(problem, x, free_run, lambda done, s=share: plan.progress(s + (1 - SCAN) * done / len(trials)))

@@ -179,18 +179,38 @@ class ForeignSubject(Subject):
         )
 
     def respond(self, stretch: Stretch) -> Response:
-        values = self.values(stretch)
-        slopes = np.empty((*values.shape, len(self.by)))
-        for place, name in enumerate(self.by):
-            kind = "values" if place < len(self.parameters) else "start"
-            given = getattr(stretch, kind)
-            size = float(self.fmu.variables[name].nominal or 1.0) if given[name] == 0 else abs(given[name])
-            ends = []
-            for sign in (-1.0, 1.0):
-                moved = {**given, name: given[name] + sign * self._step * size}
-                ends.append(self.values(replace(stretch, **{kind: moved})))
-            slopes[:, :, place] = (ends[1] - ends[0]) / (2 * self._step * size)
-        return Response(values, slopes)
+        given = {**stretch.values, **stretch.start}
+        sizes = {name: abs(given[name]) or float(self.fmu.variables[name].nominal or 1.0) for name in self.by}
+        steps = np.array([self._step * sizes[name] for name in self.by])
+        rows = {name: np.full(1 + 2 * len(steps), value) for name, value in given.items()}
+        for place, (name, step) in enumerate(zip(self.by, steps, strict=True)):
+            rows[name][1 + 2 * place : 3 + 2 * place] += -step, step
+        values = self._swept(stretch, rows) if self.states else self._each(stretch, rows)
+        slopes = (values[2::2] - values[1::2]) / (2 * steps[:, None, None])
+        return Response(values[0], np.moveaxis(slopes, 0, -1))
+
+    def _swept(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:
+        """(runs, n, k) of what is recorded, of runs of a method of integration."""
+        sweep = self._driver.sweep(
+            float(stretch.times[-1]),
+            rows,
+            start_time=stretch.start_time,
+            inputs=stretch.inputs,
+            output_times=stretch.times,
+        )
+        if sweep.failures:
+            raise StickslipError(next(iter(sweep.failures.values())))
+        return np.stack([sweep[name] for name in self.recorded], axis=2)
+
+    def _each(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:
+        """The same of co-simulations, one after the other."""
+        runs = range(len(next(iter(rows.values()))))
+        return np.array(
+            [
+                self.values(replace(stretch, values={name: float(rows[name][run]) for name in stretch.values}))
+                for run in runs
+            ]
+        )
 
 
 def subject_of(fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> Subject:

@@ -74,7 +74,7 @@ def _judged(filtered: Whitened, problem: SegmentProblem, solution: Solution) -> 
     data = white.log < series
     slopes = white.gradient[data] @ basis
     names = [unknown.name for unknown in problem.unknowns[:shared]]
-    told, untold = untold_directions(slopes, prior, names)
+    told, untold = untold_directions(slopes, prior, problem.unknowns[:shared], values)
     known = told.T @ prior @ told
     inner = plain_covariance(slopes @ told, white.residual[data], prior=known)
     check = newey_west(slopes @ told, white.residual[data], log=white.log[data], prior=known)

@@ -287,6 +287,7 @@ def _result(
         horizon=minima[0].horizon,
         interrupted=minima[0].interrupted,
         warnings=tuple(notes),
+        held=dict(problem.fixed),
         declaration=declaration,
         solved=Solved(problem, solution, concluded.covariance),
     )

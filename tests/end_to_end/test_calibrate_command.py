@@ -51,6 +51,12 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     assert found["k"].value == values["k"]["value"] and found["k"].maximum == 2.0
     assert json.loads(result.read_text())["type"] == "stickslip calibration"
     assert "Residuals" in found.summary()
+    fmu = tmp_path / "belt.fmu"
+    assert stickslip("apply", result, "-o", fmu).code == 0
+    starts = {name: float(variable.start or 0) for name, variable in load(fmu).variables.items()}
+    assert (starts["a0"], starts["k"]) == pytest.approx((values["a0"]["value"], values["k"]["value"]), rel=1e-15)
+    assert stickslip("apply", result, "-o", tmp_path / "belt.ssv").code == 0
+    assert 'name="k"' in (tmp_path / "belt.ssv").read_text()
 
 
 @pytest.mark.parametrize(

@@ -42,8 +42,8 @@ class Settings:
     parameters: values held, first values of those that are free, and start states; starts: states whose start is sought
     (default: all that ``parameters`` do not hold); bounds, priors (value, standard deviation): by name; sensors: by
     variable; sensed: constants of sensors that are sought, (variable, "gain", "offset" or "delay"); noise: standard
-    deviation by variable; each: parameters that every log has a value of its own for; columns, inputs, hold: as in
-    `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
+    deviation by variable; each: parameters that every log has a value of its own for; columns, inputs, hold, events: as
+    in `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
     """
 
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -57,6 +57,7 @@ class Settings:
     columns: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, Any] = field(default_factory=dict)
     hold: Sequence[str] = ()
+    events: Mapping[str, str] = field(default_factory=dict)
     held_out: Sequence[LogLike] = ()
     guesses: int = GUESSES
     attempts: int = STARTS
@@ -105,7 +106,9 @@ def _several(logs: LogLike | Sequence[LogLike]) -> Sequence[LogLike]:
 
 
 def _log(source: LogLike, fmu: Fmu, said: Settings, name: str) -> ModelLog:
-    return model_log(source, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, name=name)
+    return model_log(
+        source, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name=name
+    )
 
 
 def problem_of(
@@ -117,7 +120,7 @@ def problem_of(
         StickslipError: as in `calibrate`.
     """
     sought = free_parameters(fmu, free, said.parameters, said.bounds, said.priors)
-    measured = list(dict.fromkeys(name for log in logs for name in log.measured))
+    measured = list(dict.fromkeys(name for log in logs for name in log.observed))
     subject = subject_of(fmu, free, measured)
     if stray := [name for name in said.each if name not in free]:
         raise StickslipError(f"'{stray[0]}' is to have a value for each log and is not free. Add it to --free.")
@@ -208,7 +211,7 @@ def _said(concluded: Concluded, minima: Sequence[Minimum]) -> list[str]:
         except StickslipError as error:
             notes.append(f"The model cannot be run with what was found ({error}). Begin with other values (--set).")
             continue
-        met |= {name for name, _ in run.events}
+        met |= run.met
     notes += [
         f"No event of contact '{name}': its parameters are not told."
         for name in problem.subject.contacts
@@ -284,6 +287,7 @@ def _result(
         horizon=minima[0].horizon,
         interrupted=minima[0].interrupted,
         warnings=tuple(notes),
+        held=dict(problem.fixed),
         declaration=declaration,
         solved=Solved(problem, solution, concluded.covariance),
     )
@@ -306,7 +310,8 @@ def residuals_of(concluded: Concluded) -> list[SeriesResidual]:
         rows = here.residual[here.log == number]
         filter_ = concluded.whitened.filters.get(number)
         rms = float(np.sqrt(np.mean(rows**2)) * problem.noise[log, name])
-        unit = str(problem.subject.fmu.variables[name].unit or "1")
+        timed = name in problem.subject.timed
+        unit = "s" if timed else str(problem.subject.fmu.variables[name].unit or "1")
         neighbours = autocorrelation(rows, np.zeros(len(rows)))
         order = filter_.order if filter_ else 0
         lines.append(SeriesResidual(problem.logs[log].name, name, unit, len(rows), rms, neighbours, order))

@@ -74,11 +74,13 @@ def _judged(filtered: Whitened, problem: SegmentProblem, solution: Solution) -> 
     data = white.log < series
     slopes = white.gradient[data] @ basis
     names = [unknown.name for unknown in problem.unknowns[:shared]]
-    told, untold = untold_directions(slopes, prior, names)
+    told, untold = untold_directions(slopes, prior, problem.unknowns[:shared], values)
     known = told.T @ prior @ told
     inner = plain_covariance(slopes @ told, white.residual[data], prior=known)
     check = newey_west(slopes @ told, white.residual[data], log=white.log[data], prior=known)
-    ratio = np.sqrt(np.diag(told @ check @ told.T) / np.maximum(np.diag(told @ inner @ told.T), 1e-300))
+    ratio = np.sqrt(
+        np.maximum(np.diag(told @ check @ told.T), 0.0) / np.maximum(np.diag(told @ inner @ told.T), 1e-300)
+    )
     inflation = float(np.max(ratio[:shared], initial=0.0))
     covariance = basis @ told @ (check if inflation > MISTRUSTED else inner) @ told.T @ basis.T
     projected = _projected(slopes[:, :shared], slopes[:, shared:])

@@ -14,19 +14,22 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.inputs import signal_of
-from fmu_models.simulation.measured import MeasuredLog, read_measured
+from fmu_models.simulation.measured import MeasuredLog, in_unit, read_measured
 from fmu_models.simulation.signal import Signal
+from rig_io.packages.datapackage import read_columns
 
 if TYPE_CHECKING:
     import pandas
 
 TIME = "time"
+FEWEST = 4  # times of events
 LogLike = Union["os.PathLike[str]", str, "pandas.DataFrame", Mapping[str, ArrayLike], MeasuredLog, "ModelLog"]
 
 
 @dataclass(frozen=True, eq=False)
 class ModelLog:
-    """name: of the log; time: (n,) s; measured: (n,) by variable, in its unit; inputs: by name.
+    """name: of the log; time: (n,) s; measured: (n,) by variable, in its unit; inputs: by name; events:
+    (k,) s by contact.
 
     Raises:
         StickslipError: times that do not ascend, a cell without a number, an input that does not cover the log.
@@ -36,6 +39,17 @@ class ModelLog:
     time: NDArray[np.float64]
     measured: Mapping[str, NDArray[np.float64]]
     inputs: Mapping[str, float | Signal] = field(default_factory=dict)
+    events: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    @property
+    def observed(self) -> dict[str, NDArray[np.float64]]:
+        """What is compared with the model: measured variables, then times of events."""
+        return {**self.measured, **self.events}
+
+    def until(self, end: float) -> ModelLog:
+        """The log up to a time in s, of events alone."""
+        events = {name: times[times < end] for name, times in self.events.items()}
+        return ModelLog(self.name, np.append(self.time[self.time < end], end), {}, self.inputs, events)
 
     def __post_init__(self) -> None:
         for name, values in {TIME: self.time, **self.measured}.items():
@@ -62,7 +76,7 @@ class ModelLog:
     def every(self, stride: int) -> ModelLog:
         """The log with one sample of ``stride``, and its inputs as they are."""
         thinned = {name: values[::stride] for name, values in self.measured.items()}
-        return ModelLog(self.name, self.time[::stride], thinned, self.inputs)
+        return replace(self, time=self.time[::stride], measured=thinned)
 
 
 def model_log(
@@ -72,18 +86,25 @@ def model_log(
     columns: Mapping[str, str] | None = None,
     inputs: Mapping[str, Any] | None = None,
     hold: Sequence[str] = (),
+    events: Mapping[str, str] | None = None,
     name: str = "log",
 ) -> ModelLog:
     """A log of a model. source: a file, a data frame (indexed by time in s unless it has such a column), or arrays by
     name; columns: column by variable where their names differ, and then columns that stand for nothing are left out;
-    inputs: beside those of the log, as `signal_of` takes them; hold: inputs that keep their value between samples.
+    inputs: beside those of the log, as `signal_of` takes them; hold: inputs that keep their value between samples;
+    events: column of the times (s) at which a contact began to touch or to slip, by contact, cells without a number
+    left out; a log may hold nothing else.
 
     Raises:
         StickslipError: a column that no variable matches, of another unit, nothing measured, or as `ModelLog`.
     """
     if isinstance(source, ModelLog):
         return source
-    log = _measured(source, name)
+    label = Path(source).name if isinstance(source, str | os.PathLike) else name
+    samples, timed = _events(source, fmu, events or {}, label)
+    if samples is None:
+        return ModelLog(label, _around(timed), {}, _inputs(fmu, inputs, _around(timed)), timed)
+    log = _measured(samples, name)
     log = replace(log, stepwise=log.stepwise | {log.by_variable.get(variable, variable) for variable in hold})
     named = {column: variable for variable, column in (columns or {}).items()}
     for column, variable in named.items():
@@ -105,20 +126,58 @@ def model_log(
             driven[variable] = log.signal(column, unit, f"input '{variable}'")
         else:
             measured[variable] = log.values(column, unit, f"variable '{variable}'")
-    if not measured:
+    if not measured and not timed:
         raise StickslipError(
             f"{log.source} measures nothing of '{fmu.description.modelName}': it needs a column of a state or output "
             f"({', '.join(_measurable(fmu)[:12])})."
         )
-    for variable, form in (inputs or {}).items():
-        if variable not in fmu.inputs:
+    return ModelLog(label, log.time, measured, driven | _inputs(fmu, inputs, log.time), timed)
+
+
+def _inputs(fmu: Fmu, inputs: Mapping[str, Any] | None, time: NDArray[np.float64]) -> dict[str, float | Signal]:
+    """Inputs that the log does not hold."""
+    driven = {}
+    for name, form in (inputs or {}).items():
+        if name not in fmu.inputs:
+            raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{nearest(name, fmu.inputs)}")
+        unit = str(fmu.variables[name].unit or "1")
+        driven[name] = signal_of(form, float(time[0]), float(time[-1]), label=f"input '{name}'", unit=unit)
+    return driven
+
+
+def _events(
+    source: LogLike, fmu: Fmu, events: Mapping[str, str], label: str
+) -> tuple[LogLike | None, dict[str, NDArray[np.float64]]]:
+    """The log without columns of event times, None if nothing else is in it; and these times by contact."""
+    if not events:
+        return source, {}
+    table = read_columns(source) if isinstance(source, str | os.PathLike) else None
+    columns: Any = table.columns if table is not None else source
+    timed = {}
+    for contact, column in events.items():
+        if contact not in fmu.contacts:
             raise StickslipError(
-                f"'{fmu.description.modelName}' has no input '{variable}'.{nearest(variable, fmu.inputs)}"
+                f"'{fmu.description.modelName}' has no contact '{contact}'.{nearest(contact, fmu.contacts)}"
             )
-        ends, unit = (float(log.time[0]), float(log.time[-1])), str(fmu.variables[variable].unit or "1")
-        driven[variable] = signal_of(form, *ends, label=f"input '{variable}'", unit=unit)
-    label = Path(source).name if isinstance(source, str | os.PathLike) else log.source
-    return ModelLog(label, log.time, measured, driven)
+        if column not in columns:
+            raise StickslipError(f"{label} has no column '{column}' of event times.{nearest(column, columns)}")
+        times = np.asarray(columns[column], dtype=float)
+        stated = table.units.get(column) if table is not None else None
+        times = in_unit(times[np.isfinite(times)], stated, "s", f"{label}: column '{column}'")
+        if times.size < FEWEST or (np.diff(times) <= 0).any():
+            raise StickslipError(
+                f"'{column}' of {label} holds {times.size} event times; {FEWEST} or more are needed, ascending."
+            )
+        timed[contact] = times
+    others = {name: columns[name] for name in columns if name not in events.values()}
+    return (others or None), timed
+
+
+def _around(events: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    """(2,) s, where a run over events begins and ends: at 0, if that is shortly before them."""
+    times = np.sort(np.concatenate(list(events.values())))
+    apart = float(np.median(np.diff(times)))
+    return np.array([0.0 if 0 < times[0] <= 2 * apart else times[0] - apart / 2, times[-1] + apart / 100])
 
 
 def _measurable(fmu: Fmu) -> list[str]:
@@ -146,4 +205,4 @@ def _measured(source: LogLike, name: str) -> MeasuredLog:
 
 def rows_of(logs: Sequence[ModelLog]) -> int:
     """How many values the logs hold."""
-    return sum(log.time.size * len(log.measured) for log in logs)
+    return sum(values.size for log in logs for values in log.observed.values())

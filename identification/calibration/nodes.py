@@ -157,14 +157,14 @@ def rolled(problem: SegmentProblem, x: np.ndarray, nodes: Nodes) -> tuple[np.nda
         state = default if fresh else state
         starts[number] = np.where(np.isfinite(starts[number]), starts[number], state)
         log = problem.logs[segment.log]
-        inside = (log.time >= segment.begin) & ((log.time <= segment.end) if segment.last else (log.time < segment.end))
+        inside = segment.holds(log.time)
         times = np.unique(np.append(log.time[inside], segment.end))
         start = dict(zip(subject.states, starts[number].tolist(), strict=True))
         stretch = replace(problem.stretch(segment.log, x, times), start_time=segment.begin, start=start)
         try:
-            values: np.ndarray | None = subject.values(stretch)
+            values, hits = subject.observed(stretch)
         except StickslipError:
-            values = None
+            values, hits = None, {}
         for name, measured in log.measured.items():
             sensor, noise = problem.sensor(name, x), problem.noise[segment.log, name]
             if values is None:
@@ -172,6 +172,13 @@ def rolled(problem: SegmentProblem, x: np.ndarray, nodes: Nodes) -> tuple[np.nda
                 continue
             modelled = sensor.gain * values[: int(inside.sum()), subject.recorded.index(name)] + sensor.offset
             off = (np.clip(modelled, *sensor.clip) - measured[inside]) / noise
+            score += float(np.sum(np.log1p((off / SOFT) ** 2)))
+        for name, measured in log.events.items():
+            measured, met = measured[segment.holds(measured)], hits.get(name, np.zeros(0))
+            count = min(measured.size, met.size)
+            off = (met[:count] - measured[:count]) / problem.noise[segment.log, name]
+            apart = float(np.median(np.diff(log.events[name]))) / problem.noise[segment.log, name]
+            off = np.append(off, np.full(measured.size - count, apart))
             score += float(np.sum(np.log1p((off / SOFT) ** 2)))
         state = starts[number] if values is None else values[-1, : len(subject.states)]
     return starts, score

@@ -51,6 +51,10 @@ class Segment:
     end: float
     last: bool
 
+    def holds(self, time: np.ndarray) -> np.ndarray:
+        """Which of these times (n,) are in it."""
+        return (time >= self.begin) & ((time <= self.end) if self.last else (time < self.end))
+
 
 @dataclass(frozen=True, eq=False)
 class SegmentProblem(Problem):
@@ -86,10 +90,12 @@ class SegmentProblem(Problem):
     @property
     def series(self) -> list[tuple[int, str]]:
         """Log and variable of what is compared, in order of the residuals."""
-        return [(number, name) for number, log in enumerate(self.logs) for name in log.measured]
+        return [(number, name) for number, log in enumerate(self.logs) for name in log.observed]
 
     def kept(self, number: int, name: str) -> np.ndarray:
         """(n,) which samples of a log can be seen with every delay that is tried."""
+        if name in self.logs[number].events:
+            return np.ones(self.logs[number].events[name].size, dtype=bool)
         time, delay = self.logs[number].time, self.sensors.get(name, IDEAL).delay
         least, most = delay, delay
         if (name, "delay") in self.sensed:
@@ -132,6 +138,10 @@ class SegmentProblem(Problem):
                 at = np.searchsorted(times, time)
                 seen = rows - int(np.argmax(kept[segment.log, name])) + place
                 self._compare(number, x, name, sensors[name], rows, seen, run, at, residual, gradient)
+            for name, measured in self.logs[segment.log].events.items():
+                place = int(ends[series.index((segment.log, name))])
+                rows = np.flatnonzero(segment.holds(measured))
+                self._time(number, name, measured[rows], rows + place, run, residual, gradient)
             if number in row:
                 where = slice(row[number], row[number] + states)
                 self._join(number, x, run, where, residual, gradient)
@@ -146,8 +156,7 @@ class SegmentProblem(Problem):
         found = {}
         for name, sensor in sensors.items():
             time = self.logs[segment.log].time - sensor.delay
-            inside = (time >= segment.begin) & ((time <= segment.end) if segment.last else (time < segment.end))
-            rows = np.flatnonzero(inside & kept[segment.log, name])
+            rows = np.flatnonzero(segment.holds(time) & kept[segment.log, name])
             read = time[rows]
             if (name, "delay") in self.sensed:
                 read = np.concatenate([read, read + NEAR * float(np.median(np.diff(time)))])
@@ -196,6 +205,30 @@ class SegmentProblem(Problem):
         for key, slope in by.items():
             if (name, key) in self.sensed:
                 gradient[seen, self.sensed[name, key]] = weight[:, 0] * slope
+
+    def _time(
+        self,
+        number: int,
+        name: str,
+        measured: np.ndarray,
+        seen: np.ndarray,
+        run: Response | None,
+        residual: np.ndarray,
+        gradient: np.ndarray,
+    ) -> None:
+        """Write the residuals of the event times of one contact over one segment, paired in their order."""
+        log, noise = self.segments[number].log, self.noise[self.segments[number].log, name]
+        apart = float(np.median(np.diff(self.logs[log].events[name])))
+        residual[seen] = FAILED * apart / noise
+        if run is None:
+            return
+        times, slopes = run.hits[name]
+        count = min(len(times), len(measured))
+        places, used = self._columns(number)
+        told = np.isfinite(slopes[:count]).all(axis=1)
+        residual[seen[:count]] = np.clip((times[:count] - measured[:count]) / apart, -FAILED, FAILED) * apart / noise
+        near = told & (np.abs(times[:count] - measured[:count]) < FAILED * apart)
+        gradient[np.ix_(seen[:count][near], places)] = slopes[:count][near][:, used] / noise
 
     def _columns(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Places of the unknowns that a segment is differentiated by, and which columns of its slopes these are."""

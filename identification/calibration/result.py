@@ -17,6 +17,9 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured
+from fmu_models.base.trust import admit
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.load import load
 from fmu_models.simulation.trajectory import Trajectory
 from identification.calibration.log import ModelLog
 from identification.calibration.problem import SegmentProblem
@@ -81,8 +84,9 @@ class Calibration(Pictured):
     parameters: sought, constants of sensors included; starts: states at the begin of each log; covariance: of the
     parameters, in their order; directions: which of them the logs do not tell, in words; residuals: by series; minima:
     within a tenth of the least misfit; inflation: of deviations by the sandwich; horizon: s over which a free run of a
-    chaotic motion means something, None where it always does; interrupted: by the user; declaration: what names the
-    model. problem: the free run behind it, solved: with what was found, neither in a calibration that was read back.
+    chaotic motion means something, None where it always does; interrupted: by the user; held: parameters and start
+    states that were given and not sought; declaration: what names the model. solved: the problem behind it, None in a
+    calibration that was read back.
     """
 
     model: str
@@ -101,6 +105,7 @@ class Calibration(Pictured):
     horizon: float | None = None
     interrupted: bool = False
     warnings: tuple[str, ...] = ()
+    held: Mapping[str, float] = field(default_factory=dict)
     declaration: str = ""
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
@@ -221,3 +226,20 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
         raise StickslipError(
             f"'{path}' is no calibration ({error}). Give a result of 'stickslip calibrate MODEL LOGS -o FILE'."
         ) from error
+
+
+def calibrated_fmu(
+    found: Calibration, declaration: str | None = None, *, trust: bool = False, fmi_version: str = "3.0"
+) -> Fmu:
+    """The model of a calibration as an FMU, where it was declared, or where it is now; an FMU has its version already.
+    trust: code that the calibration names may run.
+
+    Raises:
+        StickslipError: it is not there, the calibration does not say where, or names code that is not trusted.
+    """
+    place = declaration or found.declaration
+    if not place:
+        raise StickslipError(f"The calibration does not say where {found.model} is declared: name it with --machine.")
+    if not declaration:
+        admit(place, Path(), trust=trust)
+    return load(place) if Path(place).suffix.lower() == ".fmu" else load(place, fmi_version=fmi_version)

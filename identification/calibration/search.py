@@ -14,9 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.calibration.grown import grown, signs_of
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes, local_motion, nodes_of, rolled
-from identification.calibration.problem import SegmentProblem
+from identification.calibration.problem import Segment, SegmentProblem
 from identification.calibration.unknowns import Free, Scaled
 from identification.calibration.untold import telling
 from identification.inference.problem import Solution, Unknown, solve
@@ -36,8 +37,10 @@ SCAN = 0.3  # of the work
 POLISH = 60  # evaluations of the free run
 FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
 LEFT = 0.5  # of what is measured: a search that leaves more has not arrived
-MORE = 2  # times as many starts, where none of the first has
+DOUBTFUL = 3.0  # deviations of the noise: where no search leaves less, and no two agree, more are made
+MORE = 2  # times as many
 OUTLIER = 10.0  # times the median residual
+TIMED = 1e-3  # of the time between events: their noise, until residuals show it
 SAME = 0.05  # relative: guesses whose parameters differ less are one
 ALIKE, FAR = 1e-3, 0.25  # relative: misfits and parameters of minima that are one
 
@@ -67,7 +70,7 @@ class Minimum:
         shares = [
             np.mean(here.residual[here.log == number] ** 2) * (self.problem.noise[log, name] / spread) ** 2
             for number, (log, name) in enumerate(series)
-            if (spread := float(np.std(self.problem.logs[log].measured[name]))) > 0
+            if (spread := float(np.std(self.problem.logs[log].observed[name]))) > 0
         ]
         return float(np.sqrt(np.mean(shares))) if shares else 0.0
 
@@ -99,6 +102,9 @@ def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[
     """
     light = _thinned(free_run)
     generator = np.random.default_rng(plan.seed)
+    if not any(log.measured for log in light.logs):
+        met = grown(light, free, plan.guesses, plan.starts, generator)
+        return _descended([_between_events(problem, x) for problem, x in met], free_run, plan)
     draws = [light.first]
     for _ in range(plan.guesses - 1 if plan.guesses > 1 else 0):
         guess = light.first.copy()
@@ -142,7 +148,7 @@ class _Scan:
             [
                 np.full(
                     int(np.sum(here.log == n)),
-                    np.std(self.problem.logs[log].measured[name]) / self.problem.noise[log, name],
+                    np.std(self.problem.logs[log].observed[name]) / self.problem.noise[log, name],
                 )
                 for n, (log, name) in enumerate(segmented.series)
             ]
@@ -183,11 +189,12 @@ def _with_logs(problem: SegmentProblem, logs: tuple[ModelLog, ...]) -> SegmentPr
 
 
 def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
-    """By log and variable, what local parabolas leave."""
+    """By log and variable, what local parabolas leave; of event times a small share of what they are apart."""
     found = {}
     for number, log in enumerate(problem.logs):
         rows = np.unique(np.linspace(0, log.time.size - 1, 200).astype(int))
-        noise = local_motion(log, rows)[1]
+        noise = local_motion(log, rows)[1] if log.measured else {}
+        noise |= {name: TIMED * float(np.median(np.diff(times))) for name, times in log.events.items()}
         found |= {(number, name): sd for name, sd in noise.items()}
     return found
 
@@ -200,6 +207,23 @@ def _rates(problem: SegmentProblem) -> dict[str, str]:
         return problem.subject.rates(stretch)
     except StickslipError:
         return {}
+
+
+def _between_events(problem: SegmentProblem, x: np.ndarray) -> tuple[SegmentProblem, np.ndarray]:
+    """The problem over segments of one event each, begun on the free run at x; the free run where it ends early."""
+    segments: list[Segment] = []
+    states: list[np.ndarray] = []
+    for number, log in enumerate(problem.logs):
+        times = np.sort(np.concatenate(list(log.events.values())))
+        nodes = np.concatenate([[log.time[0]], (times[1:] + times[:-1]) / 2])
+        try:
+            run = problem.subject.values(problem.stretch(number, x, nodes))
+        except StickslipError:
+            return problem, x
+        ends = [*nodes[1:].tolist(), float(log.time[-1])]
+        segments += [Segment(number, *pair, pair[1] == ends[-1]) for pair in zip(nodes.tolist(), ends, strict=True)]
+        states += list(run[:, : len(problem.subject.states)])
+    return _segmented(problem, Nodes(tuple(segments), np.array(states)), x, np.array(states))
 
 
 def _segmented(
@@ -229,7 +253,7 @@ def _descended(
 ) -> tuple[Minimum, ...]:
     minima: list[Minimum] = []
     for number, (problem, x) in enumerate(trials):
-        if number >= plan.starts and min(one.left for one in minima) < LEFT:
+        if number >= plan.starts and min(one.misfit for one in minima) < DOUBTFUL:
             break
         share = SCAN + (1 - SCAN) * number / len(trials)
         here = descend(problem, x, free_run, lambda done, s=share: plan.progress(s + (1 - SCAN) * done / len(trials)))
@@ -248,7 +272,7 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
     try:
         for place, (loss, weight, evaluations) in enumerate(stages):
             problem = replace(problem, weight=weight)
-            scaled = Scaled(problem, _signs(problem))
+            scaled = Scaled(problem, signs_of(problem))
             x = scaled.natural(
                 solve(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
             )
@@ -269,7 +293,7 @@ def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, 
     """The free run that begins as the segments do; once more from where a soft loss leads to, if single samples are far
     off: of a variable that jumps, those on the wrong side of the jump."""
     begin = np.concatenate([x[: problem.shared], _first_starts(problem, x)])
-    scaled = Scaled(free_run, _signs(free_run))
+    scaled = Scaled(free_run, signs_of(free_run))
 
     def descended(begin: np.ndarray) -> Minimum:
         solution = solve(scaled, begin, tolerance=FINE, evaluations=POLISH)
@@ -288,13 +312,6 @@ def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:
     return Solution(x, problem.evaluate(x), True, "segments joined", (False,) * len(x))
 
 
-def _signs(problem: SegmentProblem) -> np.ndarray:
-    """(m,) sign of the unknowns that are sought by their logarithms: those whose bounds lie on one side of zero."""
-    low, high = problem.limits
-    one_sided = np.isfinite(low) & np.isfinite(high) & (np.sign(low) * np.sign(high) > 0)
-    return np.where(one_sided, np.sign(low), 0.0)
-
-
 def _first_starts(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
     """Start states of the logs, as far as they are unknown."""
     begins = [n for n, one in enumerate(problem.segments) if n == 0 or problem.segments[n - 1].log != one.log]
@@ -307,7 +324,7 @@ def _horizon(problem: SegmentProblem, x: np.ndarray) -> float | None:
     if len(problem.segments) <= len(problem.logs):
         return None
     least = min(
-        sd / max(float(np.std(problem.logs[n].measured[name])), 1e-300) for (n, name), sd in problem.noise.items()
+        sd / max(float(np.std(problem.logs[n].observed[name])), 1e-300) for (n, name), sd in problem.noise.items()
     )
     try:
         tangents = problem.tangents(x)

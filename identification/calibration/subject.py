@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import KeptRun
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.trajectory import Trajectory
+from fmu_models.simulation.trajectory import Event, Trajectory
 
 Vector = NDArray[np.float64]
 Inputs = Mapping[str, float | Signal]
@@ -49,25 +49,28 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """A run with its derivatives. values: (n, k) of what is recorded; slopes: (n, k, m) by the unknowns; events: name
-    of the contact and time s of each; event_slopes: (events, m)."""
+    """A run with its derivatives. values: (n, k) of what is recorded; slopes: (n, k, m) by the unknowns; met: contacts
+    that had an event; hits: by contact, (h,) s, times at which it began to touch or to slip, with (h, m) slopes."""
 
     values: Vector
     slopes: Vector
-    events: tuple[tuple[str, float], ...] = ()
-    event_slopes: Vector | None = None
+    met: frozenset[str] = frozenset()
+    hits: Mapping[str, tuple[Vector, Vector]] = field(default_factory=dict)
 
 
 class Subject(ABC):
     """An FMU whose runs are compared with logs.
 
-    fmu: it; by: parameters, then start states, by which is differentiated; recorded: states, then measured variables.
+    fmu: it; by: parameters, then start states, by which is differentiated; recorded: states, then measured
+    variables; timed: contacts whose events are.
     """
 
     note = ""
 
     def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
         self.fmu, self.states, self.contacts = fmu, tuple(fmu.states), ()
+        self.timed = tuple(name for name in measured if name in fmu.contacts)
+        measured = [name for name in measured if name not in self.timed]
         self.parameters = tuple(parameters)
         self.by = (*self.parameters, *self.states)
         self.recorded = tuple(dict.fromkeys((*self.states, *measured)))
@@ -90,11 +93,19 @@ class Subject(ABC):
 
     def values(self, stretch: Stretch) -> Vector:
         """(n, k) of what is recorded."""
+        return self.observed(stretch)[0]
+
+    def observed(self, stretch: Stretch) -> tuple[Vector, dict[str, Vector]]:
+        """(n, k) of what is recorded, and the times s of the hits of each contact that is timed."""
         run = self.trajectory(stretch)
+        hits = {
+            name: np.array([event.time for event in run.events if event.contact == name and is_hit(event)])
+            for name in self.timed
+        }
         values = np.column_stack([run[name] for name in self.recorded])
         if len(values) < len(stretch.times) or not np.isfinite(values).all():
             raise StickslipError(f"The run of '{self.fmu.description.modelName}' ended early.")
-        return values
+        return values, hits
 
     def rates(self, stretch: Stretch) -> dict[str, str]:
         """Which states are rates of others, seen in a run: the position's name -> the speed's."""
@@ -138,8 +149,11 @@ class OwnSubject(Subject):
             start=stretch.start,
             inputs=stretch.inputs,
         )
-        events = tuple((event.contact, event.time) for event in run.events)
-        return Response(run.values, run.derivative, events, run.event_derivative)
+        hits = {}
+        for contact in self.timed:
+            rows = [place for place, event in enumerate(run.events) if event.contact == contact and is_hit(event)]
+            hits[contact] = np.array([run.events[row].time for row in rows]), run.event_derivative[rows]
+        return Response(run.values, run.derivative, frozenset(event.contact for event in run.events), hits)
 
     def closed(self, stretch: Stretch) -> bool:
         values = dict(stretch.values)
@@ -158,6 +172,10 @@ class ForeignSubject(Subject):
 
     def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
         super().__init__(fmu, parameters, measured)
+        if self.timed:
+            raise StickslipError(
+                f"Times of events are compared with models of this suite only; found '{self.timed[0]}'."
+            )
         rates = [f"der({name})" for name in self.states if f"der({name})" in fmu.variables]
         exchange = fmu.description.modelExchange is not None
         record = [name for name in dict.fromkeys((*measured, *rates)) if name not in self.states]
@@ -179,18 +197,43 @@ class ForeignSubject(Subject):
         )
 
     def respond(self, stretch: Stretch) -> Response:
-        values = self.values(stretch)
-        slopes = np.empty((*values.shape, len(self.by)))
-        for place, name in enumerate(self.by):
-            kind = "values" if place < len(self.parameters) else "start"
-            given = getattr(stretch, kind)
-            size = float(self.fmu.variables[name].nominal or 1.0) if given[name] == 0 else abs(given[name])
-            ends = []
-            for sign in (-1.0, 1.0):
-                moved = {**given, name: given[name] + sign * self._step * size}
-                ends.append(self.values(replace(stretch, **{kind: moved})))
-            slopes[:, :, place] = (ends[1] - ends[0]) / (2 * self._step * size)
-        return Response(values, slopes)
+        given = {**stretch.values, **stretch.start}
+        sizes = {name: abs(given[name]) or float(self.fmu.variables[name].nominal or 1.0) for name in self.by}
+        steps = np.array([self._step * sizes[name] for name in self.by])
+        rows = {name: np.full(1 + 2 * len(steps), value) for name, value in given.items()}
+        for place, (name, step) in enumerate(zip(self.by, steps, strict=True)):
+            rows[name][1 + 2 * place : 3 + 2 * place] += -step, step
+        values = self._swept(stretch, rows) if self.states else self._each(stretch, rows)
+        slopes = (values[2::2] - values[1::2]) / (2 * steps[:, None, None])
+        return Response(values[0], np.moveaxis(slopes, 0, -1))
+
+    def _swept(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:
+        """(runs, n, k) of what is recorded, of runs of a method of integration."""
+        sweep = self._driver.sweep(
+            float(stretch.times[-1]),
+            rows,
+            start_time=stretch.start_time,
+            inputs=stretch.inputs,
+            output_times=stretch.times,
+        )
+        if sweep.failures:
+            raise StickslipError(next(iter(sweep.failures.values())))
+        return np.stack([sweep[name] for name in self.recorded], axis=2)
+
+    def _each(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:
+        """The same of co-simulations, one after the other."""
+        runs = range(len(next(iter(rows.values()))))
+        return np.array(
+            [
+                self.values(replace(stretch, values={name: float(rows[name][run]) for name in stretch.values}))
+                for run in runs
+            ]
+        )
+
+
+def is_hit(event: Event) -> bool:
+    """Whether a contact begins to touch or to slip: what is heard of it."""
+    return event.clock in ("impact", "slip")
 
 
 def subject_of(fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> Subject:

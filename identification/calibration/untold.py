@@ -12,9 +12,10 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.calibration.problem import SegmentProblem
-from identification.inference.problem import Evaluation, prior_precision
+from identification.inference.problem import Evaluation, Unknown, prior_precision
 
 UNTOLD = 1e-4  # of the largest singular value of the scaled slopes: a direction that the logs do not tell
+LOST = 1e-11  # likewise: rounding, whatever the noise
 CERTAIN = 1e-6  # likewise, of a guess, whose slopes are not those of the solution
 TAKES_PART = 0.01  # of the largest effect of a direction: who has less has no part in it
 SILENT = 1e-9  # deviations of the noise by which a parameter moves the residuals if it is doubled: none
@@ -24,21 +25,35 @@ Trial = tuple[SegmentProblem, np.ndarray]
 
 
 def untold_directions(
-    slopes: np.ndarray, prior: np.ndarray, names: Sequence[str], least: float = UNTOLD
+    slopes: np.ndarray, prior: np.ndarray, unknowns: Sequence[Unknown], values: np.ndarray, least: float = UNTOLD
 ) -> tuple[np.ndarray, tuple[Names, ...]]:
-    """Directions (k, j) that rows (n, k) and priors tell, and the names that take part in each of the others; the last
-    columns are those of start states."""
+    """Directions (k, j) that rows (n, k) and priors tell, and the names that take part in each of the others. Along
+    these the singular value is small, and noise moves a parameter by as much as it is: of a chaotic motion small ones
+    may tell.
+
+    slopes: by the shared unknowns, of these values, then by start states.
+    """
     rows = np.vstack([slopes, np.sqrt(np.maximum(np.diag(np.diag(prior)), 0.0))])
     norms = np.linalg.norm(rows, axis=0)
     norms = np.where(norms > 0, norms, 1.0)
     _, singular, right = np.linalg.svd(rows / norms, full_matrices=False)
-    told = singular > least * singular[0]
+    shared = len(unknowns)
+    moves = np.abs(right[:, :shared]) / norms[:shared] / np.maximum(singular, np.finfo(float).tiny)[:, None]
+    blurred = np.max(moves / _sizes(unknowns, values[:shared]), axis=1, initial=0.0) > 1
+    told = (singular > least * singular[0]) | ~blurred & (singular > LOST * singular[0])
     untold = []
     for vector in np.abs(right[~told]):
         part = vector > TAKES_PART * np.max(vector)
-        together = [name for name, takes in zip(names, part, strict=False) if takes]
-        untold.append((*together, *(("the start",) if part[len(names) :].any() else ())))
+        together = [unknown.name for unknown, takes in zip(unknowns, part, strict=False) if takes]
+        untold.append((*together, *(("the start",) if part[shared:].any() else ())))
     return (right[told] / norms).T, tuple(untold)
+
+
+def _sizes(unknowns: Sequence[Unknown], values: np.ndarray) -> np.ndarray:
+    """(m,) by how much each would have to move to be another one: by itself, and an angle by a radian."""
+    return np.array(
+        [max(abs(x), 1.0 if one.unit == "rad" else SILENT) for one, x in zip(unknowns, values, strict=True)]
+    )
 
 
 def meeting(here: Evaluation, problem: SegmentProblem) -> np.ndarray:
@@ -79,7 +94,7 @@ def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
         sizes = np.maximum(np.abs(x[: problem.shared]), SILENT)
         effects = np.max(np.abs(slopes[:, : problem.shared]), axis=0) * sizes > SILENT
         if not judged and effects.all():
-            _warn_of_untold(problem, slopes @ meeting(here, problem))
+            _warn_of_untold(problem, x, slopes @ meeting(here, problem))
         heard |= effects
         judged.append((int(np.count_nonzero(~effects)), (problem, x)))
         if sum(silent == 0 for silent, _ in judged) == count:
@@ -89,11 +104,12 @@ def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
     return [trial for _, trial in judged[:count]]
 
 
-def _warn_of_untold(problem: SegmentProblem, slopes: np.ndarray) -> None:
-    names = [unknown.name for unknown in problem.unknowns[: problem.shared]]
+def _warn_of_untold(problem: SegmentProblem, x: np.ndarray, slopes: np.ndarray) -> None:
+    shared = problem.unknowns[: problem.shared]
+    names = [unknown.name for unknown in shared]
     prior = np.zeros((slopes.shape[1],) * 2)
     prior[: len(names), : len(names)] = prior_precision(problem)[: len(names), : len(names)]
-    for direction in untold_directions(slopes, prior, names, CERTAIN)[1]:
+    for direction in untold_directions(slopes, prior, shared, x, CERTAIN)[1]:
         if any(name in names for name in direction):
             warnings.warn(f"At the guess {words(direction)}.", stacklevel=2)
 

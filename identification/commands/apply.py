@@ -48,7 +48,8 @@ def apply(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Write the fitted friction law and the rig's constants, or a fitted machine, into an FMU, a scene or an SSP.
+    """Write what was fitted, a friction law with the rig's constants, a machine or any calibrated model, into an FMU, a
+    scene or an SSP.
 
     Refused if a name or a unit does not match; units of the same quantity are converted.
 
@@ -120,8 +121,15 @@ class _Handed:
 
 
 def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[str, str]) -> _Handed:
+    from identification.calibration.result import calibrated_fmu, is_calibration, read_calibration
     from identification.machines.machine_fit import is_machine_fit
 
+    if is_calibration(fitted):
+        from identification.transfer.values import calibration_values
+
+        calibration = read_calibration(fitted)
+        values = calibration_values(calibrated_fmu(calibration, machine), calibration, only=only, renamed=renamed)
+        return _Handed(calibration.model, values, lambda fmi: calibrated_fmu(calibration, machine, fmi_version=fmi))
     if is_machine_fit(fitted):
         from fmu_models.codegen.package import built
         from fmu_models.fmu.fmu import Fmu

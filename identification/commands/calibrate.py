@@ -65,6 +65,10 @@ def calibrate(
         str | None,
         typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
     ] = None,
+    events: Annotated[
+        list[str] | None,
+        typer.Option("--events", metavar="CONTACT=COLUMN", help="Times at which a contact began to touch or to slip."),
+    ] = None,
     each: Annotated[
         str | None, typer.Option("--each", metavar="NAMES", help="Parameters that differ from log to log.")
     ] = None,
@@ -88,6 +92,8 @@ def calibrate(
 
     Example: stickslip calibrate tanks.py train.csv --free k1,k2,k3,k4 --held-out test.csv -o tanks.json
 
+    Example: stickslip calibrate bouncing_ball impacts.csv --events table=t_hit --free e,A,phi0 --set e=0.6
+
     Example: stickslip calibrate pump.fmu a.csv b.csv --free k,c --each k --sensor y:gain,delay --prior "c=2+-0.1"
     """
     check_targets(result, figure, overwrite)
@@ -101,6 +107,7 @@ def calibrate(
         "columns": _columns(columns),
         "inputs": console.settings(inputs, "input", columns=True),
         "hold": _names(hold),
+        "events": dict(_pairs(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
         "each": _names(each),
         "held_out": held_out or [],
         "segments": segments,

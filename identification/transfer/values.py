@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.mechanism import Mechanism
+from identification.calibration.result import Calibration
 from identification.fit.parts import AT_LEAST
 from identification.fit.result import FrictionFit
 from identification.fitted_model.machine import identifier
@@ -91,6 +92,35 @@ def machine_values(
         for p in machine.parameters
     }
     return _chosen(found, only, renamed)
+
+
+def calibration_values(
+    fmu: Fmu, found: Calibration, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
+) -> tuple[HandedValue, ...]:
+    """What a calibration hands on to its model: parameters that all logs share, and those that were held; the rest is
+    as for `handed_values`.
+
+    Raises:
+        StickslipError: as for `handed_values`.
+    """
+    values = {name: (value, None) for name, value in found.held.items()}
+    values |= {one.name: (one.value, one.standard_deviation) for one in found.parameters}
+    return _chosen(
+        {
+            name: HandedValue(
+                name,
+                name,
+                value,
+                str(fmu.variables[name].unit or "1"),
+                deviation,
+                str(fmu.variables[name].description or name),
+            )
+            for name, (value, deviation) in values.items()
+            if name in fmu.parameters
+        },
+        only,
+        renamed,
+    )
 
 
 def _chosen(

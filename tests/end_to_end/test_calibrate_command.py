@@ -51,6 +51,12 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     assert found["k"].value == values["k"]["value"] and found["k"].maximum == 2.0
     assert json.loads(result.read_text())["type"] == "stickslip calibration"
     assert "Residuals" in found.summary()
+    fmu = tmp_path / "belt.fmu"
+    assert stickslip("apply", result, "-o", fmu).code == 0
+    starts = {name: float(variable.start or 0) for name, variable in load(fmu).variables.items()}
+    assert (starts["a0"], starts["k"]) == pytest.approx((values["a0"]["value"], values["k"]["value"]), rel=1e-15)
+    assert stickslip("apply", result, "-o", tmp_path / "belt.ssv").code == 0
+    assert 'name="k"' in (tmp_path / "belt.ssv").read_text()
 
 
 @pytest.mark.parametrize(
@@ -68,3 +74,17 @@ def test_bad_input_is_a_sentence(stickslip, log, more, words):
     answer = stickslip("calibrate", "forced_stick_slip", log, *more)
     assert answer.code == 2
     assert words in answer.err.replace("\n", " ")
+
+
+def test_a_ball_is_calibrated_from_a_column_of_impact_times(stickslip, tmp_path):
+    run = simulate(load("bouncing_ball"), 3.0, parameters={"e": 0.7, "A": 6e-3})
+    times = [event.time for event in run.impacts]
+    np.savetxt(tmp_path / "impacts.csv", times, header="t_hit", comments="")
+    answer = stickslip(
+        *("calibrate", "bouncing_ball", tmp_path / "impacts.csv", "--events", "table=t_hit", "--free", "e,A"),
+        *("--set", "e=0.5", "--set", "A=0.004", "--json"),
+    )
+    assert answer.code == 0, answer.err
+    values = {one["name"]: one["value"] for one in answer.json["parameters"]}
+    # the times are exact but for six digits of the file's numbers and of the search
+    assert values == pytest.approx({"e": 0.7, "A": 6e-3}, rel=1e-4)

@@ -22,7 +22,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.registry import Registry
 from fmu_models.explorer.page import explore
 from fmu_models.language.laws import LAWS
-from identification import read_fit, read_machine_fit
+from identification import read_calibration, read_fit, read_machine_fit
+from identification.calibration.result import calibrated_fmu
 from identification.commands import application
 from identification.estimators import ESTIMATORS
 from identification.fit.result import FrictionFit
@@ -45,6 +46,13 @@ MACHINE_FIT = {
     **dict.fromkeys(("joints", "parameters", "silent", "logs", "verdicts"), ()),
     **dict.fromkeys(("condition", "raw_condition", "neighbour_correlation", "effective_samples"), 1.0),
     **{"machine": "arm", "known": {}, "cutoff": None, "parallel_cutoff": None, "samples": 1, "rounds": 1},
+}
+
+CALIBRATION = {
+    **dict.fromkeys(("model", "title", "method"), "theirs"),
+    **dict.fromkeys(("logs", "parameters", "starts", "covariance", "directions", "residuals", "minima"), ()),
+    **{"type": "stickslip calibration", "freedom": 1, "inflation": 1.0},
+    "collinearity": {"index": 1.0, "direction": {}, "percent": {}},
 }
 
 
@@ -88,6 +96,11 @@ CASES = {
         lambda code: json.dumps({**MACHINE_FIT, "declaration": code}),
         ("report", "FILE", str(RIGS)),
         lambda path, **how: machine_of(read_machine_fit(path), **how),
+    ),
+    "calibration": Case(
+        lambda code: json.dumps({**CALIBRATION, "declaration": code}),
+        ("apply", "FILE", "-o", "model.ssv"),
+        lambda path, **how: calibrated_fmu(read_calibration(path), **how),
     ),
     "scene, model": Case(lambda code: scene(model=code), ("scene", "FILE"), read_scene, "document.toml"),
     "scene, law": Case(lambda code: scene(law=code), ("simulate", "FILE"), read_scene, "document.toml"),

@@ -176,3 +176,13 @@ def test_parameter_without_effect_is_refused():
     ball = load("bouncing_ball")
     with pytest.raises(StickslipError, match="'m' has no effect"):
         calibrate(ball, noisy(ball, 1, 0.3, 101, noise=5e-5), free=["m", "e"], guesses=4)
+
+
+def test_an_interrupt_keeps_the_best_so_far(belt):
+    def stop(fraction):
+        if fraction > 0.31:  # behind the scan
+            raise KeyboardInterrupt
+
+    found = calibrate(belt, noisy(belt, 3), free=FREE, parameters=OFF, progress=stop)
+    assert found.interrupted and "Interrupted" in found.warnings[-1]
+    assert found.residuals[0].rms < 20 * NOISE

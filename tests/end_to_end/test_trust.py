@@ -284,7 +284,7 @@ def test_every_command_that_reads_such_documents_has_the_option():
 
 # what parses files or texts of others, and why nothing in them runs; one that names code belongs among the cases above
 PARSERS = {
-    "identification/calibration/result.py": "numbers and words of a calibration; its model is a name that is shown",
+    "identification/calibration/result.py": "numbers and words; its declaration goes through the door: cases",
     "fmu_models/continuation/kept.py": "nodes of a store: numbers, and classes of a list",
     "fmu_models/families/store.py": "what a store was made of is compared; Zarr of version 3 has no codec of objects",
     "fmu_models/base/job_server.py": "what this program sends to its own child",

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from known_deviation import deviation
 from models import Models
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import ModelLog
-from identification.calibration.result import CalibratedValue
 from identification.calibration.subject import SOLVER, Stretch, subject_of
-
-
-def deviation(value: CalibratedValue) -> float:
-    """Of a value that the logs tell."""
-    assert value.standard_deviation is not None
-    return value.standard_deviation
 
 
 def noisy(fmu, name, until, samples, noise, seed, **more):

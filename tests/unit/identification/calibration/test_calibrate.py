@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from known_deviation import deviation
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
@@ -14,18 +15,12 @@ from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
 from identification.calibration.problem import Sensor
-from identification.calibration.result import CalibratedValue, read_calibration
+from identification.calibration.result import read_calibration
 
 FREE = ["a0", "a1", "a3", "k", "f0"]
 TRUE = {"a0": 1.5, "a1": 1.5, "a3": 0.45, "k": 1.0, "f0": 0.1}
 OFF = {"a0": 2.4, "a1": 0.95, "a3": 0.7, "k": 0.65, "f0": 0.16}  # by half, each
 NOISE = 0.005
-
-
-def deviation(value: CalibratedValue) -> float:
-    """Of a value that the logs tell."""
-    assert value.standard_deviation is not None
-    return value.standard_deviation
 
 
 @pytest.fixture(scope="module")

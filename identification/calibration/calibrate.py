@@ -330,7 +330,6 @@ def held_out_residuals(concluded: Concluded, log: ModelLog) -> list[SeriesResidu
             raise StickslipError(f"The log {log.name} measures '{name}', which the others do not.")
     shared = problem.shared
     names = {unknown.name: place for place, unknown in enumerate(problem.unknowns[:shared])}
-    first = {name: places for name, places in problem.places[0].items()}
     states = problem.subject.states
     begin = problem.starts[0]
     loose = [place for place in range(len(states)) if begin[place] >= 0]
@@ -342,7 +341,13 @@ def held_out_residuals(concluded: Concluded, log: ModelLog) -> list[SeriesResidu
     starts[0, loose] = shared + np.arange(len(loose))
     values = np.concatenate([concluded.solution.values[:shared], concluded.solution.values[begin[loose]]])
     other = replace(
-        problem, logs=(log,), segments=whole([log]), unknowns=unknowns, first=values, places=(first,), starts=starts
+        problem,
+        logs=(log,),
+        segments=whole([log]),
+        unknowns=unknowns,
+        first=values,
+        places=problem.places[:1],
+        starts=starts,
     )
     other = replace(other, noise=noise_of(other))
     held = {name: float(concluded.solution.values[place]) for name, place in names.items()}

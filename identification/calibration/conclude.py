@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.search import Minimum
-from identification.calibration.untold import meeting, untold_directions
+from identification.calibration.untold import column_norms, meeting, untold_directions
 from identification.inference.colour import Whitened, whitened
 from identification.inference.identifiability import Collinearity, of_gradient
 from identification.inference.problem import Solution, prior_precision, solve
@@ -52,17 +52,11 @@ def conclude(minimum: Minimum) -> Concluded:
         found = _judged(filtered, problem, solve(filtered, values, tolerance=REFIT, evaluations=10))
         values, evaluation = found.solution.values, found.solution.evaluation
         slopes = evaluation.gradient[evaluation.log < series]
-        size, vectors = np.linalg.eigh(found.covariance * np.outer(norms := _norms(slopes), norms))
+        size, vectors = np.linalg.eigh(found.covariance * np.outer(norms := column_norms(slopes), norms))
         fitted = slopes / norms @ (vectors * np.sqrt(np.maximum(size, 0.0)))
     if found is not None and found.inflation <= MISTRUSTED:
         return found
     return _judged(Whitened(problem, {}), problem, plain)
-
-
-def _norms(columns: np.ndarray) -> np.ndarray:
-    """(m,) lengths of columns, 1 of an empty one."""
-    norms = np.linalg.norm(columns, axis=0)
-    return np.where(norms > 0, norms, 1.0)
 
 
 def _judged(filtered: Whitened, problem: SegmentProblem, solution: Solution) -> Concluded:
@@ -109,5 +103,5 @@ def _weighed(minimum: Minimum) -> tuple[SegmentProblem, Solution]:
 
 def _projected(columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Columns (n, m), as far as start states (n, k) cannot do the same."""
-    scaled = starts / _norms(starts)
+    scaled = starts / column_norms(starts)
     return columns - scaled @ np.linalg.lstsq(scaled, columns, rcond=None)[0]

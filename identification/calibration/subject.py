@@ -13,6 +13,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,16 @@ class Stretch:
     values: Mapping[str, float]
     start: Mapping[str, float]
     inputs: Inputs
+
+    @property
+    def begin(self) -> dict[str, Any]:
+        """Where and with what the run begins, as runs of all kinds take it."""
+        return {
+            "start_time": self.start_time,
+            "parameters": self.values,
+            "start": self.start,
+            "inputs": self.inputs,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,23 +143,10 @@ class OwnSubject(Subject):
         self._stops = [place for place, name in enumerate(fmu.contacts) if name in compliant]
 
     def trajectory(self, stretch: Stretch) -> Trajectory:
-        return self._kept(
-            float(stretch.times[-1]),
-            start_time=stretch.start_time,
-            parameters=stretch.values,
-            start=stretch.start,
-            inputs=stretch.inputs,
-            output_times=stretch.times,
-        )
+        return self._kept(float(stretch.times[-1]), output_times=stretch.times, **stretch.begin)
 
     def respond(self, stretch: Stretch) -> Response:
-        run = self._sensitive.run(
-            stretch.times,
-            start_time=stretch.start_time,
-            parameters=stretch.values,
-            start=stretch.start,
-            inputs=stretch.inputs,
-        )
+        run = self._sensitive.run(stretch.times, **stretch.begin)
         hits = {}
         for contact in self.timed:
             rows = [place for place, event in enumerate(run.events) if event.contact == contact and is_hit(event)]
@@ -187,14 +185,7 @@ class ForeignSubject(Subject):
             self.by, self.recorded = self.parameters, tuple(measured)
 
     def trajectory(self, stretch: Stretch) -> Trajectory:
-        return self._driver.run(
-            float(stretch.times[-1]),
-            start_time=stretch.start_time,
-            parameters=stretch.values,
-            start=stretch.start,
-            inputs=stretch.inputs,
-            output_times=stretch.times,
-        )
+        return self._driver.run(float(stretch.times[-1]), output_times=stretch.times, **stretch.begin)
 
     def respond(self, stretch: Stretch) -> Response:
         given = {**stretch.values, **stretch.start}

@@ -34,8 +34,7 @@ def untold_directions(
     slopes: by the shared unknowns, of these values, then by start states.
     """
     rows = np.vstack([slopes, np.sqrt(np.maximum(np.diag(np.diag(prior)), 0.0))])
-    norms = np.linalg.norm(rows, axis=0)
-    norms = np.where(norms > 0, norms, 1.0)
+    norms = column_norms(rows)
     _, singular, right = np.linalg.svd(rows / norms, full_matrices=False)
     shared = len(unknowns)
     moves = np.abs(right[:, :shared]) / norms[:shared] / np.maximum(singular, np.finfo(float).tiny)[:, None]
@@ -47,6 +46,12 @@ def untold_directions(
         together = [unknown.name for unknown, takes in zip(unknowns, part, strict=False) if takes]
         untold.append((*together, *(("the start",) if part[shared:].any() else ())))
     return (right[told] / norms).T, tuple(untold)
+
+
+def column_norms(columns: np.ndarray) -> np.ndarray:
+    """(m,) lengths of columns, 1 of an empty one."""
+    norms = np.linalg.norm(columns, axis=0)
+    return np.where(norms > 0, norms, 1.0)
 
 
 def _sizes(unknowns: Sequence[Unknown], values: np.ndarray) -> np.ndarray:

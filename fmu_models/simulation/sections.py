@@ -191,5 +191,6 @@ class SectionFollower:
             )
             if motion != self._motions:
                 raise StickslipError(
-                    "Another motion has begun since; this one cannot go on. Follow each with a SectionFollower of its own."
+                    "Another motion has begun since; this one cannot go on. "
+                    "Follow each with a SectionFollower of its own."
                 )

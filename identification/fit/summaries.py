@@ -57,13 +57,13 @@ def bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
 
 def sensors(ready: Pool) -> dict[str, float]:
     fit, velocity = ready.sensors, ready.sensors.velocity
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     if velocity is not None:
-        found = {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
+        values = {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
     if fit.lines == 0:
-        return found
+        return values
     deviation = np.sqrt(np.diag(fit.covariance))
-    return found | {
+    return values | {
         "laser_gain_correction": fit.gain,
         "laser_gain_correction_sd": float(deviation[0]),
         "laser_delay": fit.delay,

@@ -149,7 +149,7 @@ class _Candidate:
 
     name: str
     problem: Problem
-    found: Solution
+    solution: Solution
     covariance: np.ndarray | None
     warnings: tuple[str, ...]
     held_out: np.ndarray | None = None
@@ -157,11 +157,11 @@ class _Candidate:
 
     @property
     def sum(self) -> float:
-        return self.found.evaluation.sum
+        return self.solution.evaluation.sum
 
     @property
     def rows(self) -> int:
-        return len(self.found.evaluation.residual)
+        return len(self.solution.evaluation.residual)
 
     @property
     def count(self) -> int:
@@ -207,11 +207,11 @@ def compare_problems(
     least = scale.criteria(ranked[0])[2]
     for place, one in enumerate(ranked):
         if place < 2 or scale.criteria(one)[2] < least + BEHIND:
-            held_out, chance = _held_out(one.problem, one.found, asked)
+            held_out, chance = _held_out(one.problem, one.solution, asked)
             ranked[place] = replace(one, held_out=held_out, chance=chance)
         told(0.5 + 0.5 * (place + 1) / len(ranked))
     scores = _scores(ranked, scale)
-    doubts = (*asked.doubts, *whiteness(ranked[0].found.evaluation, logs).warnings)
+    doubts = (*asked.doubts, *whiteness(ranked[0].solution.evaluation, logs).warnings)
     held = f"held-out {'logs' if len(logs) > 1 else 'parts of the log'}"
     verdict = _verdict(scores, held, doubts, asked.nested)
     return LawComparison(scores, scale.rows, scale.effective, doubts, verdict)
@@ -290,7 +290,7 @@ class _Scale:
 
 def _scale(candidates: Sequence[_Candidate]) -> _Scale:
     best = min(candidates, key=lambda one: (one.covariance is None, one.sum))
-    here, effective = best.found.evaluation, float(best.rows)
+    here, effective = best.solution.evaluation, float(best.rows)
     if best.covariance is not None:
         plain = plain_covariance(here.gradient, here.residual, prior=prior_precision(best.problem))
         effective /= inflation(plain, best.covariance)
@@ -327,7 +327,7 @@ def _score(one: _Candidate, best: _Candidate, scale: _Scale, weight: float) -> L
     deviations = np.full(len(names), np.nan) if one.covariance is None else np.sqrt(np.diag(one.covariance))
     return LawScore(
         law=one.name,
-        values=dict(zip(names, map(float, one.found.values), strict=True)),
+        values=dict(zip(names, map(float, one.solution.values), strict=True)),
         deviations=dict(zip(names, map(float, deviations), strict=True)),
         units={unknown.name: unknown.unit for unknown in one.problem.unknowns},
         rms=float(np.sqrt(one.sum / one.rows)),
@@ -337,7 +337,7 @@ def _score(one: _Candidate, best: _Candidate, scale: _Scale, weight: float) -> L
         weight=weight,
         held_out=None if one.held_out is None else float(np.sqrt(np.sum(one.held_out) / scale.sum)),
         worse=_worse(one, best) if one is not best else 0.0,
-        bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
+        bounds=tuple(name for name, at in zip(names, one.solution.at_bound, strict=True) if at),
         warnings=one.warnings,
     )
 

@@ -35,7 +35,7 @@ TWO = 2  # laws, the least that are compared
 class _Ranking:
     """Laws compared within some disturbances, the first of them, and whether its residuals are more than noise."""
 
-    found: LawComparison
+    comparison: LawComparison
     best: FittableLaw
     asks: bool
 
@@ -76,7 +76,7 @@ def compare_laws(
         if first.best.name == before:
             break
     told(1.0)
-    return first.found
+    return first.comparison
 
 
 def _ranking(
@@ -114,19 +114,19 @@ def _ranking(
     if len(made.fitted) < TWO:
         ((name, only),) = made.fitted.items()
         said = f"{name}: no other law follows the logs."
-        found = single_law(name, only.problem, only.found, names, said, doubts)
+        found = single_law(name, only.problem, only.solution, names, said, doubts)
     else:
         found = compare_problems(
             {name: one.problem for name, one in made.fitted.items()},
             names,
-            solutions={name: one.found for name, one in made.fitted.items()},
+            solutions={name: one.solution for name, one in made.fitted.items()},
             asked=Comparing(nested=made.nested, doubts=doubts),
             progress=lambda done: told(0.7 + 0.3 * done),
         )
     found = replace(found, estimator=cut.estimator.name, causes=tuple(causes), elastic=elastic)
     found = replace(found, aside={**aside, **made.refused})
     best = made.fitted[found.best.law]
-    white = whiteness(best.found.evaluation, names)
+    white = whiteness(best.solution.evaluation, names)
     return _Ranking(found, best.law, white.more_than_noise)
 
 

@@ -36,7 +36,7 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     rows = joint_rows(ready, law, fit.law_values)
     by_disc = {}
     for number, contact in enumerate(ready.contacts):
-        mine = rows.place == number
+        mine = rows.disc == number
         friction = law.single.value(rows.speed[mine], fit.law_values[law.of_disc(number)])
         by_disc[contact] = FrictionSamples(
             slip=rows.speed[mine],

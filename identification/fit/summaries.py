@@ -30,7 +30,7 @@ def summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
 def bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
     """Measured and fitted coefficient of one disc in ranges of slip speed of equal counts; standard errors over slip
     segments."""
-    mine = rows.place == disc
+    mine = rows.disc == disc
     if not mine.any():
         return []
     edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))

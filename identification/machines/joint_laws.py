@@ -140,7 +140,7 @@ def _compared(problems: Mapping[str, MachineProblem], log: str) -> LawComparison
     solutions = {name: solve(problem) for name, problem in problems.items()}
     warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
     options = Comparing("hac", PARTS, warnings)
-    return compare_problems(problems, [log], solutions=solutions, asked=options)
+    return compare_problems(problems, [log], solutions=solutions, options=options)
 
 
 def _meaning(problem: MachineProblem, solution: Solution) -> tuple[str, ...]:

@@ -120,7 +120,7 @@ def _ranking(
             {name: one.problem for name, one in made.fitted.items()},
             names,
             solutions={name: one.solution for name, one in made.fitted.items()},
-            asked=Comparing(nested=made.nested, doubts=doubts),
+            options=Comparing(nested=made.nested, doubts=doubts),
             progress=lambda done: told(0.7 + 0.3 * done),
         )
     found = replace(found, estimator=cut.estimator.name, causes=tuple(causes), elastic=elastic)

@@ -129,7 +129,7 @@ def _turned(ready: Pool) -> dict[int, Signal]:
 
 def _nuisance(ready: Pool, names: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
     """Gain and delay as the encoder gave them, and what was asked for."""
-    unknowns = []
+    nuisance = []
     if laser:
         deviations = np.sqrt(np.diag(ready.sensors.covariance))
         source = "laser against encoder" if ready.sensors.lines else "clocks of the recorders"
@@ -139,7 +139,7 @@ def _nuisance(ready: Pool, names: Sequence[str], laser: bool) -> tuple[Unknown, 
                 continue
             prior = Prior(name, value, unit, float(deviation), source)
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
-            unknowns.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
+            nuisance.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
     stated = {prior.name: prior for prior in ready.priors}
     taken = [p.name for p in ready.priors if p.name.startswith(("laser", SPEED)) and p.standard_uncertainty > 0]
     taken += [] if ready.zero is None else ["zero"]
@@ -155,8 +155,8 @@ def _nuisance(ready: Pool, names: Sequence[str], laser: bool) -> tuple[Unknown, 
             )
         reach = REACH * prior.standard_uncertainty
         low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
-        unknowns.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
-    return (*unknowns, *_lines(ready))
+        nuisance.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
+    return (*nuisance, *_lines(ready))
 
 
 def _lines(ready: Pool) -> tuple[Unknown, ...]:

@@ -318,13 +318,13 @@ def follow(
     )
     with np.errstate(over="ignore", invalid="ignore"):
         motion = run(regressor, values, stretches, OBSERVER)
-    motions = []
+    paths = []
     for number, (grid, piece) in enumerate(zip(grids, pieces, strict=True)):
         mine = [i for i, (owner, _) in enumerate(starts) if owner == number]
         joined = [values[mine, settle:].reshape(-1, values.shape[-1])[: len(grid)] for values in motion]
         q, v, a = (_between(piece.time, grid, values) for values in joined)
-        motions.append((q, v, a))
-    return motions
+        paths.append((q, v, a))
+    return paths
 
 
 def _between(at: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:

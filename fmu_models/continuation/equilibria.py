@@ -27,19 +27,26 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.continuation.equilibrium_begin import begin_of, start_of
+from fmu_models.continuation.branch import both_ways
 from fmu_models.continuation.equilibrium_branch import (
     EIGENVALUES,
     EquilibriumBranch,
     branch_of_sets,
     branch_of_ways,
 )
-from fmu_models.continuation.problem.equilibrium import ZERO
-from fmu_models.continuation.problem.node import Lost, Node
+from fmu_models.continuation.kept import Keeper
+from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem, numbers_of, problem_at
+from fmu_models.continuation.problem.imported_field import ImportedField
+from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
+from fmu_models.continuation.problem.problem import Vector, range_of
 from fmu_models.continuation.special.sticking_set import StickingSet, followed, set_at
-from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
+from fmu_models.simulation.field import VectorField
+from fmu_models.simulation.run import check_names, check_value
+
+# condition number beyond which an equilibrium does not stand alone
+ALONE = 1e12
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:
@@ -78,39 +85,34 @@ def equilibria(
             equilibrium near the start, or none that stands alone.
     """
     clock = time.process_time()
-    low, high = sorted(float(bound) for bound in between)
-    if not low < high or not np.isfinite([low, high]).all():
-        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
-    problem, z = start_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
+    low, high = range_of(over, between)
+    problem, z = _start(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
     _check_of(problem.name, of or problem.states[0], problem.states)
     scales = problem.scales(z, (low, high))
-
-    def tell(node: Node) -> None:
-        progress((node.value - low) / (high - low))
-
     sticking = None
     with suppress(Lost):  # nothing sticks, or what does has no such set
         sticking = set_at(problem, scales, z)
     if sticking is not None:
-        branch = _sets(sticking, (low, high), points, tell, clock)
-        return replace(branch, of=of or branch.of)
-    first = begin_of(problem, z, scales)
-    forward = EquilibriumFollower(first, (low, high), points, tell).follow()
-    backward = None
-    if forward.end[0] not in ("closed", "interrupted"):
-        backward = EquilibriumFollower(first.turned(), (low, high), points, tell).follow()
-    branch = branch_of_ways(forward, backward, (low, high), time.process_time() - clock)
+        branch = _sets(sticking, (low, high), points, progress, clock)
+    else:
+        first = _begin(problem, z, scales)
+        both = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(both, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 
 def _sets(
-    first_set: StickingSet, between: tuple[float, float], points: int, tell: Callable[[Node], None], clock: float
+    first_set: StickingSet, between: tuple[float, float], points: int, progress: Callable[[float], Any], clock: float
 ) -> EquilibriumBranch:
     """The branch of the sets of what sticks, from one of them both ways.
 
     Raises:
         StickslipError: they are there at one value of the parameter alone.
     """
+
+    def tell(node: Node) -> None:
+        progress((node.value - between[0]) / (between[1] - between[0]))
+
     forward, last = followed(first_set, between, 1.0, points, tell)
     backward, first = (
         ([first_set], last) if last[0] == "interrupted" else followed(first_set, between, -1.0, points, tell)
@@ -128,3 +130,58 @@ def _sets(
             "another parameter."
         )
     return branch_of_sets([*reversed(backward[1:]), *forward], (first, last), time.process_time() - clock)
+
+
+def _start(
+    fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
+) -> tuple[EquilibriumProblem, Vector]:
+    """The problem, and z of the start.
+
+    Args:
+        between: range of the parameter, which holds its present value.
+        start: states near it; as the declaration says what is left out.
+        constants: values of parameters and inputs that are not at their default.
+
+    Raises:
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced.
+    """
+    check_names(fmu, "parameter or input", constants, numbers_of(fmu))
+    check_names(fmu, "state", start, fmu.states)
+    for name, value in {**constants, **start}.items():
+        check_value(fmu, name, value)
+    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
+    field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
+    problem = problem_at(field, over, constants, point, between)
+    return problem, np.append(point, problem.value_within(between))
+
+
+def _begin(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:
+    """The equilibrium near a start.
+
+    Raises:
+        StickslipError: there is none, or none that stands alone.
+    """
+    try:
+        node = solved(problem, scales, z / scales, parameter(float(z[-1])), reach=np.inf, halvings=20)
+    except Lost:
+        raise StickslipError(_why(problem, z)) from None
+    if any(state == STICK for _, state, _ in node.word) and np.linalg.cond(scaled(node)[:, :-1]) > ALONE:
+        raise StickslipError(_why(problem, node.z))
+    return node
+
+
+def _why(problem: EquilibriumProblem, z: Vector) -> str:
+    """What there is instead of an equilibrium that stands alone."""
+    seen, n = look(problem, z), len(problem.states)
+    if seen is not None and np.abs(seen.residual / problem.scales(z, (0.0, 1.0))[:n]).max() < 1e-9:
+        sticking = [name for name, state, _ in seen.word if state == STICK]
+        stuck = f": {', '.join(sticking)} sticks, and the equilibria around are as good" if sticking else ""
+        return (
+            f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
+            "needs one that does: start where it slips, or free it."
+        )
+    missed = (
+        "" if seen is None else f" (rates there: {', '.join(f'{rate:.3g}' for rate in seen.residual / problem.share)})"
+    )
+    name = problem.name
+    return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."

@@ -21,7 +21,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_names, quantity_names, stranger
 from fmu_models.language.contacts import Requirement, create_symbols
-from fmu_models.language.declaration import Output, quantities_of_type
+from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.quantities import TIME, ContactSymbol, Input, InternalState, Parameter, State
 from fmu_models.language.units import check_expression_units
 
@@ -85,7 +85,7 @@ class Reset(Shown):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Automaton(Shown):
+class Automaton(Declaration):
     """A declared system without a body; see the module for its equation.
 
     Attributes:
@@ -139,16 +139,6 @@ class Automaton(Shown):
         expressions += [e for reset in self.resets for e in reset.to.values()]
         used = set().union(*(sympy.sympify(e).free_symbols for e in expressions))
         return used - {switch.sign for switch in self.switches}
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Parameter)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The inputs used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Input)
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:

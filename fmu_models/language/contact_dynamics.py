@@ -55,8 +55,8 @@ class ContactDynamics:
     slip: sympy.Expr
     slip_rate: sympy.Expr
     slip_terms: tuple[sympy.Expr, ...]
-    capacity: sympy.Expr
-    force: sympy.Expr
+    capacity: sympy.Expr = sympy.S.Zero
+    force: sympy.Expr = sympy.S.Zero
     sticks: bool
     force_symbol: ContactSymbol
     slip_symbol: ContactSymbol

@@ -115,6 +115,15 @@ class Contact(Shown, ABC):
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
         """What it is lowered to, to stand at ``index`` among the contacts of the system."""
 
+    def _direction(
+        self, rates: Rates, slip: sympy.Expr, depth: sympy.Expr | None = None, **columns: Any
+    ) -> ContactDynamics:
+        """A row of ``dynamics``: along a slip speed, in touch where a depth is positive; its other columns by name."""
+        common = {"name": self.name, "description": self.description, "kind": self.kind}
+        along = {"slip": slip, "slip_rate": rates.of_speed(sympy.sympify(slip)), "slip_terms": terms(slip)}
+        inside = {} if depth is None else {"depth": depth, "depth_terms": terms(depth)}
+        return ContactDynamics(**{**common, **along, **inside, **columns})
+
     @property
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that the contact uses."""
@@ -285,21 +294,16 @@ class Friction(Contact):
         where = None if self.where is None else sympy.sympify(self.where)
         minus = self.law.capacity_minus
         return (
-            ContactDynamics(
-                name=self.name,
-                description=self.description,
-                kind=self.kind,
-                slip=self.slip,
-                slip_rate=rates.of_speed(sympy.sympify(self.slip)),
-                slip_terms=terms(self.slip),
+            self._direction(
+                rates,
+                self.slip,
+                where,
                 capacity=sympy.sympify(self.law.capacity),
                 capacity_minus=None if minus == self.law.capacity else sympy.sympify(minus),
                 force=self.law.force(self.slip_speed, self.sign),
                 sticks=self.law.sticks,
                 reset=dict(self.law.renewed),
                 reset_sides=4 if self.law.renewed else 0,
-                depth=where,
-                depth_terms=() if where is None else terms(where),
                 force_symbol=self.force,
                 slip_symbol=self.slip_speed,
                 sign_symbol=self.sign,

@@ -28,7 +28,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contact_checks import check_place, check_slip
-from fmu_models.language.contact_dynamics import ContactDynamics, Rates, terms
+from fmu_models.language.contact_dynamics import ContactDynamics, Rates
 from fmu_models.language.contact_kinds import IMPACT, IMPACT_FRICTION, ContactKind
 from fmu_models.language.contacts import FORCE_UNITS, Contact, Requirement, create_symbols
 from fmu_models.language.dimensions import Dimensions, way_unit
@@ -203,19 +203,11 @@ class Impact(Contact):
 
     def _normal(self, rates: Rates, partner: int | None) -> ContactDynamics:
         """The normal direction; lambda acts along the growing gap."""
-        rate = rates.of_place(sympy.sympify(self.gap))
-        return ContactDynamics(
-            name=self.name,
-            description=self.description,
-            kind=self.kind,
-            slip=rate,
-            slip_rate=rates.of_speed(rate),
-            slip_terms=terms(rate),
-            capacity=sympy.S.Zero,
-            force=sympy.S.Zero,
+        return self._direction(
+            rates,
+            rates.of_place(sympy.sympify(self.gap)),
+            self.depth,
             sticks=False,
-            depth=self.depth,
-            depth_terms=terms(self.depth),
             partner=partner,
             restitution=self.e,
             poisson=isinstance(self.restitution, Poisson),
@@ -225,15 +217,11 @@ class Impact(Contact):
         )
 
     def _friction(self, slip: sympy.Expr, rates: Rates, partner: int) -> ContactDynamics:
-        return ContactDynamics(
+        return self._direction(
+            rates,
+            slip,
             name=f"{self.name}_friction",
-            description=self.description,
             kind=IMPACT_FRICTION,
-            slip=slip,
-            slip_rate=rates.of_speed(slip),
-            slip_terms=terms(slip),
-            capacity=sympy.S.Zero,
-            force=sympy.S.Zero,
             sticks=True,
             partner=partner,
             friction=self.friction,

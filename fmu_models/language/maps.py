@@ -18,10 +18,9 @@ from typing import Any
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_names, quantity_names
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.declaration import quantities_of_type
+from fmu_models.language.declaration import Declaration
 from fmu_models.language.quantities import Parameter, State
 from fmu_models.language.units import check_expression_units
 
@@ -31,7 +30,7 @@ _INVERSE_TRIALS = 8
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Map(Shown):
+class Map(Declaration):
     """A declared map; see the module for its equation.
 
     Attributes:
@@ -83,11 +82,6 @@ class Map(Shown):
         """Quantities that the map uses."""
         expressions = [*self.rule.values(), *(self.inverse or {}).values()]
         return set().union(*(e.free_symbols for e in expressions))
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Parameter)
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:

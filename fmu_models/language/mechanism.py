@@ -16,19 +16,18 @@ from dataclasses import dataclass, field
 import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Contact, Friction, Law, Requirement
-from fmu_models.language.declaration import Output, quantities_of_type
+from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import inertia_requirements
-from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
+from fmu_models.language.quantities import Coordinate, InternalState
 from fmu_models.language.stops import StopLaw
 from fmu_models.language.units import check_units
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Mechanism(Shown):
+class Mechanism(Declaration):
     """A declared oscillator; see the module for its equation.
 
     Attributes:
@@ -76,16 +75,6 @@ class Mechanism(Shown):
         energies = {name: getattr(self, name) for name in ("kinetic_energy", "potential_energy", "dissipation")}
         names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
         return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **names}
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Parameter)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The inputs used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Input)
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:

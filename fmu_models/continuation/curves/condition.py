@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, look, solved
+from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, look, passing_test, solved
 from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector, Word, cyclic
-from fmu_models.continuation.special.discontinuous import LEAST_MISS, nearest, size_of, value_border
+from fmu_models.continuation.special.discontinuous import LEAST_MISS, value_border
 
 # in u: of the differences that give the gradient of a determinant
 WIDTH = 1e-6
@@ -31,13 +31,7 @@ PUSHES = (0.0, 0.1, 1.0, 10.0, 100.0)
 
 
 class Condition(ABC):
-    """An equation on motions over two parameters, or several that go together.
-
-    Attributes:
-        kind: "fold", "flip", "Neimark-Sacker", "branch point"; "" where the word changes.
-    """
-
-    kind: str
+    """An equation on motions over two parameters, or several that go together."""
 
     @abstractmethod
     def solved(self, node: Node, guess: Vector, pin: Border, step: float) -> Node:
@@ -158,24 +152,20 @@ def _slope(moved: Callable[[int], Vector | None]) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class Determinant(Vanishing):
-    """Of a fold, a flip, a Neimark-Sacker or Hopf point."""
+    """Of a fold, a flip, a Neimark-Sacker or Hopf point: a multiplier is +1, -1 or, in a pair, on the circle."""
 
-    kind: str
+    passes: str
     word: Word
 
     def function(self, node: Node) -> Callable[[Seen], Vector]:
         return lambda seen: np.array([self._value(node.problem, seen, node.scales)])
 
     def _value(self, problem: Problem, seen: Seen, scales: Vector) -> float:
-        if self.kind == "fold":
+        if self.passes == "+1":
             rows = np.ones(problem.size, bool)
             rows[[len(problem.states), -1]] = False
             return float(np.linalg.det(_scaled(seen, scales)[:, rows]))
-        multipliers: Any = problem.own(problem.multipliers(seen.monodromy))
-        if self.kind == "flip":
-            return float(np.prod(multipliers + 1.0).real)
-        pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
-        return float(np.prod(np.array(pairs) - 1.0).real)
+        return passing_test(problem.own(problem.multipliers(seen.monodromy)), self.passes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +177,6 @@ class Rank(Vanishing):
     """
 
     word: Word
-    kind: str = "branch point"
 
     def function(self, node: Node) -> Callable[[Seen], Vector]:
         """The part of the bordered inverse that vanishes where the rank is less."""
@@ -217,14 +206,13 @@ class Miss(Condition):
 
     like: Passing
     word: Word
-    kind: str = ""
 
     def of(self, node: Node) -> Passing:
         """The near miss of a motion on the curve: that which is least."""
         same = [miss for miss in node.seen.misses if miss.key == self.like.key]
         if not same:
             raise Lost("the near miss is gone")
-        return min(same, key=lambda one: one.value / size_of(one, node.scales))
+        return min(same, key=lambda one: one.value / one.size(node.scales))
 
     def gradient(self, node: Node) -> Vector:
         return self.of(node).gradient
@@ -258,7 +246,7 @@ class Miss(Condition):
             raise Lost("the near miss becomes an event")
         while True:
             miss = self.of(solution)
-            least = LEAST_MISS * size_of(miss, node.scales)
+            least = LEAST_MISS * miss.size(node.scales)
             if miss.value <= 1.5 * least:
                 return solution
             target = max(least, 0.03 * miss.value)
@@ -276,7 +264,7 @@ class Miss(Condition):
         turned = self.like.turned
         border = self._least(target) if turned else value_border(self.like, target, [time])
         solution = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
-        if not turned and nearest(solution.seen.misses, self.like, time, solution.seen.length) is None:
+        if not turned and solution.seen.match(self.like, time) is None:
             raise Lost("the near miss is gone")
         return solution
 

@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import Problem, Seen, Vector, Word, cyclic
+from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
 STEPS = 12
+# so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
+HALF, SAME = 1e-4, 1e-8
 
 # of z and what is seen there: its value, and its derivative by z, or several; None where it has none
 Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
@@ -82,13 +85,30 @@ class Node:
     def tests(self) -> dict[str, float]:
         """Functions that change their sign at a fold, a branch point, a flip, a Neimark-Sacker point."""
         multipliers = self.problem.own(self.multipliers)
-        pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
         return {
-            "fold": float(self.tangent[-1]),
-            "branch point": float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
-            "flip": float(np.prod(multipliers + 1.0).real),
-            "Neimark-Sacker": float(np.prod(np.array(pairs) - 1.0).real) if pairs else 1.0,
+            FOLD: float(self.tangent[-1]),
+            BRANCH_POINT: float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
+            FLIP: passing_test(multipliers, "-1"),
+            NEIMARK_SACKER: passing_test(multipliers, "circle"),
         }
+
+    def state_at(self, turns: float) -> Vector:
+        """(n,) the state at a phase of the forcing, in turns; of a cycle so many seconds after a place on it."""
+        return self.problem.shifted(self.z, self.seen, turns)[: len(self.problem.states)]
+
+    def repeats(self, within: float = HALF) -> bool:
+        """Whether a motion of an even number of periods repeats itself after half of them."""
+        if self.problem.turns % 2 and not self.problem.autonomous:
+            return False
+        half = self.problem.part(self.z, self.seen)
+        return bool(np.abs((half - self.z) / self.scales).max() < within)
+
+    def folded(self, times: int) -> Node | None:
+        """The motion taken so many times; None if it cannot be followed for so long."""
+        problem = self.problem.folded(times)
+        scales, z = self.problem.unfolded(self.scales, times), self.problem.unfolded(self.z, times)
+        seen = look(problem, z)
+        return None if seen is None else Node(problem, scales, z, seen, tangent_of(seen, scales))
 
     def turned(self) -> Node:
         """The same, met from the other side."""
@@ -97,6 +117,14 @@ class Node:
     def along(self, gradient: Vector) -> float:
         """Derivative along the branch, by u, of what has a gradient by z."""
         return float((gradient * self.scales) @ self.tangent)
+
+
+def passing_test(multipliers: NDArray[np.complex128], passes: str) -> float:
+    """What changes its sign where a multiplier passes "+1", "-1" or, in a pair, the "circle"."""
+    if passes != "circle":
+        return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)
+    pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
+    return float(np.prod(np.array(pairs) - 1.0).real)
 
 
 def scaled(node: Node) -> Vector:

@@ -20,7 +20,7 @@ the indicator of each event falls, and the least value of every pending indicato
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
@@ -36,6 +37,8 @@ Word = tuple[tuple[str, int, int], ...]
 
 # slots of passings that are those of no indicator: an event, the time between two of them
 EVENT, TIE = -1, 2
+# of the period: a passing of a neighbour that is further from this in time is another one
+SAME_TIME = 0.1
 
 
 def cyclic(word: Word) -> Word:
@@ -76,6 +79,18 @@ class Passing:
         """What it has in common with the same one of a neighbour, but for its time."""
         return self.contact, self.slot, self.side, self.before, self.begins
 
+    def size(self, scales: Vector) -> float:
+        """How much the value changes by a unit of u."""
+        return float(np.linalg.norm(self.gradient * scales)) or 1.0
+
+    def far_speed(self, scales: Vector) -> float:
+        """What the speed of an event becomes a unit of u away, its square growing as it does here."""
+        return float(np.sqrt(2.0 * self.value * self.size(scales)))
+
+    def begun_in(self, passings: Sequence[Passing]) -> list[Passing]:
+        """Those of the same contact that begin in the same state."""
+        return [other for other in passings if other.contact == self.contact and other.before == self.before]
+
 
 @dataclass(frozen=True, eq=False)
 class Seen:
@@ -103,6 +118,19 @@ class Seen:
     def _told(self) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
         return self.passings()  # most runs of Newton's method are not asked for them
 
+    def match(self, like: Passing, time: float | None = None) -> Passing | None:
+        """The same event or miss as that of another run, nearest around the period to a time, or to that of the other
+        one; None if there is none."""
+        passings, near = self.events if like.slot == EVENT else self.misses, like.time if time is None else time
+        same = [passing for passing in passings if passing.key == like.key]
+
+        def apart(passing: Passing) -> float:
+            turn = abs(passing.time - near) / self.length % 1.0
+            return min(turn, 1.0 - turn)
+
+        closest = min(same, key=apart, default=None)
+        return closest if closest is not None and apart(closest) <= SAME_TIME else None
+
     @property
     def events(self) -> tuple[Passing, ...]:
         """In order of time."""
@@ -112,6 +140,18 @@ class Seen:
     def misses(self) -> tuple[Passing, ...]:
         """Least values of pending indicators, and what else may become an event."""
         return self._told[1]
+
+
+def range_of(over: str, between: tuple[float, float]) -> tuple[float, float]:
+    """The least and the largest value of a parameter.
+
+    Raises:
+        StickslipError: they are no range.
+    """
+    low, high = sorted(float(bound) for bound in between)
+    if not low < high or not np.isfinite([low, high]).all():
+        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
+    return low, high
 
 
 class Problem(ABC):
@@ -177,6 +217,20 @@ class Problem(ABC):
     def present(self, name: str) -> float:
         """The value of a parameter that is not an unknown."""
 
+    def value_within(self, between: tuple[float, float]) -> float:
+        """The present value of the parameter.
+
+        Raises:
+            StickslipError: it is out of a range.
+        """
+        value = self.present(self.over)
+        if not between[0] <= value <= between[1]:
+            raise StickslipError(
+                f"The start has {self.over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set "
+                "it to a value in that range."
+            )
+        return value
+
     @abstractmethod
     def see(self, z: Vector) -> Seen:
         """The run from z.
@@ -192,6 +246,10 @@ class Problem(ABC):
     @abstractmethod
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """(len(z),) by which unknowns are measured."""
+
+    def is_rigid(self, contact: str) -> bool:
+        """Whether a contact impacts."""
+        return False
 
     @abstractmethod
     def folded(self, times: int) -> Problem:
@@ -214,9 +272,9 @@ class Problem(ABC):
         return self, z
 
     @property
-    @abstractmethod
     def turns(self) -> int:
         """Periods of the forcing in one of the motion: from so many starts it is the same motion."""
+        return 1
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         """z half a period later."""

@@ -84,14 +84,14 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
     joints = len(regressor.joints)
     used = base.places if base.given is None else [*base.places, base.given]
     matrix = stacked(pieces, lambda p: regressor(p.position, p.velocity, p.acceleration)[:, :, used])
-    columns, known = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
+    columns, offset = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
     each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
     return Rows(
         tuple(
             Unknown(parameter.name, parameter.unit, description=parameter.combination) for parameter in base.parameters
         ),
         columns,
-        known,
+        offset,
         stacked(pieces, lambda p: p.effort),
         stacked(pieces, lambda p: p.velocity),
         in_rows([number * joints + joint for number, joint in enumerate(each)]),

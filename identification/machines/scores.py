@@ -50,7 +50,7 @@ def joint_scores(result: Identified, others: Mapping[str, Rows], units: Sequence
             unit,
             _score(rows, rows.residual(values), index),
             _score(rows, left_out, index),
-            {log: _score(held, held.residual(values), index) for log, held in others.items()},
+            {log: _score(seen, seen.residual(values), index) for log, seen in others.items()},
             *error,
         )
         for index, (name, unit, error) in enumerate(zip(result.regressor.joints, units, free_run(result), strict=True))

@@ -97,7 +97,7 @@ def conclude(
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=(*estimator.structure, *ready.assumed, *_held(unknowns)),
+        structure=(*estimator.structure, *ready.assumed, *_held_values(unknowns)),
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
@@ -230,7 +230,7 @@ def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float
     return tuple(tuple(float(x) for x in row) for row in matrix)
 
 
-def _held(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
+def _held_values(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
     return tuple(
         f"{parameter.name} held at {parameter.value:g} {parameter.unit}" for parameter in parameters if parameter.held
     )

@@ -274,7 +274,7 @@ class Search:
                 "at more drive speeds."
             )
 
-        def whole(free: np.ndarray) -> np.ndarray:
+        def expanded(free: np.ndarray) -> np.ndarray:
             every = start.copy()
             every[self.free] = free
             return every
@@ -283,9 +283,9 @@ class Search:
         # shrinking
         with np.errstate(invalid="ignore", divide="ignore"):
             solution = least_squares(
-                lambda free: self.at(whole(free))[0],
+                lambda free: self.at(expanded(free))[0],
                 start[self.free],
-                jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
+                jac=lambda free: self.at(expanded(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
                 bounds=(low[self.free], high[self.free]),
                 x_scale="jac",
                 loss=loss,
@@ -295,7 +295,7 @@ class Search:
                 gtol=tolerance,
                 max_nfev=evaluations,
             )
-        return whole(solution.x), bool(solution.success), str(solution.message)
+        return expanded(solution.x), bool(solution.success), str(solution.message)
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual (n + priors,) and gradient by the free unknowns."""

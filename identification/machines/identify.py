@@ -151,7 +151,7 @@ def solve_machine(
         rows = balanced(rows_of(regressor, base, pieces))
         squares = least_squares(rows)
     first = least_squares(balanced(rows_of(regressor, base, slowly))).values
-    setup = _Asked(regressor, base, pieces, slowly, slow.parallel, band)
+    setup = _Setup(regressor, base, pieces, slowly, slow.parallel, band)
     slow_friction = _with_slow_friction(setup, rows)
     best, columns = _instrumented(setup, slow_friction, first, lambda done: on_progress(0.2 + 0.8 * done))
     return Identified(
@@ -213,7 +213,7 @@ def _judged(
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
+class _Setup:
     """What instruments are made of. slow: the same pieces after a low cutoff (Hz), which drive the simulation: noise of
     efforts and positions above it must not come back; band: of the rows."""
 
@@ -226,7 +226,7 @@ class _Asked:
 
 
 def _instrumented(
-    setup: _Asked, rows: Rows, first: np.ndarray, progress: Callable[[float], None]
+    setup: _Setup, rows: Rows, first: np.ndarray, progress: Callable[[float], None]
 ) -> tuple[Estimated, np.ndarray]:
     values, estimate, columns = first, None, rows.columns
     for number in range(ROUNDS):
@@ -248,7 +248,7 @@ def _instrumented(
     return estimate, columns
 
 
-def _with_slow_friction(setup: _Asked, rows: Rows) -> Rows:
+def _with_slow_friction(setup: _Setup, rows: Rows) -> Rows:
     """With columns of friction of the slow pieces: the mean of sgn(v + noise) is not sgn v, and instruments keep out
     additive noise alone."""
     frictional = np.array([parameter.frictional for parameter in setup.base.parameters])
@@ -279,7 +279,7 @@ def _prefiltered(rows: Rows, instruments: np.ndarray, values: np.ndarray, band: 
     )
 
 
-def instruments(setup: _Asked, values: np.ndarray) -> np.ndarray | None:
+def instruments(setup: _Setup, values: np.ndarray) -> np.ndarray | None:
     """Columns (rows, b) on simulated motion; None where that is not finite."""
     regressor, base, pieces = setup.regressor, setup.base, setup.pieces
     try:

@@ -146,7 +146,7 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
     pieces = []
     for rows in np.split(np.arange(len(log.time)), ends):
         time = np.arange(float(log.time[rows[0]]), float(log.time[rows[-1]]) + 0.5 * step, step)
-        if len(_kept(len(time), cutoffs.parallel, step)) >= LEAST:
+        if len(_used_samples(len(time), cutoffs.parallel, step)) >= LEAST:
             pieces.append(_piece(number, log, rows, time, step, cutoffs))
     if not pieces:
         raise StickslipError(
@@ -172,7 +172,7 @@ def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, ste
         even(log.effort),
         np.ones(position.shape),
         partial(low_pass, cutoff=cutoffs.parallel, step=step),
-        _kept(len(time), cutoffs.parallel, step),
+        _used_samples(len(time), cutoffs.parallel, step),
     )
 
 
@@ -184,7 +184,7 @@ def low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
     return sosfiltfilt(butter(ORDER, 2 * cutoff * step, output="sos"), values, axis=0, padlen=padding)
 
 
-def _kept(count: int, parallel: float, step: float) -> np.ndarray:
+def _used_samples(count: int, parallel: float, step: float) -> np.ndarray:
     """Of samples after the second low-pass those that are used (k,): thinned, without their ends."""
     edge = int(SETTLED / (parallel * step))
     return np.arange(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))

@@ -144,7 +144,7 @@ def _family(
     for number, motion in enumerate(motions):
         members.append(_member(model, processing, motion))
         progress(0.5 * (number + 1) / len(motions))
-    fixed, notes = _held(motions, varied)
+    fixed, notes = _fixed_speeds(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
     if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
@@ -230,7 +230,7 @@ def _varied(motions: Sequence[DiscMotion]) -> str:
     return max(speeds[0], key=lambda contact: float(np.ptp([speed[contact] for speed in speeds])))
 
 
-def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
+def _fixed_speeds(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
     """Speeds of the other drives; None, and why, where they are not held."""
     fixed = {}
     for contact in motions[0].log.contacts:

@@ -84,7 +84,7 @@ class _Search:
         return len(replace(self.bare, terms=terms_of(self.ready, causes)).unknowns) < self.slips
 
     def fit(self, causes: Sequence[str], first: _Fit | None = None) -> _Fit:
-        """With these causes, from the law's own guess and from another fit: the better of the two."""
+        """The fit with these causes, from the law's own guess and from another fit: the better of the two."""
         key = frozenset(causes)
         if key not in self.kept:
             problem = replace(self.bare, terms=terms_of(self.ready, causes))

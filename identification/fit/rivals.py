@@ -35,7 +35,7 @@ SAME = 1e-6  # of the root mean square: residuals that differ less are those of 
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """A law fitted: its problem and solution."""
+    """A fitted law: its problem and solution."""
 
     law: FittableLaw
     problem: FrictionProblem
@@ -43,12 +43,12 @@ class Rival:
 
     @property
     def law_values(self) -> np.ndarray:
-        """Of the law's parameters (m,)."""
+        """Values (m,) of the law's parameters."""
         return self.solution.values[: len(self.law.parameters)]
 
     @property
     def sum(self) -> float:
-        """Of squares."""
+        """Sum of squares."""
         return self.solution.evaluation.sum
 
 
@@ -137,7 +137,7 @@ class _Candidate:
     x: np.ndarray
 
     def at(self, x: np.ndarray) -> _Candidate:
-        """Elsewhere, with start states as they are here."""
+        """The same problem at another point, with start states as they are here."""
         if not isinstance(self.problem, ShootingProblem):
             return _Candidate(self.problem, x)
         return _Candidate(replace(self.problem, starts=tuple(replace(start) for start in self.problem.starts)), x)

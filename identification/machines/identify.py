@@ -61,7 +61,7 @@ class Estimated:
 
     @property
     def deviation(self) -> np.ndarray:
-        """(b,), the larger of the two."""
+        """Deviations (b,): the larger of Newey-West's and the jackknife's."""
         deviation = np.sqrt(np.diag(self.covariance))
         return deviation if self.jackknife is None else np.maximum(deviation, np.sqrt(np.diag(self.jackknife)))
 
@@ -84,7 +84,7 @@ class Identified:
 
     @property
     def best(self) -> Estimated:
-        """That of the method that was asked for."""
+        """The estimate of the method that was asked for."""
         return self.instruments or self.least_squares
 
     def from_rows(self, chosen: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ class Identified:
         return _by_instruments(rows.where(chosen), columns[chosen])
 
     def lmfit(self) -> lmfit_exchange.Solved:
-        """For lmfit, with the stated deviations.
+        """The solution for lmfit, with the stated deviations.
 
         Raises:
             StickslipError: the values are not those of least squares.
@@ -120,7 +120,7 @@ def solve_machine(
     limits: Given = NOTHING,
     progress: Callable[[float], None] | None = None,
 ) -> Identified:
-    """Both estimates, or least squares alone. cutoffs: None: logs as their recipe filters them, for least squares.
+    """Estimate by instruments and least squares, or by least squares alone. cutoffs: None if the recipe filters.
 
     Raises:
         StickslipError: as in `motions`; the logs do not tell the base parameters apart; instruments are asked for
@@ -160,7 +160,7 @@ def solve_machine(
 
 
 def least_squares(rows: Rows, limits: Given = NOTHING) -> Estimated:
-    """Weighted, with deviations that allow for coloured residuals. limits: bounds of parameters, and which are held."""
+    """Weighted least squares, with deviations that allow for coloured residuals. limits: bounds and held parameters."""
     solution = _solved(rows, limits)
     free = np.array([name not in solution.fixed for name in rows.names], dtype=bool)
     columns, effort = rows.weighted
@@ -280,7 +280,7 @@ def _prefiltered(rows: Rows, instruments: np.ndarray, values: np.ndarray, band: 
 
 
 def instruments(setup: _Setup, values: np.ndarray) -> np.ndarray | None:
-    """Columns (rows, b) on simulated motion; None where that is not finite."""
+    """Instrument columns (rows, b), from simulated motion; None where that is not finite."""
     regressor, base, pieces = setup.regressor, setup.base, setup.pieces
     try:
         runs = follow(regressor, base.whole(values), setup.slow, setup.cutoff)

@@ -55,7 +55,7 @@ class Motion:
 
     @property
     def span(self) -> slice:
-        """From the first to the last sample that is used."""
+        """From the first used sample to the last."""
         return slice(int(self.kept[0]), int(self.kept[-1]) + 1)
 
 
@@ -177,7 +177,7 @@ def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, ste
 
 
 def low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
-    """Values (n, ...) forward and backward through it. cutoff: Hz; step: s."""
+    """Values (n, ...) filtered forward and backward. cutoff: Hz; step: s."""
     from scipy.signal import butter, sosfiltfilt
 
     padding = min(int(PADDED / (cutoff * step)), len(values) - 1)
@@ -185,7 +185,7 @@ def low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
 
 
 def _used_samples(count: int, parallel: float, step: float) -> np.ndarray:
-    """Of samples after the second low-pass those that are used (k,): thinned, without their ends."""
+    """Indices (k,) of the samples that are used after the second low-pass: thinned, without the ends."""
     edge = int(SETTLED / (parallel * step))
     return np.arange(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))
 

@@ -42,7 +42,7 @@ def predict_efforts(mechanism: Mechanism, fit: MachineFit, logs: Sequence[Machin
 
 
 def fitted_efforts(fit: MachineFit) -> list[Predicted]:
-    """Those of the logs of a fit that was not read from a file.
+    """The predicted efforts of the logs of a fit that was not read from a file.
 
     Raises:
         StickslipError: it was.
@@ -82,7 +82,7 @@ def friction_curves(mechanism: Mechanism, fit: MachineFit, speeds: np.ndarray) -
 
 
 def cutoffs_of(fit: MachineFit) -> Cutoffs | None:
-    """How the logs of a fit were made ready."""
+    """The filters by which the logs of a fit were made ready."""
     if fit.cutoff is None:
         return None
     return Cutoffs(fit.cutoff, fit.parallel_cutoff or fit.cutoff, fit.still)

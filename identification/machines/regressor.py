@@ -173,7 +173,7 @@ def _forces(
 
 
 class _Terms:
-    """Functions of numbers behind a regressor, made once."""
+    """Numerical functions of a regressor, generated once."""
 
     def __init__(
         self,

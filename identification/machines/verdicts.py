@@ -47,7 +47,7 @@ def verdicts(
     pulled: Mapping[str, tuple[float, float]],
     late: tuple[float, float] | None,
 ) -> list[str]:
-    """All of them. pulled: by joints at rest, as `standstill.pulled` gives them; late: as `effort_delay` gives it."""
+    """All verdicts on a fit. pulled: what `standstill.pulled` gives; late: what `effort_delay` gives."""
     return [
         *_left_open(quality),
         *(on_score for joint in joints for on_score in _on_scores(joint)),

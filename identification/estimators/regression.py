@@ -105,12 +105,12 @@ class Regression:
         return np.concatenate(values), np.concatenate(slopes)
 
     def _by_chunks(self, compute: Callable[[slice], Made]) -> list[Made]:
-        """``compute`` of all rows, some at a time."""
+        """Results of ``compute`` for all rows, a chunk at a time."""
         rows = max(CHUNK // self.slip.shape[1], 1)
         return in_threads(compute, [slice(i, i + rows) for i in range(0, len(self.slip), rows)], self.workers)
 
     def thinned(self, every: int) -> Regression:
-        """The same with averages over every so many samples, for what is searched often."""
+        """The same equations with averages over fewer nodes, for searches that ask them often."""
         assert self.where is not None
         nodes = np.arange((len(self.average) // 2) % every, len(self.average), every)
         average = self.average[nodes] / self.average[nodes].sum()
@@ -162,7 +162,7 @@ class RegressionProblem(FrictionProblem):
     residual_unit = "1"
 
     def __getstate__(self) -> dict[str, object]:
-        """For another process, which solves these equations and builds no others."""
+        """State for another process, which solves these equations and builds no others."""
         return {**self.__dict__, "again": None}
 
     @property
@@ -191,7 +191,7 @@ class RegressionProblem(FrictionProblem):
         )
 
     def tested(self, solution: Solution) -> bool:
-        """Not where the angle is interpolated between edges."""
+        """Whether residuals tell of the model: not where the angle is interpolated between edges."""
         return not self.drawn
 
     def _model(self, equations: Regression, x: np.ndarray) -> np.ndarray:
@@ -204,7 +204,7 @@ class RegressionProblem(FrictionProblem):
         return replace(self, regression=self.regression.of(clusters), again=rebuilt)
 
     def rows(self, x: np.ndarray) -> FrictionRows:
-        """The equations, without what disturbances change."""
+        """Friction of the equations, without what disturbances change."""
         these = self.regression
         fitted = these.model(self.law, x[: len(self.law.parameters)])
         off = self._model(these, x) - fitted if self.terms else 0.0
@@ -220,12 +220,12 @@ class RegressionProblem(FrictionProblem):
         )
 
     def rms(self, x: np.ndarray) -> float:
-        """Of the friction coefficient."""
+        """Root mean square of the residual of the friction coefficient."""
         residual = self._model(self.regression, x) - self.regression.measured
         return float(np.sqrt(np.mean(residual**2)))
 
     def with_held(self, priors: tuple[Prior, ...]) -> RegressionProblem:
-        """By equations built anew."""
+        """The same problem with equations that are built anew."""
         rebuild = self.again
         if rebuild is None:
             return replace(self, held=priors)
@@ -237,8 +237,8 @@ class RegressionProblem(FrictionProblem):
         return replace(self, held=priors, regression=moved({}), again=moved)
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """By difference of the equations with moved constants, whitened as these. Constants that scale the rows scale
-        their noise: of a smaller J smaller residuals say nothing."""
+        """Slopes from the difference of the equations with moved constants, whitened as these. Constants that scale the
+        rows scale their noise: of a smaller J smaller residuals say nothing."""
         constants = {prior.name for prior in self.held}
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
         raw = self._model(self.regression, x) - self.regression.measured
@@ -318,7 +318,7 @@ def loose(ready: Pool) -> float:
 
 
 def check_directions(law: FittableLaw, sign: np.ndarray | None) -> None:
-    """Friction by direction needs slips in both. sign: (n,)."""
+    """Refuse friction by direction where slips of one direction are missing. sign: (n,)."""
     if law.directed and (sign is None or len(np.unique(sign)) < 2):
         raise StickslipError(
             f"All slips go one way, so that the logs say nothing of the other half of '{law.name}'. Record a log with "

@@ -45,7 +45,7 @@ class Draws:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of all unknowns, (m, m)."""
+        """Covariance of all unknowns, (m, m)."""
         return np.atleast_2d(np.cov(self.values, rowvar=False)) * self.blocks
 
     def interval(self, index: int, name: str, level: float = 0.95) -> Interval:
@@ -55,7 +55,7 @@ class Draws:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to say of draws that are missing."""
+        """Warnings of missing draws."""
         warnings = []
         if self.interrupted:
             warnings.append(f"The bootstrap was stopped: {len(self.values)} of {self.asked} draws count.")
@@ -148,7 +148,7 @@ class _Work:
 
 
 class _KnownElsewise(Problem):
-    """A problem with other values of its priors, drawn from them."""
+    """A problem whose priors have other values, drawn from them."""
 
     def __init__(self, problem: Problem, rng: np.random.Generator) -> None:
         self.problem, self.noise_known = problem, problem.noise_known

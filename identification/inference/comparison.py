@@ -220,7 +220,7 @@ def compare_problems(
 def single_law(
     name: str, problem: Problem, solution: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
 ) -> LawComparison:
-    """What there is to say of a law that no other comes near. doubts: what speaks against it."""
+    """The comparison that holds one law alone. doubts: what speaks against it."""
     law = _Candidate(name, problem, solution, _covariance(problem, solution, DEFAULT), ())
     held_out, chance = _held_out(problem, solution, DEFAULT)
     law, scale = replace(law, held_out=held_out, chance=chance), _scale([law])

@@ -145,7 +145,7 @@ def sample(
 
 
 def load_emcee() -> Any:
-    """The package.
+    """The emcee package.
 
     Raises:
         StickslipError: it is not installed.
@@ -227,7 +227,7 @@ class Target:
         self.root = np.linalg.cholesky(self.spread)
 
     def log_probability(self, x: np.ndarray) -> float:
-        """Up to a constant; minus infinity beyond the bounds and where there is no motion."""
+        """ln p, up to a constant; minus infinity beyond the bounds and where there is no motion."""
         low, high = self.problem.limits
         stretched = self.at + self.stretch @ (x - self.at)
         if np.any(x < low) or np.any(x > high) or np.any(stretched < low) or np.any(stretched > high):
@@ -262,7 +262,7 @@ class Target:
         return self.at + width * normal / np.sqrt(random.chisquare(FREEDOM, (count, 1)) / FREEDOM)
 
     def _density(self, x: np.ndarray) -> np.ndarray:
-        """ln, up to a constant."""
+        """ln of the density, up to a constant."""
         count = len(self.at)
         squares = np.sum(np.linalg.solve(self.root, (x - self.at).T) ** 2, axis=0) / FREEDOM
         narrow, wide = (-0.5 * (FREEDOM + count) * np.log1p(squares / width**2) for width in (1.0, WIDER))
@@ -270,7 +270,7 @@ class Target:
 
 
 class _Readings:
-    """What is known of products of powers of some unknowns."""
+    """Readings: products of powers of some unknowns, known with a deviation."""
 
     def __init__(self, readings: Sequence[Reading], names: Sequence[str]) -> None:
         used = sorted({names.index(name) for reading in readings for name in reading.powers})

@@ -77,7 +77,7 @@ class Evaluation:
 
     @property
     def sum(self) -> float:
-        """Of squares of the residuals."""
+        """Sum of squares of the residuals."""
         return float(self.residual @ self.residual)
 
 
@@ -107,7 +107,7 @@ class Problem(ABC):
         """Residuals and gradient at x (m,)."""
 
     def squares(self) -> Callable[[np.ndarray], float]:
-        """What gives the sum of squares at x (m,), for those who want no gradient; near where it was evaluated last.
+        """The function that gives the sum of squares at x (m,) without a gradient, near the last evaluation.
 
         It raises as `evaluate`.
         """
@@ -134,7 +134,7 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Held(Problem):
-    """What is left of a problem when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
+    """The problem that is left when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
 
     problem: Problem
     values: np.ndarray
@@ -159,7 +159,7 @@ class Held(Problem):
         return self.values[self.free]
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """As the problem, with the gradient by those left."""
+        """Residuals of the problem, with the gradient by the unknowns left."""
         evaluation = self.problem.evaluate(self.full(x))
         return replace(evaluation, gradient=evaluation.gradient[:, self.free])
 
@@ -180,7 +180,7 @@ def searched(problem: Problem, solution: Solution) -> tuple[Problem, Solution, n
 
 
 def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """A matrix of the unknowns that were searched among all (m, m), 0 for those held."""
+    """A matrix of the searched unknowns within that of all (m, m); 0 for those held."""
     full = np.zeros((len(free),) * 2)
     full[np.ix_(free, free)] = matrix
     return full
@@ -221,7 +221,7 @@ def solve(
     evaluations: int = EVALUATIONS,
     loss: str = "linear",
 ) -> Solution:
-    """Least squares by SciPy (trust region, bounds, exact gradient).
+    """Solve a problem by the least squares of SciPy (trust region, bounds, exact gradient).
 
     start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
     of squares, step and gradient; evaluations: the most that are made; loss: of SciPy's, soft beyond `SOFT` deviations.

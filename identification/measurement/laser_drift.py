@@ -71,7 +71,7 @@ def _within(columns: np.ndarray, label: np.ndarray) -> np.ndarray:
 
 
 def _residual(others: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """What is left of (n,) or (n, k) when they are projected on the others (n, m)."""
+    """The residual of (n,) or (n, k) projected on the columns of another matrix (n, m)."""
     return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
 
 

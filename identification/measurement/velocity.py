@@ -250,7 +250,7 @@ def _joined(log: _LogMotion, scale: _Calibrated, offset: float, name: str) -> Di
 
 
 def _colour(noise: float, speed_noise: float, step: float) -> Colour:
-    """Of the joined angle's noise."""
+    """Colour of the joined angle's noise."""
     half = 1 + 0.5 * (step * speed_noise / noise) ** 2
     lasting = half - np.sqrt(half**2 - 1)
     return Colour(noise * float(np.sqrt((1 - lasting) / (1 + lasting))), float(-step / np.log(lasting)))

@@ -59,12 +59,12 @@ class Transition:
 
     @property
     def deviation(self) -> float:
-        """Both together, rad/s."""
+        """Standard deviation from both, rad/s."""
         return float(np.hypot(self.noise_deviation, self.scale_deviation))
 
     @property
     def words(self) -> str:
-        """What happens."""
+        """The change in words."""
         gone = [contact for contact in self.before if contact not in self.after]
         new = [contact for contact in self.after if contact not in self.before]
         clauses = [f"stick on {' and '.join(gone)} disappears"] if gone else []
@@ -125,7 +125,7 @@ def sticking(
 
 
 def stuck(model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float]) -> tuple[str, ...]:
-    """As `sticking`, the discs alone."""
+    """The discs alone of `sticking`."""
     if not model.sticks:
         return _creeping(model, drive_speeds, start)[0]
     return _settled_sticks(model, *model.states_at(drive_speeds, (SETTLE + WATCH) * model.natural_period, start))

@@ -136,7 +136,7 @@ def _family(
     uncertainty: bool,
     progress: Callable[[float], None],
 ) -> FamilyComparison:
-    """One family."""
+    """The comparison of one family."""
     processing = processing_of(model)
     varied = _varied(motions)
     motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
@@ -165,7 +165,7 @@ def _family(
 
 
 def processing_of(model: FittedModel) -> Processing:
-    """How motions of the model, and those measured beside them, become portraits."""
+    """The processing that makes portraits of the model's motions, and of those measured beside them."""
     p = model.parameters
     return Processing(p["r"], p["R"], model.natural_period, arrangement=model.arrangement, changeover=model.changeover)
 

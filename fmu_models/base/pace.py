@@ -21,7 +21,7 @@ APART = 0.05  # s between samples that are kept
 
 
 class Pace:
-    """Of one piece of work, which begins now (0 s) with nothing done."""
+    """The pace of one piece of work, which begins now (0 s) with nothing done."""
 
     def __init__(self) -> None:
         self.times, self.done = [0.0], [0.0]

@@ -293,7 +293,7 @@ def _short(name: str) -> str:
 
 
 def _entry_points(group: str) -> Sequence[EntryPoint]:
-    """What installed packages offer, as it is now."""
+    """Entry points of the installed packages, as they are now."""
     from importlib import metadata  # takes a tenth of the start of a command that needs none
 
     return tuple(metadata.entry_points(group=group))

@@ -132,7 +132,7 @@ def conversion(unit: str, expected: str, where: str) -> float:
 
 
 def _cached(compute: Callable[[], Any], *units: str) -> Any:
-    """What is found of units, from the user's cache where it was found before."""
+    """The result of ``compute`` for units, from the user's cache where it was computed before."""
     try:
         key = digest(*units, metadata.version("pint"), Path(__file__).read_bytes())
         text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(compute()))

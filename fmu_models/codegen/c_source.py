@@ -91,7 +91,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
 
 
 class _Names:
-    """What every quantity of the model is called in C."""
+    """The C names of all quantities of the model."""
 
     def __init__(self, system: HybridSystem) -> None:
         self.parameters: dict[sympy.Basic, str] = {q: f"p[{i}]" for i, q in enumerate(system.parameters)}
@@ -185,7 +185,7 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
 
 
 def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, sympy.Expr]:
-    """What contact ``i`` needs in stick."""
+    """What stick needs of contact ``i``: its slip rate and its capacity."""
     values = {f"j->slip_rate[{i}]": contact.slip_rate, f"j->capacity[{i}]": contact.capacity}
     return values | ({f"j->capacity_minus[{i}]": contact.capacities[1]} if system.directed else {})
 

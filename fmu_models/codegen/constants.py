@@ -52,7 +52,7 @@ class Constants:
         return f"{self._factor(factors)} * {varied(self.text(constant))}"
 
     def by_memories(self, value: Expr) -> str:
-        """The same of the part that speeds of entry make; a sign of slip has no variation."""
+        """C code of the part that speeds of entry make of that variation; a sign of slip has none."""
         factors, constant = self._split(value)
         memories = [q for q in factors.free_symbols & set(self.held) if "memory" in self.held[q]]
         memories.sort(key=lambda q: self.held[q])

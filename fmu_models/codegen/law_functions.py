@@ -205,7 +205,7 @@ def _fittable(law: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]]
 
 
 def _linear(mu: sympy.Expr, q: Sequence[sympy.Symbol]) -> tuple[bool, ...]:
-    """Of each parameter, whether mu is linear in it and in those before that are."""
+    """Whether mu is linear in each parameter and in those before that are."""
     import sympy
 
     linear: list[sympy.Symbol] = []
@@ -240,7 +240,7 @@ def _along(result: sympy.Expr, shared: Shared, v: sympy.Symbol) -> str:
 
 
 def _printed(expression: sympy.Expr) -> str:
-    """One expression for numpy.
+    """An expression as text for numpy.
 
     Raises:
         StickslipError: numpy has no function for a part of it.

@@ -48,7 +48,7 @@ def machine_with(mechanism: Mechanism, fit: MachineFit) -> Mechanism:
 
 
 def identifier(name: str) -> str:
-    """Of a base parameter, as declarations have it: "m2_r2" for "m2 r2"."""
+    """The name of a base parameter in declarations: "m2_r2" for "m2 r2"."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)
 
 

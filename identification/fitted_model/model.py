@@ -263,7 +263,7 @@ def fitted_rig(fit: FrictionFit) -> RigValues:
 
 
 def rig_constants(fit: FrictionFit) -> dict[str, float]:
-    """The same by the names of the rig's FMU: J, k, c, R, r, N0, N1."""
+    """Constants by the names of the rig's FMU: J, k, c, R, r, N0, N1."""
     rig = fitted_rig(fit)
     forces = {f"N{contact[-1]}": force for contact, force in zip(fit.contacts, rig.forces, strict=True)}
     return {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, **forces}

@@ -145,7 +145,7 @@ class _Block:
 
     @property
     def resolution(self) -> float:
-        """By how much friction rises from a sample to the next."""
+        """The change of friction from a sample to the next."""
         return self.known["stiffness"] * self.known["speed"] / self.weight * self.step
 
     def cycle(self, mu_s: float, mu_k: float) -> _Cycle:

@@ -7,22 +7,14 @@ The text depends on the declaration alone: it is the same, byte for byte, in eve
 from __future__ import annotations
 
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
-from fmu_models.codegen.c_function import (
-    by_contact,
-    disc_function,
-    discs_by_contact,
-    function,
-    split,
-    varied_by_contact,
-    varied_function,
-)
+from fmu_models.codegen.c_function import DISC, SERIES, VARIATION, Kind, split
 from fmu_models.codegen.constants import Constants
 from fmu_models.codegen.discs import states_read
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
@@ -175,13 +167,8 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         "internal": recurrences(internal, *gaps, after=[*derived, *always]),
     }
     outputs = recurrences(_outputs(system, names), *gaps, names.forces, names.W, free_rates, after=derived)
-    texts = [
-        by_contact(name, [body.lines for body in bodies])
-        if isinstance(bodies, list)
-        else function(f"model_{name}", bodies.lines)
-        for name, bodies in functions.items()
-    ]
-    return [*texts, function("model_outputs", outputs.lines)], _variations(functions), _discs(system, names, functions)
+    texts = [*_texts(SERIES, functions, lambda body: body.lines), SERIES.function("model_outputs", outputs.lines)]
+    return texts, _variations(functions), _discs(system, names, functions)
 
 
 def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, sympy.Expr]:
@@ -193,10 +180,17 @@ def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, 
 def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
     """The functions of model_variation.c."""
     read = read_by(body.variations.lines for body in _bodies(functions.values()))
+    return _texts(VARIATION, functions, lambda body: body.variations.statements(read))
+
+
+def _texts(
+    kind: Kind, functions: Mapping[str, Recurrences | list[Recurrences]], lines: Callable[[Recurrences], list[str]]
+) -> list[str]:
+    """The functions of one kind from the lines of each body."""
     return [
-        varied_by_contact(name, [body.variations.statements(read) for body in bodies])
+        kind.by_contact(name, list(map(lines, bodies)))
         if isinstance(bodies, list)
-        else varied_function(f"model_{name}_variation", bodies.variations.statements(read))
+        else kind.function(f"model_{name}", lines(bodies))
         for name, bodies in functions.items()
     ]
 
@@ -231,12 +225,7 @@ def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurren
         table("disc_states", "MODEL_NX", (i in reads for i in range(len(system.states)))),
         *(table(f"{name}_unseen", "MODEL_NC", values) for name, values in unseen.items()),
         f"enum {{ MODEL_RATES_UNSEEN = {int(rates)} }};\n",
-        *(
-            discs_by_contact(name, [body.discs.statements(read) for body in bodies])
-            if isinstance(bodies, list)
-            else disc_function(f"model_{name}_disc", bodies.discs.statements(read))
-            for name, bodies in functions.items()
-        ),
+        *_texts(DISC, functions, lambda body: body.discs.statements(read)),
     ]
 
 
@@ -257,7 +246,7 @@ def _prepare(names: _Names) -> str:
     derived = names.constants.derived
     lines = [f"{name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
     head, parameters = "void model_prepare(const Real *p, Real *d)", "const Real *p, Real *d"
-    return split("model_prepare", lines, head, parameters, "p, d", "    (void)p, (void)d;")
+    return split("model_prepare", lines, head, parameters, "p, d")
 
 
 def _violation(system: HybridSystem, names: _Names) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from identification.calibration.conclude import Concluded, conclude
@@ -65,6 +66,7 @@ class Settings:
     seed: int = 0
 
 
+@one_blas_thread()
 def calibrate(
     model: Model | Fmu,
     logs: LogLike | Sequence[LogLike],

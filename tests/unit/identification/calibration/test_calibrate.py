@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from known_deviation import deviation
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
@@ -181,3 +182,16 @@ def test_an_interrupt_keeps_the_best_so_far(belt):
     found = calibrate(belt, noisy(belt, 3), free=FREE, parameters=OFF, progress=stop)
     assert found.interrupted and "Interrupted" in found.warnings[-1]
     assert found.residuals[0].rms < 20 * NOISE
+
+
+def test_small_matrices_stay_in_one_thread(belt):
+    """Threads that wait for each other at every column cost more than the search."""
+    threads = set()
+
+    def look(_):
+        threads.update(library["num_threads"] for library in threadpool_info())
+        raise KeyboardInterrupt
+
+    with threadpool_limits(2), pytest.raises(KeyboardInterrupt):
+        calibrate(belt, noisy(belt, 3), free=["k"], progress=look)
+    assert threads == {1}

@@ -18,9 +18,9 @@ from fmu_models.base.exports import exports
 if TYPE_CHECKING:
     __version__: str
 
-    from identification.calibration.calibrate import Settings as Settings
     from identification.calibration.calibrate import calibrate as calibrate
     from identification.calibration.log import model_log as model_log
+    from identification.calibration.pose import Settings as Settings
     from identification.calibration.problem import Sensor as Sensor
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration

@@ -7,63 +7,31 @@ print(found.summary())
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from identification.calibration.conclude import Concluded, conclude
-from identification.calibration.log import LogLike, ModelLog, model_log, rows_of
-from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
-from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum, SeriesResidual
-from identification.calibration.search import GUESSES, STARTS, Minimum, Plan, Progress, noise_of, search
-from identification.calibration.subject import subject_of
-from identification.calibration.unknowns import Bounds, Free, free_parameters
+from identification.calibration.follow import follow, residuals_of
+from identification.calibration.log import LogLike, ModelLog, Reading, model_log, rows_of
+from identification.calibration.pose import Settings, problem_of
+from identification.calibration.problem import IDEAL, SegmentProblem
+from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum
+from identification.calibration.search import Minimum, Plan, Progress, search
+from identification.calibration.unknowns import Free
 from identification.calibration.untold import words
 from identification.inference.lmfit_exchange import Solved
-from identification.inference.problem import Unknown, solve
-from identification.inference.uncertainty import autocorrelation
 
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
 WITHIN = 1.1  # times the least misfit: minima that are listed
-DELAY = 0.02  # of a log: the longest delay that is tried, to either side, unless stated
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What is known and how it is searched, beside model, logs and what is free.
-
-    parameters: values held, first values of those that are free, and start states; starts: states whose start is sought
-    (default: all that ``parameters`` do not hold); bounds, priors (value, standard deviation): by name; sensors: by
-    variable; sensed: constants of sensors that are sought, (variable, "gain", "offset" or "delay"); noise: standard
-    deviation by variable; each: parameters that every log has a value of its own for; columns, inputs, hold, events: as
-    in `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
-    """
-
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    starts: Sequence[str] | None = None
-    bounds: Mapping[str, Bounds] = field(default_factory=dict)
-    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    sensors: Mapping[str, Sensor] = field(default_factory=dict)
-    sensed: Sequence[tuple[str, str]] = ()
-    noise: Mapping[str, float] = field(default_factory=dict)
-    each: Sequence[str] = ()
-    columns: Mapping[str, str] = field(default_factory=dict)
-    inputs: Mapping[str, Any] = field(default_factory=dict)
-    hold: Sequence[str] = ()
-    events: Mapping[str, str] = field(default_factory=dict)
-    held_out: Sequence[LogLike] = ()
-    guesses: int = GUESSES
-    attempts: int = STARTS
-    segments: int | None = None
-    seed: int = 0
 
 
 @one_blas_thread()
@@ -91,6 +59,8 @@ def calibrate(
     """
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
     fmu = model if isinstance(model, Fmu) else load(model)
+    if not free:
+        raise StickslipError("Name at least one parameter that is sought: --free k,c.")
     read = [_log(log, fmu, said, f"log {number + 1}") for number, log in enumerate(_several(logs))]
     problem, sought = problem_of(fmu, read, list(free), said)
     _check_count(problem)
@@ -98,9 +68,19 @@ def calibrate(
     minima = search(problem, sought, plan)
     concluded = conclude(minima[0])
     held_out = [_log(log, fmu, said, f"held out {n + 1}") for n, log in enumerate(said.held_out)]
-    others = [line for log in held_out for line in held_out_residuals(concluded, log)]
     named = model if isinstance(model, str) else ""
-    return _result(fmu, concluded, minima, sought, _said(concluded, minima), others, named)
+    notes = _said(concluded, minima)
+    found = replace(_result(fmu, concluded, minima, sought, notes, named), reading=_reading(said, read))
+    followed = [follow(found, fmu, log) for log in held_out]
+    return replace(found, residuals=(*found.residuals, *(line for log in followed for line in log.residuals)))
+
+
+def _reading(said: Settings, logs: Sequence[ModelLog]) -> Reading:
+    """How logs to come are to be read as these were."""
+    inputs = dict.fromkeys(name for log in logs for name in log.inputs)
+    constants = {name: logs[0].inputs.get(name) for name in inputs if name in said.inputs}
+    driven = {name: float(value) if isinstance(value := constants.get(name), float | int) else None for name in inputs}
+    return Reading(dict(said.columns), driven, tuple(said.hold), dict(said.events))
 
 
 def _several(logs: LogLike | Sequence[LogLike]) -> Sequence[LogLike]:
@@ -111,87 +91,6 @@ def _log(source: LogLike, fmu: Fmu, said: Settings, name: str) -> ModelLog:
     return model_log(
         source, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name=name
     )
-
-
-def problem_of(
-    fmu: Fmu, logs: Sequence[ModelLog], free: Sequence[str], said: Settings
-) -> tuple[SegmentProblem, tuple[Free, ...]]:
-    """The free runs of all logs, and what is sought but start states.
-
-    Raises:
-        StickslipError: as in `calibrate`.
-    """
-    sought = free_parameters(fmu, free, said.parameters, said.bounds, said.priors)
-    measured = list(dict.fromkeys(name for log in logs for name in log.observed))
-    subject = subject_of(fmu, free, measured)
-    if stray := [name for name in said.each if name not in free]:
-        raise StickslipError(f"'{stray[0]}' is to have a value for each log and is not free. Add it to --free.")
-    unknowns: list[Free] = []
-    places: list[dict[str, int]] = [{} for _ in logs]
-    for one in sought:
-        name = one.unknown.name
-        for number, log in enumerate(logs):
-            if number == 0 or name in said.each:
-                own = f"{name} [{log.name}]" if name in said.each and len(logs) > 1 else name
-                unknowns.append(replace(one, unknown=replace(one.unknown, name=own)))
-            places[number][name] = len(unknowns) - 1
-    sensed = {}
-    for name, key in said.sensed:
-        sensed[name, key] = len(unknowns)
-        unknowns.append(_sensor_constant(name, key, said.sensors.get(name, IDEAL), logs))
-    held = {name: value for name, value in said.parameters.items() if name not in free}
-    loose = _loose(subject.states, held, said.starts)
-    variables = fmu.variables
-    held |= {
-        name: float(variables[name].start or 0.0) for name in subject.states if name not in loose and name not in held
-    }
-    starts = np.full((len(logs), len(subject.states)), -1)
-    more, first = [], [one.first for one in unknowns]
-    for number, log in enumerate(logs):
-        for place, name in enumerate(subject.states):
-            if name in loose:
-                starts[number, place] = len(first)
-                own = f"{name}(0)" + (f" [{log.name}]" if len(logs) > 1 else "")
-                more.append(Unknown(own, str(variables[name].unit or "1"), description="start"))
-                first.append(said.parameters.get(name, float(variables[name].start or 0.0)))
-    problem = SegmentProblem(
-        subject=subject,
-        logs=tuple(logs),
-        segments=whole(logs),
-        unknowns=(*(one.unknown for one in unknowns), *more),
-        first=np.array(first),
-        fixed=held,
-        places=tuple(places),
-        starts=starts,
-        noise={},
-        scale=np.ones(len(subject.states)),
-        noise_known=all(name in said.noise for name in measured),
-        sensors=dict(said.sensors),
-        sensed=sensed,
-    )
-    noise = {key: said.noise.get(key[1], sd) for key, sd in noise_of(problem).items()}
-    return replace(problem, noise=noise), tuple(unknowns)
-
-
-def _loose(states: Sequence[str], held: Mapping[str, float], asked: Sequence[str] | None) -> list[str]:
-    """States whose start is sought."""
-    for name in asked or ():
-        if name not in states:
-            raise StickslipError(f"There is no start state '{name}' to be sought.{nearest(name, states)}")
-    return list(asked) if asked is not None else [name for name in states if name not in held]
-
-
-def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[ModelLog]) -> Free:
-    if key not in SENSED or not any(name in log.measured for log in logs):
-        raise StickslipError(f"A sensor is VARIABLE:{','.join(SENSED)} of a measured variable; found '{name}:{key}'.")
-    first, low, high, unit = float(getattr(sensor, key)), -np.inf, np.inf, ""
-    if key == "gain":
-        low, high = sorted((first * np.exp(-3.5), first * np.exp(3.5)))
-    elif key == "delay":
-        longest = sensor.longest or DELAY * min(float(log.time[-1] - log.time[0]) for log in logs)
-        low, high, unit = -longest, longest, "s"
-    unknown = Unknown(f"{name} {key}", unit, low, high, f"{key} of the sensor")
-    return Free(first, unknown, key == "gain")
 
 
 def _check_count(problem: SegmentProblem) -> None:
@@ -240,7 +139,6 @@ def _result(
     minima: Sequence[Minimum],
     sought: Sequence[Free],
     notes: Sequence[str],
-    others: Sequence[SeriesResidual],
     declaration: str,
 ) -> Calibration:
     problem, solution = concluded.problem, concluded.solution
@@ -269,6 +167,7 @@ def _result(
     listed = _distinct([one for one in minima if one.misfit <= WITHIN * least])
     names = [unknown.name for unknown in problem.unknowns[:shared]]
     free_run = len(problem.segments) == len(problem.logs)
+    sensors = {name: problem.sensor(name, solution.values) for log in problem.logs for name in log.measured}
     return Calibration(
         model=str(fmu.description.modelName),
         title=str(fmu.description.description or fmu.description.modelName),
@@ -279,7 +178,7 @@ def _result(
         covariance=tuple(tuple(float(v) for v in row[:shared]) for row in concluded.covariance[:shared]),
         directions=tuple(words(names) for names in concluded.untold),
         collinearity=concluded.collinearity,
-        residuals=(*residuals_of(concluded), *others),
+        residuals=tuple(residuals_of(problem, solution.evaluation, concluded.whitened.filters)),
         minima=tuple(
             LocalMinimum(one.misfit / least, dict(zip(names, one.solution.values[:shared].tolist(), strict=True)))
             for one in listed
@@ -290,6 +189,7 @@ def _result(
         interrupted=minima[0].interrupted,
         warnings=tuple(notes),
         held=dict(problem.fixed),
+        sensors={name: sensor for name, sensor in sensors.items() if sensor != IDEAL},
         declaration=declaration,
         solved=Solved(problem, solution, concluded.covariance),
     )
@@ -302,57 +202,3 @@ def _distinct(minima: Sequence[Minimum]) -> list[Minimum]:
         if not any(one.near(other) for other in kept):
             kept.append(one)
     return kept
-
-
-def residuals_of(concluded: Concluded) -> list[SeriesResidual]:
-    """What is left, series by series."""
-    problem, here = concluded.problem, concluded.solution.evaluation
-    lines = []
-    for number, (log, name) in enumerate(problem.series):
-        rows = here.residual[here.log == number]
-        filter_ = concluded.whitened.filters.get(number)
-        rms = float(np.sqrt(np.mean(rows**2)) * problem.noise[log, name])
-        timed = name in problem.subject.timed
-        unit = "s" if timed else str(problem.subject.fmu.variables[name].unit or "1")
-        neighbours = autocorrelation(rows, np.zeros(len(rows)))
-        order = filter_.order if filter_ else 0
-        lines.append(SeriesResidual(problem.logs[log].name, name, unit, len(rows), rms, neighbours, order))
-    return lines
-
-
-def held_out_residuals(concluded: Concluded, log: ModelLog) -> list[SeriesResidual]:
-    """How well a log that took no part is followed, after its start states alone were found.
-
-    Raises:
-        StickslipError: it measures another variable.
-    """
-    problem = concluded.problem
-    for name in log.measured:
-        if name not in problem.subject.recorded:
-            raise StickslipError(f"The log {log.name} measures '{name}', which the others do not.")
-    shared = problem.shared
-    names = {unknown.name: place for place, unknown in enumerate(problem.unknowns[:shared])}
-    states = problem.subject.states
-    begin = problem.starts[0]
-    loose = [place for place in range(len(states)) if begin[place] >= 0]
-    unknowns = (
-        *problem.unknowns[:shared],
-        *(Unknown(f"{states[place]}(0)", "") for place in loose),
-    )
-    starts = np.full((1, len(states)), -1)
-    starts[0, loose] = shared + np.arange(len(loose))
-    values = np.concatenate([concluded.solution.values[:shared], concluded.solution.values[begin[loose]]])
-    other = replace(
-        problem,
-        logs=(log,),
-        segments=whole([log]),
-        unknowns=unknowns,
-        first=values,
-        places=problem.places[:1],
-        starts=starts,
-    )
-    other = replace(other, noise=noise_of(other))
-    held = {name: float(concluded.solution.values[place]) for name, place in names.items()}
-    solution = solve(other, values, fixed=held, tolerance=1e-9, evaluations=60)
-    found = replace(concluded, problem=other, solution=solution)
-    return [replace(line, held_out=True, order=0) for line in residuals_of(found)]

@@ -26,6 +26,31 @@ FEWEST = 4  # times of events
 LogLike = Union["os.PathLike[str]", str, "pandas.DataFrame", Mapping[str, ArrayLike], MeasuredLog, "ModelLog"]
 
 
+@dataclass(frozen=True)
+class Reading:
+    """How the logs of a model were read. columns: by variable; inputs: constants by name, None of one that a log or a
+    signal drove; hold: inputs that keep their value between samples; events: columns of event times by contact."""
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, float | None] = field(default_factory=dict)
+    hold: tuple[str, ...] = ()
+    events: Mapping[str, str] = field(default_factory=dict)
+
+    def read(self, source: LogLike, fmu: Fmu, *, name: str = "log") -> ModelLog:
+        """Another log of the model.
+
+        Raises:
+            StickslipError: as in `model_log`, or it lacks an input that the others had.
+        """
+        constants = {name: value for name, value in self.inputs.items() if value is not None}
+        log = model_log(
+            source, fmu, columns=self.columns, inputs=constants, hold=self.hold, events=self.events, name=name
+        )
+        if missing := [name for name in self.inputs if name not in log.inputs]:
+            raise StickslipError(f"The log {log.name} has no column of the input '{missing[0]}', which the others had.")
+        return log
+
+
 @dataclass(frozen=True, eq=False)
 class ModelLog:
     """name: of the log; time: (n,) s; measured: (n,) by variable, in its unit; inputs: by name; events:

@@ -21,8 +21,8 @@ from fmu_models.base.trust import admit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from fmu_models.simulation.trajectory import Trajectory
-from identification.calibration.log import ModelLog
-from identification.calibration.problem import SegmentProblem
+from identification.calibration.log import ModelLog, Reading
+from identification.calibration.problem import IDEAL, SegmentProblem, Sensor
 from identification.inference.defaults import SEED
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Solved
@@ -56,15 +56,19 @@ class CalibratedValue:
 
 @dataclass(frozen=True)
 class SeriesResidual:
-    """What is left of one variable of a log: root mean square in ``unit``, correlation of neighbours, order of the
-    autoregression that whitens it. held_out: the log took no part, only its start states were found."""
+    """What is left of one variable of a log: root mean square in ``unit``, and as a share of the standard deviation of
+    what is measured (None of event times); correlation of neighbours, and the probability of so much colour by chance
+    (Ljung-Box); order of the autoregression that whitens it. held_out: the log took no part, only its start states were
+    found."""
 
     log: str
     variable: str
     unit: str
     samples: int
     rms: float
+    share: float | None
     autocorrelation: float
+    chance: float
     order: int
     held_out: bool = False
 
@@ -85,7 +89,8 @@ class Calibration(Pictured):
     parameters, in their order; directions: which of them the logs do not tell, in words; residuals: by series; minima:
     within a tenth of the least misfit; inflation: of deviations by the sandwich; horizon: s over which a free run of a
     chaotic motion means something, None where it always does; interrupted: by the user; held: parameters and start
-    states that were given and not sought; declaration: what names the model. solved: the problem behind it, None in a
+    states that were given and not sought; sensors: by variable, of those that are not ideal; reading: of the logs;
+    declaration: what names the model. solved: the problem behind it, None in a
     calibration that was read back.
     """
 
@@ -106,6 +111,8 @@ class Calibration(Pictured):
     interrupted: bool = False
     warnings: tuple[str, ...] = ()
     held: Mapping[str, float] = field(default_factory=dict)
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    reading: Reading = field(default_factory=Reading)
     declaration: str = ""
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
@@ -130,6 +137,14 @@ class Calibration(Pictured):
     def values(self) -> dict[str, float]:
         """Parameters by name."""
         return {one.name: one.value for one in self.parameters}
+
+    def values_in(self, log: str, starts: bool = False) -> dict[str, float]:
+        """Parameters as they are in a log of the calibration, those of the first one in any other log; or what is said
+        of its start, by ``state(0)``."""
+        own = log if log in self.logs else self.logs[0]
+        others = tuple(f" [{name}]" for name in self.logs if name != own)
+        lines = self.starts if starts else self.parameters
+        return {line.name.removesuffix(f" [{own}]"): line.value for line in lines if not line.name.endswith(others)}
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -198,6 +213,8 @@ class Calibration(Pictured):
         """Plain values only; the inverse of `read_calibration`."""
         plain = dataclasses.asdict(dataclasses.replace(self, solved=None))
         del plain["solved"]
+        for sensor in plain["sensors"].values():
+            sensor["clip"] = tuple(end if np.isfinite(end) else None for end in sensor["clip"])
         return {"type": KIND, **plain}
 
 
@@ -221,8 +238,12 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
         content = json.loads(file.read_text(encoding="utf-8"))
         if not isinstance(content, dict) or content.pop("type", None) != KIND:
             raise StickslipError(f'it lacks "type": "{KIND}"')
+        for sensor in content.get("sensors", {}).values():
+            sensor["clip"] = [
+                end if known is None else known for known, end in zip(sensor["clip"], IDEAL.clip, strict=True)
+            ]
         return from_plain(Calibration, content, "it")
-    except (OSError, ValueError, StickslipError) as error:
+    except (OSError, ValueError, TypeError, AttributeError, KeyError, StickslipError) as error:
         raise StickslipError(
             f"'{path}' is no calibration ({error}). Give a result of 'stickslip calibrate MODEL LOGS -o FILE'."
         ) from error

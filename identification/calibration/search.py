@@ -112,13 +112,13 @@ def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[
         draws.append(guess)
     if not light.subject.states:
         return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts), free_run, plan)
-    nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], _rates(light), plan.segments)
+    nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], rates_of(light), plan.segments)
     scan = _Scan(light, nodes, free, generator)
     for number, draw in enumerate(draws):
         scan.score(draw)
         plan.progress(SCAN * (number + 1) / len(draws) / 2)
     scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
-    candidates = [_segmented(light, nodes, x, starts) for x, starts in scan.best(CANDIDATES * plan.starts)]
+    candidates = [over_segments(light, nodes, x, starts) for x, starts in scan.best(CANDIDATES * plan.starts)]
     trials = telling(candidates, MORE * plan.starts)
     return _descended(trials, free_run, plan)
 
@@ -141,7 +141,7 @@ class _Scan:
         """From the best guess along each parameter in turn, in points as dense as its effect asks: a frequency that is
         off by one part in a hundred has lost its phase at the end of a log."""
         least, x, starts = min(self.scored, key=lambda one: one[0])
-        segmented, z = _segmented(self.problem, self.nodes, x, starts)
+        segmented, z = over_segments(self.problem, self.nodes, x, starts)
         here = segmented.evaluate(z)
         data = here.log < len(segmented.series)
         spread = np.concatenate(
@@ -199,7 +199,7 @@ def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
     return found
 
 
-def _rates(problem: SegmentProblem) -> dict[str, str]:
+def rates_of(problem: SegmentProblem) -> dict[str, str]:
     log = problem.logs[0]
     times = np.linspace(log.time[0], min(log.time[-1], log.time[0] + 50 * float(np.median(np.diff(log.time)))), 20)[1:]
     stretch = problem.stretch(0, problem.first, times)
@@ -223,10 +223,10 @@ def _between_events(problem: SegmentProblem, x: np.ndarray) -> tuple[SegmentProb
         ends = [*nodes[1:].tolist(), float(log.time[-1])]
         segments += [Segment(number, *pair, pair[1] == ends[-1]) for pair in zip(nodes.tolist(), ends, strict=True)]
         states += list(run[:, : len(problem.subject.states)])
-    return _segmented(problem, Nodes(tuple(segments), np.array(states)), x, np.array(states))
+    return over_segments(problem, Nodes(tuple(segments), np.array(states)), x, np.array(states))
 
 
-def _segmented(
+def over_segments(
     light: SegmentProblem, nodes: Nodes, x: np.ndarray, starts: np.ndarray
 ) -> tuple[SegmentProblem, np.ndarray]:
     """The problem over segments; its unknowns from a guess x of the free run and start states (segments, states)."""

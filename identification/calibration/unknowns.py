@@ -75,10 +75,8 @@ def free_parameters(
     for name in named:
         _check(fmu, name, [*fmu.parameters, *fmu.states, *fmu.memories])
     twice = sorted({name for name in free if free.count(name) > 1})
-    if twice or not free:
-        raise StickslipError(
-            f"'{twice[0]}' is free twice." if twice else "Name at least one parameter that is sought: --free k,c."
-        )
+    if twice:
+        raise StickslipError(f"'{twice[0]}' is free twice.")
     for name in (*bounds, *priors):
         if name not in free:
             raise StickslipError(f"'{name}' has a bound or a prior and is not free. Add it to --free, or hold it.")

@@ -38,7 +38,8 @@ def demo(
     from identification.fit.samples import samples_by_disc
     from identification.fitted_model.model import fmu_parameters
     from identification.model_check.families import compare_families
-    from identification.report.page import Findings, write_report
+    from identification.report.page import write_report
+    from identification.report.rig_page import RigFindings
     from rig_io.bench.emulator import emulate_set, standard_set
     from rig_io.packages.datapackage import read_package
 
@@ -63,7 +64,7 @@ def demo(
         families = compare_families(found, logs)
         draw_families(families, targets["family"], overwrite)
         advance(0.7)
-        findings = Findings(found, logs, families, decay, samples_by_disc(found, ready))
+        findings = RigFindings(found, logs, families, decay, samples_by_disc(found, ready))
         write_report(findings, targets["report"], overwrite=overwrite)
         advance(0.9)
         values = fmu_parameters(found)

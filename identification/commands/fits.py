@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 from identification.commands.logs import Stated
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from identification.measurement.free_decay import FreeDecay
     from identification.measurement.pooled import Pool
     from identification.model_check.families import FamilyComparison
+    from identification.report.page import Findings
     from rig_io.logs.log import RigLog
 
 FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")]
@@ -136,6 +138,22 @@ def print_comparison(families: Sequence[FamilyComparison], files: Sequence[str],
 
     out.print(comparison_report(families))
     print_files(files, out)
+
+
+def say_report(findings: Findings, output: Path, overwrite: bool, json: bool) -> None:
+    """Write the page of findings and print its summary."""
+    from identification.report.page import write_report
+
+    write_report(findings, output, overwrite=overwrite)
+    sentences = findings.summary()
+    content = {"file": str(output), "bytes": output.stat().st_size, "summary": sentences, **findings.to_dict()}
+
+    def show(out: Console) -> None:
+        for sentence in sentences:
+            out.print(console.plain(sentence))
+        print_files([str(output)], out)
+
+    console.say(json, content, show)
 
 
 def print_files(files: Sequence[str], out: Console) -> None:

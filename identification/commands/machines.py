@@ -10,7 +10,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
-from identification.commands.fits import print_files
+from identification.commands.fits import print_files, say_report
 from identification.commands.logs import ReaderOption, Repairs, repairs
 
 if TYPE_CHECKING:
@@ -116,19 +116,10 @@ def report_machine(
     json: bool,
 ) -> None:
     """Write the page of a machine. how: its logs are read."""
-    from identification.report.machine_page import machine_findings, machine_summary, write_machine_report
+    from identification.report.machine_page import machine_findings
 
     with console.progress("reporting") as advance:
         fit, machine = read_machine(fitted, declaration)
         read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
         made = machine_findings(fit, machine.mechanism, read, progress=lambda done: advance(0.9 * done))
-        write_machine_report(made, output, overwrite=overwrite)
-    said = machine_summary(made)
-    content = {"file": str(output), "bytes": output.stat().st_size, "summary": said, **made.to_dict()}
-
-    def show(out: Any) -> None:
-        for sentence in said:
-            out.print(console.plain(sentence))
-        print_files([str(output)], out)
-
-    console.say(json, content, show)
+    say_report(made, output, overwrite, json)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,12 +11,9 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FitFile, print_files
+from identification.commands.fits import FitFile, say_report
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 from identification.commands.machines import MachinePlace, refuse_of_machines, refuse_of_rigs, report_machine
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @console.trusting
@@ -52,7 +49,6 @@ def report(
     from identification.fit.result import read_fit
     from identification.machines.machine_fit import is_machine_fit
     from identification.report.findings import findings
-    from identification.report.page import summary, write_report
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise StickslipError(f"'{output}' is to be a page: end it in .html.")
@@ -68,12 +64,4 @@ def report(
         made = findings(
             found, read, residuals=residuals, uncertainty=uncertainty, interactive=interactive, progress=advance
         )
-        write_report(made, output, overwrite=overwrite)
-    content = {"file": str(output), "bytes": output.stat().st_size, "summary": summary(made), **made.to_dict()}
-
-    def show(out: Console) -> None:
-        for sentence in content["summary"]:
-            out.print(sentence)
-        print_files([str(output)], out)
-
-    console.say(json, content, show)
+    say_report(made, output, overwrite, json)

@@ -111,12 +111,12 @@ def whiteness(evaluation: Evaluation, logs: Sequence[str]) -> Whiteness:
     for number in np.unique(evaluation.log):
         rows = evaluation.log == number
         residual, cluster = evaluation.residual[rows], evaluation.cluster[rows]
-        first, chance = _colour(residual, cluster)
+        first, chance = colour(residual, cluster)
         found.append(LogResiduals(logs[int(number)], int(rows.sum()), first, chance, _course(residual, cluster)))
     return Whiteness(tuple(found), _by_speed(evaluation))
 
 
-def _colour(residual: np.ndarray, cluster: np.ndarray) -> tuple[float, float]:
+def colour(residual: np.ndarray, cluster: np.ndarray) -> tuple[float, float]:
     """Autocorrelation of neighbours, and the probability of Ljung and Box's statistic by chance; lags that reach from
     one cluster to the next are left out."""
     from scipy.special import chdtrc

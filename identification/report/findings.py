@@ -12,8 +12,8 @@ from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
 from identification.next_step.design import design
 from identification.report.live import LiveFrame, live_frame
-from identification.report.page import Findings
 from identification.report.residuals import refitted
+from identification.report.rig_page import RigFindings
 from rig_io.logs.log import RigLog
 
 
@@ -25,7 +25,7 @@ def findings(
     uncertainty: bool = True,
     interactive: bool = False,
     progress: Callable[[float], None] = lambda _: None,
-) -> Findings:
+) -> RigFindings:
     """Everything that is in the report of a fit; what cannot be had is left out with a note.
 
     logs: those fitted, and others that are only compared. residuals: fit once more, for the correlation of residuals
@@ -60,4 +60,4 @@ def findings(
         notes.append(f"No next experiment is proposed: {error}")
     live = live_frame(fit, families) if interactive else LiveFrame("", ())
     notes += live.notes
-    return Findings(fit, logs, families, decay, samples, evaluation, following, live.html, notes)
+    return RigFindings(fit, logs, families, decay, samples, evaluation, following, live.html, notes)

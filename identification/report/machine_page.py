@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import write_whole
-from fmu_models.base.shown import Shown
 from fmu_models.language.mechanism import Mechanism
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
@@ -20,15 +16,13 @@ from identification.report.citations import machine_citations
 from identification.report.law_table import LEGEND
 from identification.report.machine_figures import machine_fit_figure, machine_runs_figure
 from identification.report.machine_tables import laws_tables, meaning, parameters_table, runs_table, scores_table
-from identification.report.page import drawing, rendered
-
-TEMPLATE = "machine.html.j2"
+from identification.report.page import Findings, Section, bullets, drawing, paragraph, warned
 
 
 @dataclass(frozen=True, eq=False)
-class MachineFindings(Shown):
-    """What a report is made of. seen, others: efforts of logs that were fitted and of others; runs: beside the logs;
-    notes: what could not be shown, and why."""
+class MachineFindings(Findings):
+    """What the report of a machine is made of. seen, others: efforts of logs that were fitted and of others; runs:
+    beside the logs; notes: what could not be shown, and why."""
 
     fit: MachineFit
     mechanism: Mechanism
@@ -41,6 +35,61 @@ class MachineFindings(Shown):
         """The data of the report, plain values."""
         runs = [run.to_dict() for run in self.runs]
         return {"fit": self.fit.to_dict(), "runs": runs, "notes": list(self.notes)}
+
+    def title(self) -> str:
+        """That of the machine."""
+        return self.fit.title
+
+    def about(self) -> str:
+        """How many values, by which method."""
+        return f"{len(self.fit.parameters)} base parameters by {self.fit.method}"
+
+    def citations(self) -> list[str]:
+        """The program, and where the methods are from."""
+        return machine_citations(self.fit)
+
+    def summary(self) -> list[str]:
+        """What was found and how far it can be trusted, in sentences."""
+        fit = self.fit
+        worst = max(fit.parameters, key=lambda one: one.standard_deviation / max(abs(one.value), 1e-300))
+        many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
+        off = max(fit.joints, key=lambda one: one.seen.relative_error)
+        said = [
+            f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",
+            f"Least well known is {worst.combination}: {worst.value:.4g} +- {worst.standard_deviation:.2g} "
+            f"{worst.unit}.",
+            f"Efforts are predicted to {100 * off.seen.relative_error:.1f} % or better (worst '{off.joint}').",
+        ]
+        every = [(one.relative, one.joint, run.log) for run in self.runs for one in run.joints if one.relative]
+        if every:
+            share, joint, log = max(every)
+            said.append(
+                f"Run from the measured state, it stays within {100 * share:.1f} % of the motion over "
+                f"{self.runs[0].window:g} s (root mean square; worst '{joint}' in {log})."
+            )
+        verdicts = {0: "There are no verdicts against it.", 1: "There is one verdict (below)."}
+        return [*said, verdicts.get(len(fit.verdicts), f"{len(fit.verdicts)} verdicts (below).")]
+
+    def values(self) -> list[str]:
+        """Parameters, what they rest on, verdicts."""
+        fit = self.fit
+        return [parameters_table(fit).html(), paragraph(meaning(fit), "about"), *warned("Verdicts", fit.verdicts)]
+
+    def sections(self) -> list[Section]:
+        """Efforts, friction laws, runs beside the logs, the machine."""
+        fit, runs = self.fit, self.runs
+        efforts = "Effort of each joint, measured and by the fit, and what is left; shaded: logs that were not fitted."
+        figure = machine_fit_figure(self.mechanism, fit, self.seen, self.others)
+        parts = [drawing(figure, "efforts", efforts), scores_table(fit).html()]
+        sections = [Section("efforts", "Efforts, measured and modelled", parts)]
+        if laws := laws_tables(fit):
+            parts = [*(law.html() for law in laws), paragraph(LEGEND, "about")]
+            sections.append(Section("laws", "Friction laws", parts))
+        if runs:
+            beside = "Position of each joint, measured and as the engine moves the machine by the measured efforts."
+            parts = [drawing(machine_runs_figure(fit, runs), "runs", beside), runs_table(runs).html()]
+            sections.append(Section("runs", "The machine beside its logs", parts))
+        return [*sections, Section("machine", "The machine", [bullets([*_sentences(fit), *self.notes])])]
 
 
 def machine_findings(
@@ -67,68 +116,6 @@ def machine_findings(
         notes.append(f"The machine could not be run: {error}")
     notes += [f"{run.log}: {why}" for run in runs for why in run.given_up]
     return MachineFindings(fit, mechanism, fitted, only_seen, runs, notes)
-
-
-def machine_summary(findings: MachineFindings) -> list[str]:
-    """What was found and how far it can be trusted, in sentences."""
-    fit = findings.fit
-    worst = max(fit.parameters, key=lambda one: one.standard_deviation / max(abs(one.value), 1e-300))
-    many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
-    off = max(fit.joints, key=lambda one: one.seen.relative_error)
-    said = [
-        f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",
-        f"Least well known is {worst.combination}: {worst.value:.4g} +- {worst.standard_deviation:.2g} {worst.unit}.",
-        f"Efforts are predicted to {100 * off.seen.relative_error:.1f} % or better (worst '{off.joint}').",
-    ]
-    every = [(one.relative, one.joint, run.log) for run in findings.runs for one in run.joints if one.relative]
-    if every:
-        share, joint, log = max(every)
-        said.append(
-            f"Run from the measured state, it stays within {100 * share:.1f} % of the motion over "
-            f"{findings.runs[0].window:g} s (root mean square; worst '{joint}' in {log})."
-        )
-    verdicts = {0: "There are no verdicts against it.", 1: "There is one verdict (below)."}
-    return [*said, verdicts.get(len(fit.verdicts), f"{len(fit.verdicts)} verdicts (below).")]
-
-
-def write_machine_report(findings: MachineFindings, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-    """Write the page.
-
-    Raises:
-        StickslipError: ``path`` exists and ``overwrite`` is false, or cannot be written.
-    """
-    text = machine_page(findings)
-    with write_whole(path, overwrite=overwrite) as temporary:
-        temporary.write_text(text, "utf-8")
-    return Path(path)
-
-
-def machine_page(findings: MachineFindings) -> str:
-    """The page as text."""
-    fit, runs = findings.fit, findings.runs
-    efforts = "Effort of each joint, measured and by the fit, and what is left; shaded: logs that were not fitted."
-    beside = "Position of each joint, measured and as the engine moves the machine by the measured efforts."
-    return rendered(
-        TEMPLATE,
-        findings.to_dict(),
-        title=fit.title,
-        about=f"{len(fit.parameters)} base parameters by {fit.method}",
-        fit=fit,
-        summary=machine_summary(findings),
-        parameters=parameters_table(fit),
-        meaning=meaning(fit),
-        efforts=drawing(
-            machine_fit_figure(findings.mechanism, fit, findings.seen, findings.others), "efforts", efforts
-        ),
-        scores=scores_table(fit),
-        laws=laws_tables(fit),
-        legend=LEGEND,
-        runs=drawing(machine_runs_figure(fit, runs), "runs", beside) if runs else None,
-        run_table=runs_table(runs) if runs else None,
-        machine=_sentences(fit),
-        notes=findings.notes,
-        citations=machine_citations(fit),
-    )
 
 
 def _sentences(fit: MachineFit) -> list[str]:

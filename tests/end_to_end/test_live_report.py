@@ -20,7 +20,8 @@ from identification.fitted_model.model import TRANSIENT, FittedModel, fitted_mod
 from identification.model_check.families import FamilyComparison, processing_of
 from identification.model_check.portraits import Portrait, PortraitComparison, Rest, Settling, compare_motions
 from identification.report.live import MOST, live_frame
-from identification.report.page import Findings, write_report
+from identification.report.page import write_report
+from identification.report.rig_page import RigFindings
 from rig_io.bench.emulator import emulate, standard_set
 
 FIT = made_fit(discs=2)
@@ -64,7 +65,7 @@ def families() -> tuple[FamilyComparison, ...]:
 def report(families: tuple[FamilyComparison, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
     live = live_frame(FIT, families)
     assert live.notes == () and live._repr_html_() == live.html  # as a notebook shows it
-    findings = Findings(FIT, (), (), live=live.html)
+    findings = RigFindings(FIT, (), (), live=live.html)
     return write_report(findings, tmp_path_factory.mktemp("report") / "report.html")
 
 
@@ -218,6 +219,6 @@ def test_firefox_shows_the_same_in_a_notebook_and_in_a_report(firefox_tab: Tab, 
 
 
 def test_the_page_grows_by_little_and_only_then_has_scripts(report: Path, tmp_path: Path):
-    plain = write_report(Findings(FIT, (), ()), tmp_path / "plain.html").read_text("utf-8")
+    plain = write_report(RigFindings(FIT, (), ()), tmp_path / "plain.html").read_text("utf-8")
     grown = report.stat().st_size - len(plain.encode())
     assert 40_000 < grown <= MOST and "<iframe" not in plain and plain.count("<script") == 1

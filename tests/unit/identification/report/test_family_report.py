@@ -22,8 +22,9 @@ from identification.model_check.families import FamilyComparison
 from identification.model_check.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions
 from identification.model_check.table import bifurcation_sentences, comparison_report
 from identification.report.family_figure import family_figure
-from identification.report.page import Findings, page, write_report
+from identification.report.page import page, write_report
 from identification.report.residual_figure import correlations
+from identification.report.rig_page import RigFindings
 
 TURN = 2 * np.pi * np.arange(PHASES) / PHASES
 VOID = {"meta", "br", "img", "hr", "link", "input"}
@@ -139,7 +140,7 @@ class Reader(HTMLParser):
             self.text += data
 
 
-def findings() -> Findings:
+def findings() -> RigFindings:
     white = Whiteness(
         (LogResiduals("slow", 100, 0.01, 0.5, 0.4),), (SpeedResidual(0.05, 0.01, 0.5), SpeedResidual(0.1, 0.2, 4.0))
     )
@@ -149,7 +150,7 @@ def findings() -> Findings:
         warnings=("look <here> & there",),
         logs=(LogSummary("slow", (0.41,), 20, 0.02, 0.1, 20.0),),
     )
-    return Findings(fit, (), (family(), family(discs=2)), notes=("a note",))
+    return RigFindings(fit, (), (family(), family(discs=2)), notes=("a note",))
 
 
 @pytest.fixture(scope="module")
@@ -187,7 +188,7 @@ def test_the_page_says_what_was_found(text: str) -> None:
 
 
 def test_a_page_is_written_whole_and_replaces_nothing(tmp_path: Path) -> None:
-    bare = Findings(made_fit(), (), ())
+    bare = RigFindings(made_fit(), (), ())
     target = write_report(bare, tmp_path / "report.html")
     assert target.read_text("utf-8").rstrip().endswith("</html>")
     with pytest.raises(StickslipError, match="exists"):

@@ -1,0 +1,131 @@
+"""What is asked of a calibration: settings, and the free runs of its logs with their unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
+from identification.calibration.log import LogLike, ModelLog
+from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
+from identification.calibration.search import GUESSES, STARTS, noise_of
+from identification.calibration.subject import subject_of
+from identification.calibration.unknowns import Bounds, Free, free_parameters
+from identification.inference.problem import Unknown
+
+DELAY = 0.02  # of a log: the longest delay that is tried, to either side, unless stated
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is known and how it is searched, beside model, logs and what is free.
+
+    parameters: values held, first values of those that are free, and start states; starts: states whose start is sought
+    (default: all that ``parameters`` do not hold); bounds, priors (value, standard deviation): by name; sensors: by
+    variable; sensed: constants of sensors that are sought, (variable, "gain", "offset" or "delay"); noise: standard
+    deviation by variable; each: parameters that every log has a value of its own for; columns, inputs, hold, events: as
+    in `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
+    """
+
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    starts: Sequence[str] | None = None
+    bounds: Mapping[str, Bounds] = field(default_factory=dict)
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    sensed: Sequence[tuple[str, str]] = ()
+    noise: Mapping[str, float] = field(default_factory=dict)
+    each: Sequence[str] = ()
+    columns: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    hold: Sequence[str] = ()
+    events: Mapping[str, str] = field(default_factory=dict)
+    held_out: Sequence[LogLike] = ()
+    guesses: int = GUESSES
+    attempts: int = STARTS
+    segments: int | None = None
+    seed: int = 0
+
+
+def problem_of(
+    fmu: Fmu, logs: Sequence[ModelLog], free: Sequence[str], said: Settings
+) -> tuple[SegmentProblem, tuple[Free, ...]]:
+    """The free runs of all logs, and what is sought but start states. free: none, to seek start states alone.
+
+    Raises:
+        StickslipError: as in `calibrate`.
+    """
+    sought = free_parameters(fmu, free, said.parameters, said.bounds, said.priors)
+    measured = list(dict.fromkeys(name for log in logs for name in log.observed))
+    subject = subject_of(fmu, free, measured)
+    if stray := [name for name in said.each if name not in free]:
+        raise StickslipError(f"'{stray[0]}' is to have a value for each log and is not free. Add it to --free.")
+    unknowns: list[Free] = []
+    places: list[dict[str, int]] = [{} for _ in logs]
+    for one in sought:
+        name = one.unknown.name
+        for number, log in enumerate(logs):
+            if number == 0 or name in said.each:
+                own = f"{name} [{log.name}]" if name in said.each and len(logs) > 1 else name
+                unknowns.append(replace(one, unknown=replace(one.unknown, name=own)))
+            places[number][name] = len(unknowns) - 1
+    sensed = {}
+    for name, key in said.sensed:
+        sensed[name, key] = len(unknowns)
+        unknowns.append(_sensor_constant(name, key, said.sensors.get(name, IDEAL), logs))
+    held = {name: value for name, value in said.parameters.items() if name not in free}
+    loose = _loose(subject.states, held, said.starts)
+    variables = fmu.variables
+    held |= {
+        name: float(variables[name].start or 0.0) for name in subject.states if name not in loose and name not in held
+    }
+    starts = np.full((len(logs), len(subject.states)), -1)
+    more, first = [], [one.first for one in unknowns]
+    for number, log in enumerate(logs):
+        for place, name in enumerate(subject.states):
+            if name in loose:
+                starts[number, place] = len(first)
+                own = f"{name}(0)" + (f" [{log.name}]" if len(logs) > 1 else "")
+                more.append(Unknown(own, str(variables[name].unit or "1"), description="start"))
+                first.append(said.parameters.get(name, float(variables[name].start or 0.0)))
+    problem = SegmentProblem(
+        subject=subject,
+        logs=tuple(logs),
+        segments=whole(logs),
+        unknowns=(*(one.unknown for one in unknowns), *more),
+        first=np.array(first),
+        fixed=held,
+        places=tuple(places),
+        starts=starts,
+        noise={},
+        scale=np.ones(len(subject.states)),
+        noise_known=all(name in said.noise for name in measured),
+        sensors=dict(said.sensors),
+        sensed=sensed,
+    )
+    noise = {key: said.noise.get(key[1], sd) for key, sd in noise_of(problem).items()}
+    return replace(problem, noise=noise), tuple(unknowns)
+
+
+def _loose(states: Sequence[str], held: Mapping[str, float], asked: Sequence[str] | None) -> list[str]:
+    """States whose start is sought."""
+    for name in asked or ():
+        if name not in states:
+            raise StickslipError(f"There is no start state '{name}' to be sought.{nearest(name, states)}")
+    return list(asked) if asked is not None else [name for name in states if name not in held]
+
+
+def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[ModelLog]) -> Free:
+    if key not in SENSED or not any(name in log.measured for log in logs):
+        raise StickslipError(f"A sensor is VARIABLE:{','.join(SENSED)} of a measured variable; found '{name}:{key}'.")
+    first, low, high, unit = float(getattr(sensor, key)), -np.inf, np.inf, ""
+    if key == "gain":
+        low, high = sorted((first * np.exp(-3.5), first * np.exp(3.5)))
+    elif key == "delay":
+        longest = sensor.longest or DELAY * min(float(log.time[-1] - log.time[0]) for log in logs)
+        low, high, unit = -longest, longest, "s"
+    unknown = Unknown(f"{name} {key}", unit, low, high, f"{key} of the sensor")
+    return Free(first, unknown, key == "gain")

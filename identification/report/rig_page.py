@@ -1,0 +1,205 @@
+"""The page of a rig's fit: verdicts, figures, tables, assumptions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.base.table import Table
+from identification.model_check.portraits import MEANING
+from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
+from identification.report import tables
+from identification.report.citations import citations
+from identification.report.page import Findings, Section, bullets, drawing, nested, paragraph, warned
+
+if TYPE_CHECKING:
+    from identification.estimators.savitzky_golay import FrictionSamples
+    from identification.fit.result import FrictionFit
+    from identification.inference.problem import Evaluation
+    from identification.measurement.free_decay import FreeDecay
+    from identification.model_check.families import FamilyComparison
+    from identification.next_step.design import Design
+    from rig_io.logs.log import RigLog
+
+INTERVALS = (
+    "95 %: what noise and rig constants leave open together{least}. Noise: what sensors and the scatter from slip to "
+    "slip leave open ({covariance}). Rig constants: what J, k, c, N, R and r, known only so well, pass on. Efficiency: "
+    "variance of the Cramér-Rao bound over the stated one."
+)
+LIVE = (
+    "The fitted model runs here beside the measurement. Sliders move it within the 95 % intervals of the fit; other "
+    "values can be entered."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RigFindings(Findings):
+    """What the report of a rig is made of. samples: friction against slip speed by disc (None: not to be had);
+    evaluation: residuals of the fit run again (None: not run); design: of the next experiment; live: the frame of
+    `report.live` (empty: none); notes: what could not be shown, and why."""
+
+    fit: FrictionFit
+    logs: Sequence[RigLog]
+    families: Sequence[FamilyComparison]
+    decay: FreeDecay | None = None
+    samples: Mapping[str, FrictionSamples] | None = None
+    evaluation: Evaluation | None = None
+    design: Design | None = None
+    live: str = ""
+    notes: Sequence[str] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The data of the report, plain values."""
+        return {
+            "fit": self.fit.to_dict(),
+            "families": [family.to_dict() for family in self.families],
+            "free_decay": None if self.decay is None else self.decay.to_dict(),
+            "design": None if self.design is None else self.design.to_dict(),
+            "notes": list(self.notes),
+        }
+
+    def title(self) -> str:
+        """Where friction is."""
+        fit, where = self.fit, " and ".join(self.fit.contacts)
+        return f"Friction of {where}" + (f" ({', '.join(fit.materials)})" if fit.materials else "")
+
+    def about(self) -> str:
+        """Law and estimator."""
+        return f"{self.fit.law} law, estimator {self.fit.estimator}"
+
+    def citations(self) -> list[str]:
+        """The program, the rig, and where the methods are from."""
+        return citations(self.fit)
+
+    def summary(self) -> list[str]:
+        """The fit, what is least known, how the model does beside its logs."""
+        return _summary(self)
+
+    def values(self) -> list[str]:
+        """Parameters, what their intervals hold, warnings."""
+        fit = self.fit
+        least = "; at least, for nobody says how well a constant is known"
+        meaning = INTERVALS.format(
+            least="" if all(one.stated for one in fit.constants) else least, covariance=fit.covariance
+        )
+        table = tables.parameter_table(fit).html()
+        return [table, paragraph(meaning, "about"), *warned("Warnings", fit.warnings)]
+
+    def sections(self) -> list[Section]:
+        """In the order of the page."""
+        fit = self.fit
+        sections = _friction_sections(self)
+        sections += [_family_section(place, family) for place, family in enumerate(self.families)]
+        if self.live:
+            sections.append(Section("live", "The model, moved", [paragraph(LIVE), self.live]))
+        sections += _residual_sections(self)
+        sections.append(Section("assumptions", "Assumptions", [bullets(fit.structure)]))
+        if self.design is not None:
+            parts = [paragraph(self.design.advice), tables.design_table(self.design).html()]
+            sections.append(Section("next", "Next experiment", parts))
+        if other := tables.other_fields(fit):
+            parts = [f"<h3>{name.replace('_', ' ').capitalize()}</h3>\n{nested(item)}" for name, item in other.items()]
+            sections.append(Section("more", "Identifiability and further results", parts))
+        notes = [paragraph(note) for note in self.notes]
+        return [*sections, Section("tables", "Tables", [*(one.html() for one in _tables(self)), *notes])]
+
+
+def _summary(findings: RigFindings) -> list[str]:
+    """What was found and how far it can be trusted, in sentences."""
+    fit = findings.fit
+    said = [
+        f"The {fit.law} law was fitted to {fit.segments} slips in {len(fit.logs)} logs by the estimator "
+        f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
+    ]
+    worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
+    parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation, worst.law_deviation or 0.0)
+    total, noise, scale, law = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
+    by_law = f", {law:.2g} % from the choice of the law" if worst.law_deviation is not None else ""
+    said.append(
+        f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
+        f"noise, {scale:.2g} % from the rig's constants{by_law}; one standard deviation)."
+    )
+    said.append(fit.words_of_law)
+    said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
+    for family in findings.families:
+        passed = sum(member.passed for member in family.members)
+        discs = " and ".join(family.members[0].drive_speeds)
+        said.append(
+            f"With {discs} in contact the model agrees with the measured motion at {passed} of {len(family.members)} "
+            "drive speeds (levels below)."
+        )
+        said += bifurcation_sentences(family)[: len(family.bifurcations)]
+    if fit.whiteness is not None:
+        wrong = [*fit.whiteness.beyond, *fit.whiteness.repeated]
+        said.append(
+            "The residuals show that the model misses something (below)."
+            if wrong
+            else "The residuals show no trend over the slip speed and no course that repeats from slip to slip."
+        )
+    count = len(fit.warnings)
+    said.append(
+        {0: "There are no warnings.", 1: "There is one warning (below)."}.get(count, f"{count} warnings (below).")
+    )
+    return said
+
+
+def _friction_sections(findings: RigFindings) -> list[Section]:
+    if findings.samples is None:
+        return []
+    from identification.report.friction_figure import friction_figure
+
+    caption = (
+        "Friction coefficient against slip speed: local values from the measured motion (marks by log), the fitted law "
+        "(line); below, what is left, with the means that the estimator used."
+    )
+    figure = friction_figure(findings.fit, findings.samples)
+    return [Section("law", "Friction law", [drawing(figure, "friction", caption)])]
+
+
+def _residual_sections(findings: RigFindings) -> list[Section]:
+    fit = findings.fit
+    if fit.whiteness is None:
+        return []
+    from identification.report.residual_figure import residual_figure
+
+    caption = "Residuals of the estimator: mean over the slip speed"
+    caption += ", and correlation from value to value by log." if findings.evaluation is not None else "."
+    power = (
+        f"Root mean square of the residual: {tables.shown(fit.rms_residual)} {fit.residual_unit}, {fit.values} values; "
+        f"correlation of neighbours {tables.shown(fit.autocorrelation)}."
+    )
+    figure = residual_figure(fit, findings.evaluation)
+    return [Section("residuals", "Residuals", [drawing(figure, "residuals", caption), paragraph(power)])]
+
+
+def _family_section(place: int, family: FamilyComparison) -> Section:
+    from identification.report.family_figure import family_figure
+
+    caption = (
+        "Measured (broad, grey) and modelled (dashed, rings) phase portraits by drive speed, below each when each disc "
+        "sticks; at the bottom the share of stick over the drive speed with the bifurcations."
+    )
+    parts = [
+        drawing(family_figure(family), f"family{place}", caption),
+        bullets([*bifurcation_sentences(family), *family.notes]),
+        metrics_table(family).html(),
+        sequence_table(family).html(),
+        paragraph(MEANING, "about"),
+    ]
+    return Section(f"family{place}", "Model against measurement", parts)
+
+
+def _tables(findings: RigFindings) -> list[Table]:
+    fit = findings.fit
+    found = [tables.correlation_table(fit), tables.constants_table(fit)]
+    found += [tables.plain_table(fit)] if fit.causes else []
+    found += [tables.rivals_table(fit)] if len(fit.rivals) > 1 else []
+    found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
+    white = tables.whiteness_table(fit)
+    found += [white] if white is not None else []
+    found += [tables.decay_table(findings.decay)] if findings.decay is not None else []
+    found += [tables.sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
+    found += [tables.velocity_table(fit)] if "velocity_gain" in fit.sensors else []
+    return [*found, tables.logs_table(fit, findings.logs)]

@@ -96,7 +96,7 @@ def bouc_wen_log(file: Path) -> Log:
 
     with h5py.File(file) as content:
         force, place = (np.asarray(content[f"multisine/{name}"]).ravel() for name in "uy")
-    fine = resample(force, FINER * force.size)[: FINER * 2048]
+    fine = np.asarray(resample(force, FINER * force.size))[: FINER * 2048]
     return {"time": np.arange(2048) / 750.0, "y": place[:2048]}, {"u": (np.arange(fine.size) / (750.0 * FINER), fine)}
 
 

@@ -105,10 +105,9 @@ class _Descent:
         best, least, used, rising = self.x, self.cost, np.inf, False
         while LEAST <= damping <= MOST:
             x = self._bent(factors, damping)
-            cost = np.inf if x is None else self._cost(self.problem.residual(x), x)
-            lower = cost < least
-            if lower:
-                best, least, used = x, cost, damping
+            lower = False
+            if x is not None and (cost := self._cost(self.problem.residual(x), x)) < least:
+                best, least, used, lower = x, cost, damping, True
             if lower and not rising:
                 damping /= FACTOR
             elif best is self.x:

@@ -29,12 +29,7 @@ FAR = EnsembleRuns.bound
 
 def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
     """The motion at the start."""
-    value = problem.present(problem.over)
-    if not between[0] <= value <= between[1]:
-        raise StickslipError(
-            f"The start has {problem.over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it "
-            "to a value in that range."
-        )
+    value = problem.value_within(between)
     point = system.start(start)
     flow_problem = problem if isinstance(problem, FlowProblem) and not isinstance(problem, ImportedProblem) else None
     if settle and flow_problem is not None and flow_problem.autonomous:

@@ -32,7 +32,7 @@ Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -40,13 +40,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.continuation.ended import Ended
+from fmu_models.continuation.ended import Ends, SolutionBranch, seen_on
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.imported import ImportedProblem
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Problem, Vector, Word
-from fmu_models.continuation.special.special import Special, special_of, state_at
+from fmu_models.continuation.special.special import Special, special_of
+from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.continuation.step.follow import Follower
 from fmu_models.continuation.step.imported import ImportedFollower
 from fmu_models.continuation.step.same_motion import passes
@@ -56,26 +57,14 @@ from fmu_models.continuation.step.way import Found, Way
 MULTIPLIER, PERIOD = "multiplier", "period"
 
 
-@dataclass(frozen=True, eq=False)
-class Branch(Ended):
-    """Of m points, n states.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Branch(SolutionBranch):
+    """Of m motions, n states.
 
     Attributes:
-        model, over: names of the model and of the parameter.
-        states: names.
-        values: (m,) of the parameter.
-        points: (m, n) states at phase 0 of the forcing; where nothing forces the motion, somewhere on it.
         periods: (m,) s.
         multipliers: (m, n) largest first.
-        stable: (m,).
-        words: of each point.
-        special: what was met, in order.
-        places: (len(special),) number of points before each.
-        ends: kind and a sentence, of both ends.
         every: periods of the forcing in one of the motion.
-        seconds: CPU time.
-        how: where motions come from, and how near they are, where that is not a matter of course.
-        units: of states and of the parameter.
     """
 
     COLUMNS: ClassVar = (
@@ -88,23 +77,11 @@ class Branch(Ended):
     )
     RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
 
-    model: str
-    over: str
-    states: tuple[str, ...]
-    values: Vector
-    points: Vector
     periods: Vector
     multipliers: NDArray[np.complex128]
-    stable: NDArray[np.bool_]
-    words: tuple[Word, ...]
     special: tuple[Special, ...]
-    places: tuple[int, ...]
-    ends: tuple[tuple[str, str], tuple[str, str]]
     every: int = 1
-    seconds: float = 0.0
-    how: str = ""
-    units: Mapping[str, str] = field(default_factory=dict)
-    nodes: tuple[Any, ...] = field(default=(), repr=False)
+    nodes: tuple[Node, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
 
     @property
@@ -127,7 +104,7 @@ class Branch(Ended):
         """(every, m, n) points at phases 0, 1, ... of the forcing."""
         if self.every == 1 or not self.nodes:
             return self.points[None]
-        others = [[state_at(node, float(turn)) for node in self.nodes] for turn in range(1, self.every)]
+        others = [[node.state_at(float(turn)) for node in self.nodes] for turn in range(1, self.every)]
         return np.stack([self.points, *np.array(others)])
 
     def passes(self, branch: Branch) -> bool:
@@ -137,19 +114,13 @@ class Branch(Ended):
     def _heading(self) -> str:
         return f"Branch of {self.model} over {self.over}: {len(self.values)} motions, {len(self.special)} special"
 
-    def _contents(self) -> Mapping[str, Any]:
-        specials = [f"{special.kind} {special.value:.9g}" for special in self.special]
-        return {self.over: self.values, "special": specials, "ends": [kind for kind, _ in self.ends]}
-
 
 def word_text(word: Word) -> str:
     """Events in a line: contact, state before and after."""
     return " ".join(f"{contact}:{before}>{after}" for contact, before, after in word)
 
 
-def joined(
-    forward: Way, backward: Way | None
-) -> tuple[list[Node], list[tuple[int, Found, bool]], tuple[tuple[str, str], tuple[str, str]]]:
+def joined(forward: Way, backward: Way | None) -> tuple[list[Node], list[tuple[int, Found, bool]], Ends]:
     """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
     was met the other way round), both ends."""
     nodes = list(forward.nodes)
@@ -170,45 +141,50 @@ def joined(
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
     nodes, findings, ends = joined(forward, backward)
-    autonomous = problem.autonomous
-    states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
-        problem.name,
-        problem.over,
-        problem.states,
-        np.array([node.value for node in nodes]),
-        states,
-        np.array([node.seen.length for node in nodes]),
-        np.array([node.multipliers for node in nodes]),
-        np.array([node.stable for node in nodes]),
-        tuple(node.word for node in nodes),
-        tuple(special_of(finding, between, _switched) for _, finding, _ in findings),
-        tuple(count for count, *_ in findings),
-        ends,
-        problem.turns,
-        seconds,
-        problem.how(nodes[0].z, nodes[0].seen),
-        problem.units,
-        tuple(nodes),
-        between,
+        **seen_on(nodes),
+        periods=np.array([node.seen.length for node in nodes]),
+        multipliers=np.array([node.multipliers for node in nodes]),
+        stable=np.array([node.stable for node in nodes]),
+        special=tuple(special_of(finding, between, _switched) for _, finding, _ in findings),
+        places=tuple(count for count, *_ in findings),
+        ends=ends,
+        every=problem.turns,
+        seconds=seconds,
+        nodes=tuple(nodes),
+        between=between,
     )
-
-
-def _shown(node: Node, autonomous: bool) -> Vector:
-    return node.z[: len(node.problem.states)] if autonomous else state_at(node, 0.0)
 
 
 def _switched(special: Special, points: int) -> tuple[Branch, ...]:
     return tuple(followed_from(node, special.between, points) for node in leaving(special))
 
 
-def follower_of(node: Node) -> type[Follower]:
-    """What follows motions of its kind."""
-    return ImportedFollower if isinstance(node.problem, ImportedProblem) else Follower
+def follower_of(begin: Node, *arguments: Any) -> Follower:
+    """What follows solutions of its kind from a begin on."""
+    imported = isinstance(begin.problem, ImportedProblem)
+    follower = EquilibriumFollower if begin.problem.still else ImportedFollower if imported else Follower
+    return follower(begin, *arguments)
+
+
+def both_ways(
+    begin: Node, between: tuple[float, float], points: int, progress: Callable[[float], Any], keeper: Keeper
+) -> tuple[Way, Way | None]:
+    """From a begin forward and, unless that comes back to it or is interrupted, backward."""
+    low, high = between
+
+    def tell(node: Node) -> None:
+        progress((node.value - low) / (high - low))
+
+    forward = follower_of(begin, between, points, tell, keeper.pieces()).follow()
+    if forward.end[0] in ("closed", "interrupted"):
+        return forward, None
+    return forward, follower_of(begin.turned(), between, points, tell, keeper.pieces()).follow()
 
 
 def followed_from(node: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
-    path = follower_of(node)(node, between, points, pieces=keeper.pieces() if keeper else None).follow()
+    pieces = keeper.pieces() if keeper else None
+    path = follower_of(node, between, points, lambda node: None, pieces).follow()
     return made(node.problem, path, None, between, time.process_time() - clock)

@@ -13,11 +13,12 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.begin import begin_of, problem_of
-from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch, followed_from, follower_of, made
+from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch, both_ways, followed_from, made
 from fmu_models.continuation.curves.curve import Curve, Curves
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
-from fmu_models.continuation.problem.node import Node
+from fmu_models.continuation.problem.problem import range_of
+from fmu_models.continuation.special.kinds import FLIP
 from fmu_models.continuation.special.special import Special
 from fmu_models.continuation.step.same_motion import passes
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
@@ -79,9 +80,7 @@ def branches(
         StickslipError: no such parameter or state, a range that is none or does not hold its value at the start, a
             section that is no strobe, or no motion near the start; as ``Runner``.
     """
-    low, high = sorted(float(bound) for bound in between)
-    if not low < high or not np.isfinite([low, high]).all():
-        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
+    low, high = range_of(over, between)
     system.check(over, np.array([low, high]))
     problem = problem_of(system, over)
     _check_shown(of, problem.states, problem.name)
@@ -92,17 +91,9 @@ def branches(
         first_piece = keeper.pieces()
         if not first_piece.known:
             first_piece.put(begin_of(system, problem, (low, high), start, settle))
-        clock = time.process_time()
-
-        def tell(node: Node) -> None:
-            progress((node.value - low) / (high - low))
-
-        start_node = first_piece.known[0]
-        forward = follower_of(start_node)(start_node, (low, high), points, tell, keeper.pieces()).follow()
-        backward = None
-        if forward.end[0] not in ("closed", "interrupted"):
-            backward = follower_of(start_node)(start_node.turned(), (low, high), points, tell, keeper.pieces()).follow()
-        first = made(start_node.problem, forward, backward, (low, high), time.process_time() - clock)
+        clock, start_node = time.process_time(), first_piece.known[0]
+        ways = both_ways(start_node, (low, high), points, progress, keeper)
+        first = made(start_node.problem, *ways, (low, high), time.process_time() - clock)
         result = _with_others(first, longest, points, of, switch, keeper)
         if not result.interrupted:
             runner.finish(result)
@@ -245,7 +236,7 @@ def _switched_at(followed: list[Branch], longest: int, points: int, keeper: Keep
     """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
     for member in islice(followed, len(followed) - 1, None):
         for special in member.special:
-            if member.every * (2 if special.kind == "flip" else 1) > longest:
+            if member.every * (2 if special.kind == FLIP else 1) > longest:
                 continue
             for node in leaving(special):
                 if node.problem.turns <= longest and not any(

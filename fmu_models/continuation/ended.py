@@ -1,8 +1,20 @@
-"""What all that is followed over a parameter has: two ends, each with a reason."""
+"""What all that is followed over a parameter has: two ends, each with a reason; and what all branches have."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
 from fmu_models.base.shown import Pictured
+from fmu_models.continuation.problem.node import Node
+from fmu_models.continuation.problem.problem import Vector, Word
+from fmu_models.continuation.special.point import SpecialPoint
+
+Ends = tuple[tuple[str, str], tuple[str, str]]
 
 
 class Ended(Pictured):
@@ -12,7 +24,7 @@ class Ended(Pictured):
         ends: Kind and a sentence, of both ends.
     """
 
-    ends: tuple[tuple[str, str], tuple[str, str]]
+    ends: Ends
 
     @property
     def named_ends(self) -> list[dict[str, str]]:
@@ -23,3 +35,52 @@ class Ended(Pictured):
     def interrupted(self) -> bool:
         """Whether the keyboard ended it early."""
         return any(kind == "interrupted" for kind, _ in self.ends)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SolutionBranch(Ended):
+    """Solutions over one parameter: m points of n states.
+
+    Attributes:
+        model, over: Names of the model and of the parameter.
+        states: Names.
+        values: (m,) of the parameter.
+        points: (m, n) states; of motions at phase 0 of the forcing, where nothing forces them somewhere on them.
+        stable: (m,).
+        words: Of each point: events of a motion; (contact, state, state) of all contacts of an equilibrium.
+        special: What was met, in order.
+        places: (len(special),) number of points before each.
+        seconds: CPU time.
+        how: Where points come from and how near they are, where that is not a matter of course.
+        units: Of states and of the parameter.
+    """
+
+    model: str
+    over: str
+    states: tuple[str, ...]
+    values: Vector
+    points: Vector
+    stable: NDArray[np.bool_]
+    words: tuple[Word, ...]
+    special: tuple[SpecialPoint, ...]
+    places: tuple[int, ...]
+    ends: Ends
+    seconds: float = 0.0
+    how: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def _contents(self) -> Mapping[str, Any]:
+        specials = [f"{special.kind} {special.value:.9g}" for special in self.special]
+        return {self.over: self.values, "special": specials, "ends": [kind for kind, _ in self.ends]}
+
+
+def seen_on(nodes: Sequence[Node]) -> dict[str, Any]:
+    """What the nodes of a branch tell of it, as its fields."""
+    problem = nodes[0].problem
+    return {
+        **{"model": problem.name, "over": problem.over, "states": problem.states, "units": problem.units},
+        "values": np.array([node.value for node in nodes]),
+        "points": np.array([node.state_at(0.0) for node in nodes]),
+        "words": tuple(node.word for node in nodes),
+        "how": problem.how(nodes[0].z, nodes[0].seen),
+    }

@@ -24,9 +24,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.branch import both_ways
 from fmu_models.continuation.equilibrium_begin import begin_of, start_of
 from fmu_models.continuation.equilibrium_branch import (
     EIGENVALUES,
@@ -34,10 +33,11 @@ from fmu_models.continuation.equilibrium_branch import (
     branch_of_sets,
     branch_of_ways,
 )
+from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.problem.equilibrium import ZERO
 from fmu_models.continuation.problem.node import Lost, Node
+from fmu_models.continuation.problem.problem import range_of
 from fmu_models.continuation.special.sticking_set import StickingSet, followed, set_at
-from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
 
@@ -78,39 +78,34 @@ def equilibria(
             equilibrium near the start, or none that stands alone.
     """
     clock = time.process_time()
-    low, high = sorted(float(bound) for bound in between)
-    if not low < high or not np.isfinite([low, high]).all():
-        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
+    low, high = range_of(over, between)
     problem, z = start_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
     _check_of(problem.name, of or problem.states[0], problem.states)
     scales = problem.scales(z, (low, high))
-
-    def tell(node: Node) -> None:
-        progress((node.value - low) / (high - low))
-
     sticking = None
     with suppress(Lost):  # nothing sticks, or what does has no such set
         sticking = set_at(problem, scales, z)
     if sticking is not None:
-        branch = _sets(sticking, (low, high), points, tell, clock)
-        return replace(branch, of=of or branch.of)
-    first = begin_of(problem, z, scales)
-    forward = EquilibriumFollower(first, (low, high), points, tell).follow()
-    backward = None
-    if forward.end[0] not in ("closed", "interrupted"):
-        backward = EquilibriumFollower(first.turned(), (low, high), points, tell).follow()
-    branch = branch_of_ways(forward, backward, (low, high), time.process_time() - clock)
+        branch = _sets(sticking, (low, high), points, progress, clock)
+    else:
+        first = begin_of(problem, z, scales)
+        ways = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(*ways, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 
 def _sets(
-    first_set: StickingSet, between: tuple[float, float], points: int, tell: Callable[[Node], None], clock: float
+    first_set: StickingSet, between: tuple[float, float], points: int, progress: Callable[[float], Any], clock: float
 ) -> EquilibriumBranch:
     """The branch of the sets of what sticks, from one of them both ways.
 
     Raises:
         StickslipError: they are there at one value of the parameter alone.
     """
+
+    def tell(node: Node) -> None:
+        progress((node.value - between[0]) / (between[1] - between[0]))
+
     forward, last = followed(first_set, between, 1.0, points, tell)
     backward, first = (
         ([first_set], last) if last[0] == "interrupted" else followed(first_set, between, -1.0, points, tell)

@@ -38,13 +38,7 @@ def start_of(
     point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
     field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
-    value = problem.present(over)
-    if not between[0] <= value <= between[1]:
-        raise StickslipError(
-            f"The start has {over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it to a "
-            "value in that range."
-        )
-    return problem, np.append(point, value)
+    return problem, np.append(point, problem.value_within(between))
 
 
 def begin_of(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:

@@ -6,7 +6,8 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node, look, tangent_of
 from fmu_models.continuation.problem.problem import Vector
-from fmu_models.continuation.special.discontinuous import repeats
+from fmu_models.continuation.special.discontinuous import Touch, repeats
+from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, PITCHFORK
 from fmu_models.continuation.special.several import other_words
 from fmu_models.continuation.special.special import Special, beside, other_direction
 
@@ -17,23 +18,23 @@ BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7)
 def leaving(special: Special) -> list[Node]:
     """Motions beside a special on branches that leave there; their tangents lead away."""
     node: Node = special.node
-    if special.kind == "flip":
+    if special.kind == FLIP:
         return _doubled(node)[:1]
-    if special.kind in ("pitchfork", "branch point"):
+    if special.kind in (PITCHFORK, BRANCH_POINT):
         return beside_branch_point(node)
-    return _at_touch(special) if special.touch is not None else []
+    return _at_touch(special, special.touch) if special.touch else []
 
 
-def _at_touch(special: Special) -> list[Node]:
+def _at_touch(special: Special, touch: Touch) -> list[Node]:
     """Motions with some of the events that come at a touch: of the same period where several come at once, of twice and
     three times it where a multiplier passes -1 or the circle between both sides, or is infinite on one."""
-    if repeats(special.touch.node):  # they leave its parent, and are found there
+    if repeats(touch.node):  # they leave its parent, and are found there
         return []
     rigid = not np.isnan(special.slope)
-    nodes = [node for node in other_words(special.touch) if node.word not in special.words]
+    nodes = [node for node in other_words(touch) if node.word not in special.words]
     for times, crossing in ((2, "-1"), (3, "circle")):
         if rigid or crossing in special.crossings:
-            nodes += other_words(special.touch, times)
+            nodes += other_words(touch, times)
     return nodes
 
 

@@ -14,6 +14,7 @@ from fmu_models.base.shown import draw, tell
 from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch
 from fmu_models.continuation.branches import Branches
 from fmu_models.continuation.curves.curve import ClosedForm, Curve, Curves
+from fmu_models.continuation.special.kinds import KINDS, kind_of
 from fmu_models.continuation.special.special import Special
 from fmu_models.report.colours import COLOURS
 
@@ -25,14 +26,6 @@ if TYPE_CHECKING:
 
     Vector = NDArray[Any]
 
-# of what is special on a branch
-MARKS = {
-    **{"fold": "s", "flip": "D", "Neimark-Sacker": "*", "pitchfork": "P", "branch point": "p", "Hopf": "h"},
-    **{"grazing, compliant": "o", "grazing, rigid": "v", "grazing": "o", "grazing-sliding corner": "^", "touch": "<"},
-    **{"sliding exchange": ">", "detachment": "o", "tie": "v", "jump": "X", "flip of the parent": "d"},
-    **{"discontinuous Hopf": "H", "discontinuous fold": "8", "multiple crossing": "*", "boundary equilibrium": "o"},
-    **{"end at a surface": "X"},
-}
 # of curves of specials, by the number of their kind
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 2)), (0, (3, 1)), *["-"] * 8)
 SAID, WIDTHS = ("stable", "unstable"), (2.0, 0.7)
@@ -87,7 +80,7 @@ def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> lis
         axes.plot([], [], "-", color="black", linewidth=w, label=name)[0] for name, w in zip(SAID, WIDTHS, strict=True)
     ]
     for index, kind in _in_order(marks):
-        (x, y), mark = np.array(marks[kind]).T, MARKS.get(kind, "o")
+        (x, y), mark = np.array(marks[kind]).T, kind_of(kind).mark
         colour, size = COLOURS[index % len(COLOURS)], 9 if mark == "*" else 5
         (drawn,) = axes.plot(x, y, mark, color=colour, markeredgecolor="black", markersize=size, label=kind, zorder=4)
         handles.append(drawn)
@@ -96,7 +89,7 @@ def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> lis
 
 def _in_order(kinds: Iterable[str]) -> list[tuple[int, str]]:
     """Kinds, each with its number among all that are known: the same in every picture."""
-    order = list(MARKS)
+    order = list(KINDS)
     return sorted((order.index(kind) if kind in order else len(order), kind) for kind in kinds)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from fmu_models.base.shown import draw, tell
 from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
+from fmu_models.continuation.special.kinds import HOPF, kind_of
 from fmu_models.report.branch_views import (
-    MARKS,
     draw_lines,
     legend_below,
     legend_of,
@@ -78,8 +78,8 @@ def _draw_eigenvalues(branch: EquilibriumBranch, axes: Axes) -> None:
     for special in branch.special:
         if special.eigenvalues_after is None:
             at = special.eigenvalues[np.isfinite(special.eigenvalues)]
-            colour = COLOURS[5] if special.kind == "Hopf" else COLOURS[1]
-            axes.plot(at.real, at.imag, MARKS.get(special.kind, "o"), color=colour, label=special.kind, zorder=3)
+            colour = COLOURS[5] if special.kind == HOPF else COLOURS[1]
+            axes.plot(at.real, at.imag, kind_of(special.kind).mark, color=colour, label=special.kind, zorder=3)
             continue
         path = _path(special)
         lines = axes.plot(path.real, path.imag, color=COLOURS[0], linewidth=1.2)

@@ -23,12 +23,14 @@ from numpy.typing import NDArray
 
 from fmu_models.continuation.curves.condition import Condition, Miss
 from fmu_models.continuation.normal_forms.cubic import coefficient
-from fmu_models.continuation.problem.node import Node, extrapolated, look
+from fmu_models.continuation.problem.node import Node, extrapolated, look, passing_test
 from fmu_models.continuation.problem.problem import Passing, Seen, Vector
 from fmu_models.continuation.special.discontinuous import is_rigid, new_event
+from fmu_models.continuation.special.kinds import FLIP, FOLD, HOPF, KINDS, NEIMARK_SACKER
 
 # what it is that another multiplier passes
-_PASSES = {"+1": "fold", "-1": "flip", "circle": "Neimark-Sacker"}
+_PASSES = {KINDS[kind].passes: kind for kind in (FOLD, FLIP, NEIMARK_SACKER)}
+# what a smooth point is where another multiplier passes something
 _SMOOTH = {
     **{("fold", "+1"): "1:1 resonance", ("fold", "-1"): "fold-flip", ("fold", "circle"): "fold-Neimark-Sacker"},
     **{("flip", "+1"): "fold-flip", ("flip", "-1"): "1:2 resonance", ("flip", "circle"): "flip-Neimark-Sacker"},
@@ -39,10 +41,8 @@ _SMOOTH = {
     **{("pitchfork", "+1"): "1:1 resonance", ("pitchfork", "-1"): "pitchfork-flip"},
     ("pitchfork", "circle"): "pitchfork-Neimark-Sacker",
 }
-# the cubic coefficient of what vanishes, and what the point is then
-_DEGENERATE = {"flip": "generalized flip", "pitchfork": "degenerate pitchfork", "Neimark-Sacker": "Chenciner"}
-_DEGENERATE |= {"Hopf": "Bautin"}
-_CUBIC = {point: kind for kind, point in _DEGENERATE.items()}
+# the cubic coefficient of what vanishes where
+_CUBIC = {kind.degenerate: name for name, kind in KINDS.items() if kind.degenerate}
 # the cosine of the angle of a pair
 _RESONANCES = {"1:1 resonance": 1.0, "1:2 resonance": -1.0, "1:3 resonance": -0.5, "1:4 resonance": 0.0}
 # where the pair of a curve becomes real: beyond, its determinant vanishes at saddles
@@ -65,14 +65,14 @@ def functions(kind: str, condition: Condition) -> Mapping[str, Function]:
     for test in _PASSES:
         if (kind, test) in _SMOOTH:
             tests[_SMOOTH[kind, test]] = lambda node, before, test=test: _tests(_others(kind, node))[test]
-    if kind == "fold":
+    if kind == FOLD:
         tests["cusp"] = _turned
-    if kind in _DEGENERATE:
-        tests[_DEGENERATE[kind]] = lambda node, before: coefficient(kind, node).value
-    if kind == "Neimark-Sacker":
+    if KINDS[kind].degenerate:
+        tests[KINDS[kind].degenerate] = lambda node, before: coefficient(kind, node).value
+    if kind == NEIMARK_SACKER:
         for name, cosine in _RESONANCES.items():
             tests[name] = lambda node, before, cosine=cosine: _cosine(node) - cosine
-    if kind == "Hopf":
+    if kind == HOPF:
         tests["Bogdanov-Takens"] = lambda node, before: _cosine(node) - 1.0
     return tests
 
@@ -99,10 +99,10 @@ def _pairs(multipliers: Multipliers) -> Iterator[tuple[float, int, int]]:
 
 def _others(kind: str, node: Node) -> Multipliers:
     """Multipliers but for those that the curve is about."""
-    multipliers = _own(node)
-    if kind in ("Neimark-Sacker", "Hopf"):
+    multipliers, passes = _own(node), KINDS[kind].passes
+    if passes == "circle":
         return np.delete(multipliers, min(_pairs(multipliers))[1:])
-    return np.delete(multipliers, np.abs(multipliers - (-1.0 if kind == "flip" else 1.0)).argmin())
+    return np.delete(multipliers, np.abs(multipliers - float(passes)).argmin())
 
 
 def _cosine(node: Node) -> float:
@@ -113,13 +113,10 @@ def _cosine(node: Node) -> float:
 
 
 def _tests(multipliers: Multipliers) -> dict[str, float]:
-    pairs = [multipliers[i] * multipliers[j] - 1.0 for i in range(len(multipliers)) for j in range(i)]
-    complex_ones = bool(pairs) and bool((np.abs(multipliers.imag) > 1e-9).any())
-    return {
-        "+1": float(np.prod(multipliers - 1.0).real),
-        "-1": float(np.prod(multipliers + 1.0).real),
-        "circle": float(np.prod(pairs).real) if complex_ones else np.nan,
-    }
+    """By what passes; nan for the circle where all of them are real."""
+    tests = {passes: passing_test(multipliers, passes) for passes in _PASSES}
+    turning = len(multipliers) > 1 and (np.abs(multipliers.imag) > 1e-9).any()
+    return tests if turning else {**tests, "circle": np.nan}
 
 
 def _turned(node: Node, before: Node) -> float:

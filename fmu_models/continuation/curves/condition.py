@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, look, solved
+from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, look, passing_test, solved
 from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector, Word, cyclic
 from fmu_models.continuation.special.discontinuous import LEAST_MISS, nearest, size_of, value_border
 
@@ -31,13 +31,7 @@ PUSHES = (0.0, 0.1, 1.0, 10.0, 100.0)
 
 
 class Condition(ABC):
-    """An equation on motions over two parameters, or several that go together.
-
-    Attributes:
-        kind: "fold", "flip", "Neimark-Sacker", "branch point"; "" where the word changes.
-    """
-
-    kind: str
+    """An equation on motions over two parameters, or several that go together."""
 
     @abstractmethod
     def solved(self, node: Node, guess: Vector, pin: Border, step: float) -> Node:
@@ -158,24 +152,20 @@ def _slope(moved: Callable[[int], Vector | None]) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class Determinant(Vanishing):
-    """Of a fold, a flip, a Neimark-Sacker or Hopf point."""
+    """Of a fold, a flip, a Neimark-Sacker or Hopf point: a multiplier is +1, -1 or, in a pair, on the circle."""
 
-    kind: str
+    passes: str
     word: Word
 
     def function(self, node: Node) -> Callable[[Seen], Vector]:
         return lambda seen: np.array([self._value(node.problem, seen, node.scales)])
 
     def _value(self, problem: Problem, seen: Seen, scales: Vector) -> float:
-        if self.kind == "fold":
+        if self.passes == "+1":
             rows = np.ones(problem.size, bool)
             rows[[len(problem.states), -1]] = False
             return float(np.linalg.det(_scaled(seen, scales)[:, rows]))
-        multipliers: Any = problem.own(problem.multipliers(seen.monodromy))
-        if self.kind == "flip":
-            return float(np.prod(multipliers + 1.0).real)
-        pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
-        return float(np.prod(np.array(pairs) - 1.0).real)
+        return passing_test(problem.own(problem.multipliers(seen.monodromy)), self.passes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +177,6 @@ class Rank(Vanishing):
     """
 
     word: Word
-    kind: str = "branch point"
 
     def function(self, node: Node) -> Callable[[Seen], Vector]:
         """The part of the bordered inverse that vanishes where the rank is less."""
@@ -217,7 +206,6 @@ class Miss(Condition):
 
     like: Passing
     word: Word
-    kind: str = ""
 
     def of(self, node: Node) -> Passing:
         """The near miss of a motion on the curve: that which is least."""

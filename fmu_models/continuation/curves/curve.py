@@ -179,7 +179,7 @@ class Curves(Pictured):
 
 def told(kind: str, node: Node, z: Vector) -> CurvePoint:
     problem = node.problem
-    x = z if problem.autonomous else problem.shifted(z, node.seen, 0.0)
+    x = problem.shifted(z, node.seen, 0.0)
     state = dict(zip(problem.states, x[: len(problem.states)].tolist(), strict=True))
     return CurvePoint(kind, problem.values(z), node.seen.length, state, node.multipliers)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fmu_models.continuation.curves.curve import Curve, CurvePoint
 from fmu_models.continuation.problem.equilibrium import eigenvalues_of
+from fmu_models.continuation.special.kinds import HOPF
 
 # what a meeting of motions is where they are equilibria
 NAMES = {
@@ -22,7 +23,7 @@ NAMES = {
 def still(curve: Curve) -> Curve:
     """The same with eigenvalues for multipliers, and the periods of small cycles at Hopf points."""
     spectra = np.array([eigenvalues_of(node) for node in curve.nodes])
-    hopf = curve.kind == "Hopf"
+    hopf = curve.kind == HOPF
     return replace(
         curve,
         multipliers=spectra,
@@ -35,7 +36,7 @@ def still(curve: Curve) -> Curve:
 def _told(point: CurvePoint, curve: Curve) -> CurvePoint:
     with np.errstate(divide="ignore"):
         eigenvalues: Any = np.log(point.multipliers) / point.period
-    period = _period(eigenvalues) if curve.kind == "Hopf" else np.nan
+    period = _period(eigenvalues) if curve.kind == HOPF else np.nan
     return replace(point, kind=NAMES.get(point.kind, point.kind), multipliers=eigenvalues, period=period)
 
 

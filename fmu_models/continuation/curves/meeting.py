@@ -25,6 +25,7 @@ from fmu_models.continuation.special.discontinuous import (
     size_of,
     value_border,
 )
+from fmu_models.continuation.special.kinds import EXCHANGE, TOUCH
 
 # how many steps ahead an event may come or go
 AHEAD = 3.0
@@ -127,7 +128,7 @@ def _named(kind: str, condition: Condition, node: Node, passing: Passing, has: s
     if has == "miss":
         run = displaced(node, node.z, passing, 4.0 * DEPTH)
         event = None if run is None else run[0]
-    name = "sliding exchange" if passing.turned else "touch" if event is None else event_kind(node.problem, event)
+    name = EXCHANGE if passing.turned else TOUCH if event is None else event_kind(node.problem, event)
     if isinstance(condition, Miss):
         return f"double {kind}" if kind == name else f"{kind} and {name}"
     return f"{name} and {kind}{' with its event' if has == 'event' else ''}"

@@ -25,11 +25,8 @@ from fmu_models.continuation.curves.meeting import met
 from fmu_models.continuation.problem.node import Lost, Node, arclength, look
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.continuation.special.discontinuous import repeats
+from fmu_models.continuation.special.kinds import KINDS, kind_of
 
-# kinds of branches' specials, and the determinant that vanishes all along their curves
-SMOOTH = {"fold": "fold", "flip": "flip", "Neimark-Sacker": "Neimark-Sacker", "Hopf": "Neimark-Sacker"}
-# those at which two branches cross, or one ends at another
-CROSSING = ("pitchfork", "branch point", "flip of the parent")
 # steps, in u: the first, the longest, the shortest
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-6
 # states beyond so many times their scale, or their begin, are on their way to infinity
@@ -60,7 +57,7 @@ def curve_of(
     """
     if second == node.problem.over:
         raise StickslipError(f"The branch is followed over '{second}' already; name another parameter.")
-    if kind not in (*SMOOTH, *CROSSING) and miss is None:
+    if not kind_of(kind).passes and miss is None:
         raise StickslipError(f"A {kind} of an FMU of others has no curve: folds, flips and other smooth points have.")
     problem = node.problem.opened(second)
     value, n = problem.present(second), len(problem.states)
@@ -88,7 +85,7 @@ def curve_of(
 def _condition(kind: str, node: Node, miss: Any) -> Condition:
     if miss is not None:
         return Miss(miss, node.word)
-    return Rank(node.word) if kind in CROSSING else Determinant(SMOOTH[kind], node.word)
+    return Rank(node.word) if KINDS[kind].crosses else Determinant(KINDS[kind].passes, node.word)
 
 
 def replace_node(node: Node, problem: Any, scales: Vector, z: Vector, seen: Any) -> Node:
@@ -139,7 +136,7 @@ class _Way:
                 return
             for kind, meeting in self._meetings(node, after):
                 self.met.append((len(self.nodes), kind, meeting))
-                if kind in REAL and self.condition.kind == "Neimark-Sacker":
+                if kind in REAL and kind_of(self.kind).passes == "circle":
                     self.nodes.append(meeting)
                     self.end = (kind, "the pair of multipliers becomes real")
                     return

@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Lost, Node, look
 from fmu_models.continuation.problem.problem import Problem, Vector, cyclic
+from fmu_models.continuation.special.kinds import KINDS
 
-KINDS = ("flip", "pitchfork", "Neimark-Sacker")
 # differences, in scales of the states: the first at which no event comes or goes, and two widths agree as well as that
 WIDTHS, AGREE = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6), 0.05
 # in inverse squares of the scale of the states
@@ -65,18 +65,18 @@ def coefficient(kind: str, node: Node) -> Coefficient:
     their units; nan where it is not known: no event may begin at once, and the motion must be forced or still.
 
     Args:
-        kind: one of ``KINDS``, or "Hopf", of an equilibrium or of its motion over a short time.
+        kind: of an equilibrium or of its motion over a short time a Hopf point.
         node: the motion there.
     """
-    if kind == "Hopf" and node.problem.still:
+    passes = KINDS[kind].passes
+    if passes == "circle" and node.problem.still:
         # where it vanishes two widths do not agree in parts of it
         least = LEAST / float(node.scales[: len(node.problem.states)].max()) ** 2
         return _settled(node.problem, node.z, node.scales, _first_lyapunov, least)
     problem, z = _at_zero(node)
     if problem.autonomous:
         return UNKNOWN
-    kind = "Neimark-Sacker" if kind == "Hopf" else kind
-    return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(kind, a, b, c))
+    return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(passes, a, b, c))
 
 
 def _settled(
@@ -118,7 +118,7 @@ def criticality(kind: str, form: Coefficient) -> str:
         return ""
     if abs(form.value) <= form.error:
         return UNDECIDED
-    return "supercritical" if (form.value > 0.0) == (kind == "flip") else "subcritical"
+    return "supercritical" if form.value * KINDS[kind].supercritical > 0.0 else "subcritical"
 
 
 def _at_zero(node: Node) -> tuple[Problem, Vector]:
@@ -149,31 +149,30 @@ def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> _Cubic | None:
     return _Cubic(float(np.real(p @ projection)), p, q)
 
 
-def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
+def _coefficient(passes: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
     n = len(a)
     eigen: Any = np.linalg.eig(a)
     values, rights = eigen
-    target: Any = {"flip": -1.0, "pitchfork": 1.0}.get(kind)
-    if target is None:
+    if passes == "circle":
         paired = np.flatnonzero(values.imag > 0.0)
         if not len(paired):
             return None
         pair = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
     else:
-        pair = np.abs(values - target).argmin()
+        pair = np.abs(values - float(passes)).argmin()
     mu, q = values[pair], rights[:, pair]
     p = np.linalg.inv(rights)[pair]  # a row, <p, .> with its conjugate taken already
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
     second, third = _forms(b, c)
     identity = np.eye(n)
-    if kind == "Neimark-Sacker":
+    if passes == "circle":
         conjugate = q.conj()
         slow = np.linalg.solve(identity - a, second(q, conjugate))
         fast = np.linalg.solve(mu**2 * identity - a, second(q, q))
         cubic = p @ (third(q, q, conjugate) + 2.0 * second(q, slow) + second(conjugate, fast))
         return _Cubic(float(np.real(np.conj(mu) / abs(mu) * cubic)) / 2.0, p / 2.0, q)
-    if kind == "pitchfork":
+    if passes == "+1":
         bordered = np.block([[identity - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
         slow = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
     else:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import Problem, Seen, Vector, Word, cyclic
+from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
@@ -82,13 +83,16 @@ class Node:
     def tests(self) -> dict[str, float]:
         """Functions that change their sign at a fold, a branch point, a flip, a Neimark-Sacker point."""
         multipliers = self.problem.own(self.multipliers)
-        pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
         return {
-            "fold": float(self.tangent[-1]),
-            "branch point": float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
-            "flip": float(np.prod(multipliers + 1.0).real),
-            "Neimark-Sacker": float(np.prod(np.array(pairs) - 1.0).real) if pairs else 1.0,
+            FOLD: float(self.tangent[-1]),
+            BRANCH_POINT: float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
+            FLIP: passing_test(multipliers, "-1"),
+            NEIMARK_SACKER: passing_test(multipliers, "circle"),
         }
+
+    def state_at(self, turns: float) -> Vector:
+        """(n,) the state at a phase of the forcing, in turns; of a cycle so many seconds after a place on it."""
+        return self.problem.shifted(self.z, self.seen, turns)[: len(self.problem.states)]
 
     def turned(self) -> Node:
         """The same, met from the other side."""
@@ -97,6 +101,14 @@ class Node:
     def along(self, gradient: Vector) -> float:
         """Derivative along the branch, by u, of what has a gradient by z."""
         return float((gradient * self.scales) @ self.tangent)
+
+
+def passing_test(multipliers: NDArray[np.complex128], passes: str) -> float:
+    """What changes its sign where a multiplier passes "+1", "-1" or, in a pair, the "circle"."""
+    if passes != "circle":
+        return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)
+    pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
+    return float(np.prod(np.array(pairs) - 1.0).real)
 
 
 def scaled(node: Node) -> Vector:

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.sections.system import SectionSystem
 
 Vector = NDArray[np.float64]
@@ -114,6 +115,18 @@ class Seen:
         return self._told[1]
 
 
+def range_of(over: str, between: tuple[float, float]) -> tuple[float, float]:
+    """The least and the largest value of a parameter.
+
+    Raises:
+        StickslipError: they are no range.
+    """
+    low, high = sorted(float(bound) for bound in between)
+    if not low < high or not np.isfinite([low, high]).all():
+        raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
+    return low, high
+
+
 class Problem(ABC):
     """A family of periodic motions over one parameter.
 
@@ -176,6 +189,20 @@ class Problem(ABC):
     @abstractmethod
     def present(self, name: str) -> float:
         """The value of a parameter that is not an unknown."""
+
+    def value_within(self, between: tuple[float, float]) -> float:
+        """The present value of the parameter.
+
+        Raises:
+            StickslipError: it is out of a range.
+        """
+        value = self.present(self.over)
+        if not between[0] <= value <= between[1]:
+            raise StickslipError(
+                f"The start has {self.over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set "
+                "it to a value in that range."
+            )
+        return value
 
     @abstractmethod
     def see(self, z: Vector) -> Seen:

@@ -28,6 +28,7 @@ import numpy as np
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
 from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector
+from fmu_models.continuation.special.kinds import COMPLIANT_GRAZING, CORNER, RIGID_GRAZING, TOUCH
 from fmu_models.continuation.step.same_motion import begun_at
 from fmu_models.language.contact_kinds import AWAY, STICK
 
@@ -363,7 +364,7 @@ def is_rigid(problem: Problem, contact: str) -> bool:
 def event_kind(problem: Problem, event: Passing) -> str:
     """What it is called that an event comes or goes."""
     if is_rigid(problem, event.contact):
-        return "grazing, rigid"
+        return RIGID_GRAZING
     if event.before == AWAY:
-        return "grazing, compliant"
-    return "grazing-sliding corner" if event.after == STICK else "touch"
+        return COMPLIANT_GRAZING
+    return CORNER if event.after == STICK else TOUCH

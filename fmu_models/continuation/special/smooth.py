@@ -20,8 +20,8 @@ from scipy.optimize import brentq
 
 from fmu_models.continuation.problem.node import Lost, Node, arclength, extrapolated, solved
 from fmu_models.continuation.problem.problem import Vector
+from fmu_models.continuation.special.kinds import BRANCH_POINT, FOLD, KINDS
 
-KINDS = ("fold", "branch point", "flip", "Neimark-Sacker")
 # share of the distance between two motions to which a branch point is narrowed by halving; how far apart, in u and at
 # most in that distance, the motions lie that its function is interpolated from
 NARROW, WIDTHS, SHARES = 0.1, (4e-3, 1e-3), ((0.1, 0.1), (1.0, 1.0))
@@ -33,9 +33,9 @@ HOLDS = 1e-4
 
 def changes(before: Node, after: Node) -> list[str]:
     """Kinds of what lies between two neighbours."""
-    kinds = [kind for kind in KINDS if before.tests[kind] * after.tests[kind] < 0.0]
-    if "branch point" in kinds and "fold" in kinds:
-        kinds.remove("fold")  # the branch that bends at a pitchfork turns there
+    kinds = [kind for kind in before.tests if before.tests[kind] * after.tests[kind] < 0.0]
+    if BRANCH_POINT in kinds and FOLD in kinds:
+        kinds.remove(FOLD)  # the branch that bends at a pitchfork turns there
     return kinds
 
 
@@ -43,8 +43,8 @@ def hides(past: Node, before: Node, after: Node) -> bool:
     """Whether a test that has the same sign at two neighbours may have another one between them: by how it changed
     before, or by the parabola through all three."""
     a, b = -float(np.linalg.norm(before.u - past.u)), float(np.linalg.norm(after.u - before.u))
-    for kind in KINDS:
-        x, y, z = past.tests[kind], before.tests[kind], after.tests[kind]
+    for kind, y in before.tests.items():
+        x, z = past.tests[kind], after.tests[kind]
         if y * z <= 0.0:
             continue
         slope = (x - y) / a
@@ -73,10 +73,10 @@ def between(before: Node, after: Node) -> Iterator[tuple[str, Node]]:
 
 def _holds(kind: str, node: Node) -> bool:
     """Whether a multiplier is where the kind has one: a function may also change its sign by a jump."""
-    multipliers = node.problem.own(node.multipliers)
-    if kind == "Neimark-Sacker":  # not two real ones whose product is 1
+    multipliers, passes = node.problem.own(node.multipliers), KINDS[kind].passes
+    if passes == "circle":  # not two real ones whose product is 1
         return bool((np.abs(np.abs(multipliers) - 1.0)[np.abs(multipliers.imag) > 1e-9] < HOLDS).any())
-    return bool(np.abs(multipliers - (-1.0 if kind == "flip" else 1.0)).min() < HOLDS)
+    return bool(np.abs(multipliers - float(passes)).min() < HOLDS)
 
 
 def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
@@ -103,7 +103,7 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
     def test(distance: float) -> float:
         return at(distance).tests[kind]
 
-    if kind == "branch point":
+    if kind == BRANCH_POINT:
         return _interpolated(test, at, length)
     root: Any = brentq(test, 0.0, length, xtol=1e-14, full_output=True, disp=False)
     return float(root[0]), at(float(root[0]))
@@ -142,7 +142,7 @@ def _around(at: Callable[[float], Node], root: float, width: float) -> tuple[Vec
 
 
 def _root(shifts: Vector, nodes: list[Node]) -> float:
-    values = [node.tests["branch point"] for node in nodes]
+    values = [node.tests[BRANCH_POINT] for node in nodes]
     if not abs(np.sign(np.diff(values)).sum()) == len(values) - 1:
         raise Lost("some of them lie on the branch that crosses there")
     roots = np.polynomial.Polynomial.fit(shifts, values, 7).roots()

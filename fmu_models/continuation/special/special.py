@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar
 
@@ -12,23 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
 from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.trace import curve_of
-from fmu_models.continuation.normal_forms.cubic import KINDS, UNKNOWN, Coefficient, coefficient, criticality
 from fmu_models.continuation.normal_forms.set_valued import hull_crossings
 from fmu_models.continuation.problem.node import Lost, Node, _scaled, solved
 from fmu_models.continuation.problem.problem import TIE, Vector, Word
 from fmu_models.continuation.special.discontinuous import Touch, event_kind, is_rigid, repeats
+from fmu_models.continuation.special.kinds import (
+    BRANCH_POINT,
+    DETACHMENT,
+    EXCHANGE,
+    JUMP,
+    PARENT_FLIP,
+    PITCHFORK,
+    RIGID_GRAZING,
+    TIE_OF_EVENTS,
+)
 from fmu_models.continuation.special.lost_event import with_event
+from fmu_models.continuation.special.point import SpecialPoint
 from fmu_models.continuation.step.way import Found
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
 ASIDE = (1e-3, 1e-4)
 
 
-@dataclass(frozen=True, eq=False)
-class Special(Shown):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Special(SpecialPoint):
     """A motion at which something happens.
 
     Attributes:
@@ -38,7 +46,6 @@ class Special(Shown):
             begins to leave its wall at once after an impact without rebound, or to stay at it; "tie", where two events
             come at one instant; "jump", where no motion goes on; "grazing", where an indicator of an FMU of others
             begins to reach zero.
-        parameter, value: name and value of the parameter.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
         words: of events before and after, along the branch; equal at smooth points.
@@ -46,10 +53,8 @@ class Special(Shown):
         multipliers_with_event: (n,) limit from the side with that event; None at smooth points and ties, and after a
             rigid touch, where the trace grows as the inverse of the speed.
         crossings: shares q at which a multiplier of (1 - q) M- + q M+ passes "+1", "-1" or, in a pair, the "circle".
-        contact: whose event comes or goes.
         value_with_event: of the parameter, from the side of the event; nan if that is not how it was found.
         slope: d value / d speed of the impact on the side of a rigid touch; nan at others.
-        between: range of the parameter on the branch.
     """
 
     RECORD: ClassVar = (
@@ -57,21 +62,13 @@ class Special(Shown):
         *("multipliers", "multipliers_with_event", "crossings", "contact", "slope"),
     )
 
-    kind: str
-    parameter: str
-    value: float
     period: float
-    state: Mapping[str, float]
     words: tuple[Word, Word]
     multipliers: NDArray[np.complex128]
     multipliers_with_event: NDArray[np.complex128] | None = None
-    crossings: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    contact: str = ""
     value_with_event: float = np.nan
     slope: float = np.nan
-    node: Any = field(default=None, repr=False)
-    touch: Any = field(default=None, repr=False)
-    between: tuple[float, float] = (-np.inf, np.inf)
+    touch: Touch | None = field(default=None, repr=False)
     follows: Callable[[Special, int], tuple[Any, ...]] = field(default=lambda special, points: (), repr=False)
 
     def switch(self, points: int = 2000) -> tuple[Any, ...]:
@@ -86,8 +83,8 @@ class Special(Shown):
         branches = self.follows(self, points)
         if not branches:
             raise StickslipError(
-                f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: one "
-                "leaves at flips, pitchforks, branch points, and where the word changes and a multiplier passes -1."
+                f"No branch was found that leaves at the {self.place}: one leaves at flips, pitchforks, branch points, "
+                "and where the word changes and a multiplier passes -1."
             )
         return branches
 
@@ -105,25 +102,9 @@ class Special(Shown):
         miss = self.touch.miss if self.touch else None
         return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
-    @cached_property
-    def _cubic(self) -> Coefficient:
-        return coefficient(self.kind, self.node) if self.kind in KINDS else UNKNOWN
-
-    @property
-    def normal_form(self) -> float:
-        """The cubic coefficient of a flip, pitchfork or Neimark-Sacker point, see normal_form.py; nan where it is none
-        or not known: at other kinds, and where nothing forces the motion."""
-        return self._cubic.value
-
-    @property
-    def criticality(self) -> str:
-        """ "supercritical" or "subcritical", by the normal form; "degenerate or undecided" where that is not above its
-        error, "" where it is not known."""
-        return criticality(self.kind, self._cubic)
-
     def at(self, turns: float) -> Vector:
         """(n,) the state at a phase of the forcing, in turns; s where nothing forces the motion."""
-        return state_at(self.node, turns)
+        return self.node.state_at(turns)
 
     def _contents(self) -> dict[str, object]:
         contents: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
@@ -132,53 +113,43 @@ class Special(Shown):
         return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
 
 
-def state_at(node: Node, turns: float) -> Vector:
-    """(n,) the state of a motion at a phase of the forcing, in turns."""
-    n = len(node.problem.states)
-    return node.problem.shifted(node.z, node.seen, turns)[:n]
-
-
 def special_of(
     finding: Found, between: tuple[float, float], follows: Callable[[Special, int], tuple[Any, ...]]
 ) -> Special:
-    """What was found on a branch over a range, told.
+    """The special point of a finding on a branch over a range.
 
     Args:
         follows: the branches that leave a special, of so many points at most.
     """
     node, touch = finding.node, finding.touch
-    problem = node.problem
-    kind, value = finding.kind, node.value
-    common: dict[str, Any] = {"parameter": problem.over, "period": node.seen.length, "node": node, "touch": touch}
-    common |= {"between": between, "follows": follows}
+    problem, kind = node.problem, finding.kind
+    before, after = (side.word if side else node.word for side in (finding.before, finding.after))
+    values: dict[str, Any] = {"value": node.value, "words": (before, after), "contact": finding.contact}
     if touch is None:
-        if kind == "branch point":
-            kind = "flip of the parent" if repeats(node) else branch_kind(node)
-        words = (
-            finding.before.word if finding.before else node.word,
-            finding.after.word if finding.after else node.word,
-        )
-        common["contact"] = finding.contact
+        if kind == BRANCH_POINT:
+            kind = PARENT_FLIP if repeats(node) else branch_kind(node)
     else:
-        value = float(touch.z[-1])
-        before, after = finding.before, finding.after
-        words = (before.word if before else node.word, after.word if after else node.word)
-        if finding.kind != "jump" and touch.miss.turned:
-            kind = "sliding exchange"
-        elif touch.miss.slot == TIE:
-            kind, words = "tie", words if finding.kind != "jump" else (node.word, ())
-        elif finding.kind != "jump" and touch.miss.begins:
-            kind, details = _detachment(finding, touch)
-            common |= details
-        elif finding.kind != "jump":
-            kind, details = _discontinuous(finding, touch)
-            common |= details
+        values |= {"value": float(touch.z[-1]), "contact": touch.miss.contact}
+        if kind == JUMP:
+            values["words"] = node.word, ()
+            rigid = is_rigid(problem, touch.miss.contact)
+            kind = TIE_OF_EVENTS if touch.miss.slot == TIE else RIGID_GRAZING if rigid else JUMP
+        elif touch.miss.turned or touch.miss.slot == TIE:
+            kind = EXCHANGE if touch.miss.turned else TIE_OF_EVENTS
         else:
-            kind, words = "grazing, rigid" if is_rigid(problem, touch.miss.contact) else "jump", (node.word, ())
-        common["contact"] = touch.miss.contact
-    state = dict(zip(problem.states, state_at(node, 0.0).tolist(), strict=True))
-    common = {"multipliers": node.multipliers, **common}
-    return Special(kind=kind, value=value, state=state, words=words, **common)
+            kind, details = (_detachment if touch.miss.begins else _discontinuous)(finding, touch)
+            values |= details
+    return Special(
+        kind=kind,
+        parameter=problem.over,
+        period=node.seen.length,
+        state=dict(zip(problem.states, node.state_at(0.0).tolist(), strict=True)),
+        node=node,
+        touch=touch,
+        between=between,
+        follows=follows,
+        **{"multipliers": node.multipliers, **values},
+    )
 
 
 def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
@@ -191,7 +162,7 @@ def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     if len(sides) > 1:
         details |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
         details["crossings"] = hull_crossings(node.problem, *matrices)
-    return "detachment", details
+    return DETACHMENT, details
 
 
 def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
@@ -201,7 +172,7 @@ def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     first = touch.event_side[0] if touch.event_side else max(sides, key=lambda side: len(side.word))
     details: dict[str, Any] = {"value_with_event": touch.value_from_event}
     name = kind_of(touch, first)
-    if name == "grazing, rigid":
+    if name == RIGID_GRAZING:
         return name, details | {"slope": slope_of(touch, first)}
     try:
         limit = with_event(touch, first)
@@ -266,5 +237,5 @@ def branch_kind(node: Node) -> str:
         except Lost:
             continue
         if max(abs(side) for side in sides) < 0.1 * step and sides[0] * sides[1] > 0.0:
-            return "pitchfork"
-    return "branch point"
+            return PITCHFORK
+    return BRANCH_POINT

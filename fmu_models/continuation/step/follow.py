@@ -23,6 +23,7 @@ from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import SAME, Touch, repeats
 from fmu_models.continuation.special.growing_multiplier import why_huge
+from fmu_models.continuation.special.kinds import BRANCH_POINT, HOPF, JUMP
 from fmu_models.continuation.special.several import is_part
 from fmu_models.continuation.special.shrunk_cycle import amplitude, hopf_of
 from fmu_models.continuation.step.same_motion import CLOSED, begun_at, between, images
@@ -239,7 +240,7 @@ class Follower:
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""
         turned = after.tangent @ node.tangent
-        if step > FIRST and after.tests["branch point"] * node.tests["branch point"] < 0.0:
+        if step > FIRST and after.tests[BRANCH_POINT] * node.tests[BRANCH_POINT] < 0.0:
             return False  # a short step does not change over to the branch that crosses there
         return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < ASIDE * step)
 
@@ -285,7 +286,7 @@ class Follower:
         hopf = None if grows else hopf_of(node)
         if hopf is None:
             return False
-        self.way.found.append((len(self.way.nodes), Found("Hopf", hopf)))
+        self.way.found.append((len(self.way.nodes), Found(HOPF, hopf)))
         self.way.end = (
             "equilibrium",
             f"the cycle shrinks to the equilibrium at {node.problem.over} = {hopf.value:.9g}",
@@ -331,7 +332,7 @@ class Follower:
             try:
                 after, touch = beyond(kind, touch)
             except Lost as error:
-                self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
+                self.way.found.append((len(self.way.nodes), Found(JUMP, touch.node, touch, touch.node)))
                 name = touch.miss.contact
                 reason = f"what follows an event of '{name}' and the one before it depends on which comes first"
                 reason = reason if kind == "tie" else f"the motion begins to touch '{name}' there"

@@ -15,6 +15,7 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node, arclength, solved
 from fmu_models.continuation.special.discontinuous import Touch, from_miss
+from fmu_models.continuation.special.kinds import GRAZING
 from fmu_models.continuation.step.follow import Follower
 from fmu_models.continuation.step.way import Found
 from fmu_models.continuation.step.word_change import Ahead
@@ -47,7 +48,7 @@ class ImportedFollower(Follower):
             self._rescan(node, replace(touch, event_side=(beside,)))
             at = at.turned()
         before, beyond = (touch.node, beside) if gains else (beside.turned(), touch.node.turned())
-        finding = Found("grazing", at, before=before, after=beyond, contact=touch.miss.contact)
+        finding = Found(GRAZING, at, before=before, after=beyond, contact=touch.miss.contact)
         self.way.found.append((len(self.way.nodes), finding))
         self._add(beyond)
         return beyond, away

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.discontinuous import Touch, repeats
+from fmu_models.continuation.special.kinds import BRANCH_POINT
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class Way:
         if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
             for kind, special in smooth.between(self.nodes[-1], node):
                 self.found.append((len(self.nodes), Found(kind, special)))
-                if kind == "branch point" and repeats(special):
+                if kind == BRANCH_POINT and repeats(special):
                     self.end = ("flip", "the motion is that of half its period: it has come to the flip of its parent")
                     self.nodes.append(special)
                     return

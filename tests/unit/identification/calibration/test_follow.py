@@ -113,8 +113,6 @@ def test_the_page_holds_values_logs_and_the_model_with_sliders(belt, read_back, 
     assert held["calibration"] == json.loads(json.dumps(read_back.to_dict()))
     assert "&#x27;x&#x27; is followed to" in text and "How to cite" in text
     low, high = read_back.interval("k")
-    assert f"&quot;low&quot;: {low!r}, &quot;high&quot;: {high!r}" in text.replace("&amp;", "&").replace(
-        "&#34;", "&quot;"
-    )
+    assert f'"low": {low!r}, "high": {high!r}' in html.unescape(html.unescape(text))
     still = page(calibration_findings(read_back, belt, []))
     assert "<iframe" not in still and "<script" not in still.replace("<script type=", "")

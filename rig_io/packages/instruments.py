@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeGuard
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.measured import IDEAL, ROLES, Instrument, SensorConstant
@@ -68,7 +68,7 @@ def _constant(value: Any, ideal: float) -> SensorConstant | None:
     return SensorConstant(number, deviation) if math.isfinite(number) and 0 < deviation < math.inf else None
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 

@@ -68,7 +68,7 @@ def test_beyond_the_horizon_runs_begin_anew(belt, read_back, elsewhere):
     assert one.residuals[0].rms == pytest.approx(NOISE, rel=0.15)
     # each has start states of its own: one log is followed with six unknowns, not two
     assert one.residuals[0].rms < follow(read_back, belt, elsewhere).residuals[0].rms
-    assert len(followed_figure([one]).axes[0].lines[0].get_xdata()) == 301
+    assert np.size(followed_figure([one]).axes[0].lines[0].get_xdata()) == 301
 
 
 def test_sensors_and_reading_are_kept_in_the_result(belt, read_back, tmp_path):

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.branch import Branch, followed_from
-from fmu_models.continuation.problem.equilibrium import EquilibriumProblem
+from fmu_models.continuation.problem.equilibrium import equilibrium_problem
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.imported import ImportedProblem
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
@@ -115,7 +115,7 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
     Raises:
         StickslipError: it does not.
     """
-    problem = _equilibrium(at)
+    problem = equilibrium_problem(at)
     fmu, constants = problem.field.fmu, {**problem.strobe.values, **problem.values(at.z)}
     if not fmu.ours:
         raise StickslipError(f"'{fmu.description.modelName}' is not of this suite: no turn around its surface is made.")
@@ -148,7 +148,7 @@ def _plane(j: Vector, scales: Vector) -> Vector:
 
 def _cycles(node: Node, period: float) -> FlowProblem:
     """Cycles of the model of a branch of equilibria, of about this period."""
-    problem = _equilibrium(node)
+    problem = equilibrium_problem(node)
     fmu = problem.field.fmu
     strobe = Strobe(fmu, period=period, autonomous=True, parameters={**problem.strobe.values, problem.over: node.value})
     return (FlowProblem if fmu.ours else ImportedProblem)(strobe, problem.over)
@@ -156,8 +156,3 @@ def _cycles(node: Node, period: float) -> FlowProblem:
 
 def _with_period(numbers: Vector, period: float) -> Vector:
     return np.array([*numbers[:-1], period, numbers[-1]])
-
-
-def _equilibrium(node: Node) -> EquilibriumProblem:
-    assert isinstance(node.problem, EquilibriumProblem)
-    return node.problem

@@ -33,14 +33,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.continuation.ended import Ends, SolutionBranch, seen_on
+from fmu_models.continuation.ended import SolutionBranch, seen_on
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.imported import ImportedProblem
@@ -51,7 +51,7 @@ from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.continuation.step.follow import Follower
 from fmu_models.continuation.step.imported import ImportedFollower
 from fmu_models.continuation.step.same_motion import passes
-from fmu_models.continuation.step.way import Found, Way
+from fmu_models.continuation.step.way import Ways, joined, ways
 
 # what a picture shows in place of a state
 MULTIPLIER, PERIOD = "multiplier", "period"
@@ -120,27 +120,9 @@ def word_text(word: Word) -> str:
     return " ".join(f"{contact}:{before}>{after}" for contact, before, after in word)
 
 
-def joined(forward: Way, backward: Way | None) -> tuple[list[Node], list[tuple[int, Found, bool]], Ends]:
-    """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
-    was met the other way round), both ends."""
-    nodes = list(forward.nodes)
-    findings = [(count, finding, False) for count, finding in forward.found]
-    complete = forward.end[0] in ("closed", "interrupted")
-    first = forward.end if complete else ("start", "where it leaves another branch")
-    if backward is not None:
-        first, k = backward.end, len(backward.nodes)
-        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        turned = [
-            (k - count, replace(finding, before=finding.after, after=finding.before), True)
-            for count, finding in backward.found
-        ]
-        findings = list(reversed(turned)) + [(count + k - 1, finding, False) for count, finding, _ in findings]
-    return nodes, findings, (first, forward.end)
-
-
-def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
+def made(problem: Problem, both: Ways, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, findings, ends = joined(forward, backward)
+    nodes, findings, ends = joined(*both)
     return Branch(
         **seen_on(nodes),
         periods=np.array([node.seen.length for node in nodes]),
@@ -169,17 +151,14 @@ def follower_of(begin: Node, *arguments: Any) -> Follower:
 
 def both_ways(
     begin: Node, between: tuple[float, float], points: int, progress: Callable[[float], Any], keeper: Keeper
-) -> tuple[Way, Way | None]:
-    """From a begin forward and, unless that comes back to it or is interrupted, backward."""
+) -> Ways:
+    """From a begin over a range of the parameter, of which ``progress`` is called with the share that is behind."""
     low, high = between
 
     def tell(node: Node) -> None:
         progress((node.value - low) / (high - low))
 
-    forward = follower_of(begin, between, points, tell, keeper.pieces()).follow()
-    if forward.end[0] in ("closed", "interrupted"):
-        return forward, None
-    return forward, follower_of(begin.turned(), between, points, tell, keeper.pieces()).follow()
+    return ways(begin, lambda node: follower_of(node, between, points, tell, keeper.pieces()).follow())
 
 
 def followed_from(node: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
@@ -187,4 +166,4 @@ def followed_from(node: Node, between: tuple[float, float], points: int, keeper:
     clock = time.process_time()
     pieces = keeper.pieces() if keeper else None
     path = follower_of(node, between, points, lambda node: None, pieces).follow()
-    return made(node.problem, path, None, between, time.process_time() - clock)
+    return made(node.problem, (path, None), between, time.process_time() - clock)

@@ -92,8 +92,8 @@ def branches(
         if not first_piece.known:
             first_piece.put(begin_of(system, problem, (low, high), start, settle))
         clock, start_node = time.process_time(), first_piece.known[0]
-        ways = both_ways(start_node, (low, high), points, progress, keeper)
-        first = made(start_node.problem, *ways, (low, high), time.process_time() - clock)
+        both = both_ways(start_node, (low, high), points, progress, keeper)
+        first = made(start_node.problem, both, (low, high), time.process_time() - clock)
         result = _with_others(first, longest, points, of, switch, keeper)
         if not result.interrupted:
             runner.finish(result)

@@ -13,8 +13,7 @@ from fmu_models.base.shown import Pictured
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Vector, Word
 from fmu_models.continuation.special.point import SpecialPoint
-
-Ends = tuple[tuple[str, str], tuple[str, str]]
+from fmu_models.continuation.step.way import Ends
 
 
 class Ended(Pictured):

@@ -24,9 +24,10 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.branch import both_ways
-from fmu_models.continuation.equilibrium_begin import begin_of, start_of
 from fmu_models.continuation.equilibrium_branch import (
     EIGENVALUES,
     EquilibriumBranch,
@@ -34,12 +35,18 @@ from fmu_models.continuation.equilibrium_branch import (
     branch_of_ways,
 )
 from fmu_models.continuation.kept import Keeper
-from fmu_models.continuation.problem.equilibrium import ZERO
-from fmu_models.continuation.problem.node import Lost, Node
-from fmu_models.continuation.problem.problem import range_of
+from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem, numbers_of, problem_at
+from fmu_models.continuation.problem.imported_field import ImportedField
+from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
+from fmu_models.continuation.problem.problem import Vector, range_of
 from fmu_models.continuation.special.sticking_set import StickingSet, followed, set_at
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
+from fmu_models.simulation.field import VectorField
+from fmu_models.simulation.run import check_names, check_value
+
+# condition number beyond which an equilibrium does not stand alone
+ALONE = 1e12
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:
@@ -79,7 +86,7 @@ def equilibria(
     """
     clock = time.process_time()
     low, high = range_of(over, between)
-    problem, z = start_of(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
+    problem, z = _start(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
     _check_of(problem.name, of or problem.states[0], problem.states)
     scales = problem.scales(z, (low, high))
     sticking = None
@@ -88,9 +95,9 @@ def equilibria(
     if sticking is not None:
         branch = _sets(sticking, (low, high), points, progress, clock)
     else:
-        first = begin_of(problem, z, scales)
-        ways = both_ways(first, (low, high), points, progress, Keeper(None, problem))
-        branch = branch_of_ways(*ways, (low, high), time.process_time() - clock)
+        first = _begin(problem, z, scales)
+        both = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(both, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 
@@ -123,3 +130,58 @@ def _sets(
             "another parameter."
         )
     return branch_of_sets([*reversed(backward[1:]), *forward], (first, last), time.process_time() - clock)
+
+
+def _start(
+    fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
+) -> tuple[EquilibriumProblem, Vector]:
+    """The problem, and z of the start.
+
+    Args:
+        between: range of the parameter, which holds its present value.
+        start: states near it; as the declaration says what is left out.
+        constants: values of parameters and inputs that are not at their default.
+
+    Raises:
+        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced.
+    """
+    check_names(fmu, "parameter or input", constants, numbers_of(fmu))
+    check_names(fmu, "state", start, fmu.states)
+    for name, value in {**constants, **start}.items():
+        check_value(fmu, name, value)
+    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
+    field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
+    problem = problem_at(field, over, constants, point, between)
+    return problem, np.append(point, problem.value_within(between))
+
+
+def _begin(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:
+    """The equilibrium near a start.
+
+    Raises:
+        StickslipError: there is none, or none that stands alone.
+    """
+    try:
+        node = solved(problem, scales, z / scales, parameter(float(z[-1])), reach=np.inf, halvings=20)
+    except Lost:
+        raise StickslipError(_why(problem, z)) from None
+    if any(state == STICK for _, state, _ in node.word) and np.linalg.cond(scaled(node)[:, :-1]) > ALONE:
+        raise StickslipError(_why(problem, node.z))
+    return node
+
+
+def _why(problem: EquilibriumProblem, z: Vector) -> str:
+    """What there is instead of an equilibrium that stands alone."""
+    seen, n = look(problem, z), len(problem.states)
+    if seen is not None and np.abs(seen.residual / problem.scales(z, (0.0, 1.0))[:n]).max() < 1e-9:
+        sticking = [name for name, state, _ in seen.word if state == STICK]
+        stuck = f": {', '.join(sticking)} sticks, and the equilibria around are as good" if sticking else ""
+        return (
+            f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
+            "needs one that does: start where it slips, or free it."
+        )
+    missed = (
+        "" if seen is None else f" (rates there: {', '.join(f'{rate:.3g}' for rate in seen.residual / problem.share)})"
+    )
+    name = problem.name
+    return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."

@@ -13,35 +13,29 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
-from fmu_models.continuation.branch import Branch, follower_of, joined
-from fmu_models.continuation.curves.curve import Curve
-from fmu_models.continuation.curves.equilibrium import still
+from fmu_models.continuation.branch import Branch, follower_of
+from fmu_models.continuation.curves.curve import Curve, CurvePoint
 from fmu_models.continuation.curves.trace import curve_of
-from fmu_models.continuation.ended import Ends, SolutionBranch, seen_on
+from fmu_models.continuation.ended import SolutionBranch, seen_on
 from fmu_models.continuation.leaving import beside_branch_point
-from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, eigenvalues_of
+from fmu_models.continuation.problem.equilibrium import eigenvalues_of, equilibrium_problem
 from fmu_models.continuation.problem.problem import Vector
+from fmu_models.continuation.special import kinds
 from fmu_models.continuation.special.boundary import Boundary
-from fmu_models.continuation.special.kinds import (
-    BOUNDARY_EQUILIBRIUM,
-    BRANCH_POINT,
-    DISCONTINUOUS_FOLD,
-    DISCONTINUOUS_HOPF,
-    HOPF,
-    MULTIPLE_CROSSING,
-    NEIMARK_SACKER,
-    PITCHFORK,
-    SURFACE_END,
-)
 from fmu_models.continuation.special.point import SpecialPoint
 from fmu_models.continuation.special.special import branch_kind
 from fmu_models.continuation.special.sticking_set import StickingSet
 from fmu_models.continuation.step.equilibrium import AtSurface
-from fmu_models.continuation.step.way import Found, Way
+from fmu_models.continuation.step.way import Ends, Found, Ways, joined
 
 Complex = NDArray[np.complex128]
 # what a picture may show beside a state
 EIGENVALUES = "eigenvalues"
+# what a meeting of motions is where they are equilibria
+MEETINGS = {
+    **{"1:1 resonance": "Bogdanov-Takens", "fold-Neimark-Sacker": "fold-Hopf"},
+    **{"pitchfork-Neimark-Sacker": "pitchfork-Hopf"},
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,7 +65,7 @@ class SpecialEquilibrium(SpecialPoint):
     @cached_property
     def frequency(self) -> float:
         """Of the pair on the imaginary axis, rad/s; nan where there is none."""
-        if self.kind == HOPF:
+        if self.kind == kinds.HOPF:
             return float(np.abs(self.eigenvalues[np.abs(self.eigenvalues.real).argmin()].imag))
         return float(np.abs(self.path(self.crossings["imaginary axis"]).imag).max()) if self._pairs else np.nan
 
@@ -105,13 +99,13 @@ class SpecialEquilibrium(SpecialPoint):
             StickslipError: none leaves at a point of this kind, or none was found.
         """
         branches: tuple[Branch | EquilibriumBranch, ...] = ()
-        if self.kind == HOPF:
+        if self.kind == kinds.HOPF:
             branches = cycles_from_hopf(self.node, self.frequency, self.between, points)
         elif self.boundary is not None and self._pairs:
             branches = cycles_from_boundary(self.boundary, self.frequency, self.between, points)
-        elif self.kind in (PITCHFORK, BRANCH_POINT):
+        elif self.kind in (kinds.PITCHFORK, kinds.BRANCH_POINT):
             ways = (follower_of(node, self.between, points).follow() for node in beside_branch_point(self.node))
-            branches = tuple(branch_of_ways(way, None, self.between) for way in ways)
+            branches = tuple(branch_of_ways((way, None), self.between) for way in ways)
         if not branches:
             raise StickslipError(
                 f"No branch was found that leaves at the {self.place}: cycles leave at Hopf points and discontinuous "
@@ -129,7 +123,7 @@ class SpecialEquilibrium(SpecialPoint):
         """
         if self.boundary is not None:
             raise StickslipError(f"A {self.kind} has no curve: folds, Hopf points, pitchforks and branch points have.")
-        return still(curve_of(self.kind, self.node, None, second, between, self.between, points))
+        return _still(curve_of(self.kind, self.node, None, second, between, self.between, points))
 
     def _contents(self) -> dict[str, object]:
         contents: dict[str, object] = {
@@ -228,11 +222,9 @@ class EquilibriumBranch(SolutionBranch):
         return f"Equilibria of {self.model} over {self.over}: {len(self.values)} points, {len(self.special)} special"
 
 
-def branch_of_ways(
-    forward: Way, backward: Way | None, between: tuple[float, float], seconds: float = 0.0
-) -> EquilibriumBranch:
+def branch_of_ways(both: Ways, between: tuple[float, float], seconds: float = 0.0) -> EquilibriumBranch:
     """The branch of one way, or of two from the same begin."""
-    nodes, findings, ends = joined(forward, backward)
+    nodes, findings, ends = joined(*both)
     eigenvalues = np.array([eigenvalues_of(node) for node in nodes])
     return EquilibriumBranch(
         **seen_on(nodes),
@@ -267,15 +259,14 @@ def branch_of_sets(sets: Sequence[StickingSet], ends: Ends, seconds: float) -> E
 
 def _special(finding: Found, between: tuple[float, float], turned: bool) -> SpecialEquilibrium:
     """The special point of a finding; turned round, where it was met from the other end of the branch."""
-    node, problem = finding.node, finding.node.problem
-    assert isinstance(problem, EquilibriumProblem)
+    node, problem = finding.node, equilibrium_problem(finding.node)
     boundary = finding.boundary if isinstance(finding, AtSurface) else None
     z = node.z if boundary is None else boundary.z
     values: dict[str, Any] = {"parameter": problem.over, "value": float(z[-1]), "node": node, "between": between}
     values["state"] = dict(zip(problem.states, z.tolist(), strict=False))
     if boundary is None:
-        kind = HOPF if finding.kind == NEIMARK_SACKER else finding.kind
-        kind = branch_kind(node) if kind == BRANCH_POINT else kind
+        kind = kinds.HOPF if finding.kind == kinds.NEIMARK_SACKER else finding.kind
+        kind = branch_kind(node) if kind == kinds.BRANCH_POINT else kind
         return SpecialEquilibrium(kind=kind, eigenvalues=eigenvalues_of(node), **values)
     before, after = problem.eigenvalues(boundary.jacobian), None
     if boundary.jacobian_after is not None:
@@ -296,8 +287,34 @@ def _special(finding: Found, between: tuple[float, float], turned: bool) -> Spec
 def _kind(boundary: Boundary) -> str:
     """By what crosses the imaginary axis."""
     if boundary.after is None:
-        return SURFACE_END
+        return kinds.SURFACE_END
     zeros, pairs = (len(boundary.crossings.get(name, ())) for name in ("zero", "imaginary axis"))
     if zeros + pairs > 1:
-        return MULTIPLE_CROSSING
-    return DISCONTINUOUS_HOPF if pairs else DISCONTINUOUS_FOLD if zeros else BOUNDARY_EQUILIBRIUM
+        return kinds.MULTIPLE_CROSSING
+    return kinds.DISCONTINUOUS_HOPF if pairs else kinds.DISCONTINUOUS_FOLD if zeros else kinds.BOUNDARY_EQUILIBRIUM
+
+
+def _still(curve: Curve) -> Curve:
+    """The same with eigenvalues for multipliers, and the periods of small cycles at Hopf points."""
+    spectra = np.array([eigenvalues_of(node) for node in curve.nodes])
+    hopf = curve.kind == kinds.HOPF
+    return replace(
+        curve,
+        multipliers=spectra,
+        called="eigenvalues",
+        periods=np.array([_period(eigenvalues) if hopf else np.nan for eigenvalues in spectra]),
+        meetings=tuple(_still_meeting(meeting, curve) for meeting in curve.meetings),
+    )
+
+
+def _still_meeting(point: CurvePoint, curve: Curve) -> CurvePoint:
+    with np.errstate(divide="ignore"):
+        eigenvalues: Any = np.log(point.multipliers) / point.period
+    period = _period(eigenvalues) if curve.kind == kinds.HOPF else np.nan
+    return replace(point, kind=MEETINGS.get(point.kind, point.kind), multipliers=eigenvalues, period=period)
+
+
+def _period(eigenvalues: Complex) -> float:
+    """Of the pair that is nearest to the imaginary axis, s."""
+    with np.errstate(divide="ignore"):
+        return float(2.0 * np.pi / np.abs(eigenvalues[np.abs(eigenvalues.real).argmin()].imag))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmu_models.continuation.problem.node import Lost, Node, look, tangent_of
+from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.problem.problem import Vector
-from fmu_models.continuation.special.discontinuous import Touch, repeats
+from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, PITCHFORK
 from fmu_models.continuation.special.several import other_words
 from fmu_models.continuation.special.special import Special, beside, other_direction
@@ -28,7 +28,7 @@ def leaving(special: Special) -> list[Node]:
 def _at_touch(special: Special, touch: Touch) -> list[Node]:
     """Motions with some of the events that come at a touch: of the same period where several come at once, of twice and
     three times it where a multiplier passes -1 or the circle between both sides, or is infinite on one."""
-    if repeats(touch.node):  # they leave its parent, and are found there
+    if touch.node.repeats():  # they leave its parent, and are found there
         return []
     rigid = not np.isnan(special.slope)
     nodes = [node for node in other_words(touch) if node.word not in special.words]
@@ -46,17 +46,14 @@ def beside_branch_point(node: Node) -> list[Node]:
 
 def _doubled(node: Node) -> list[Node]:
     """Motions of twice the period on both sides of a flip."""
-    problem, n = node.problem.folded(2), len(node.problem.states)
-    scales, z = node.problem.unfolded(node.scales, 2), node.problem.unfolded(node.z, 2)
-    seen = look(problem, z)
-    if seen is None:
+    at, n = node.folded(2), len(node.problem.states)
+    if at is None:
         return []
     values, vectors = np.linalg.eig(node.seen.monodromy)
-    along = np.zeros_like(z)
+    along = np.zeros_like(at.z)
     along[:n] = np.real(vectors[:, np.abs(values + 1.0).argmin()])
-    along /= scales
+    along /= at.scales
     along /= np.linalg.norm(along)
-    at = Node(problem, scales, z, seen, tangent_of(seen, scales))
     return [neighbour for neighbour in (_aside(at, along), _aside(at, -along)) if neighbour is not None]
 
 

@@ -21,7 +21,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_names, quantity_names, stranger
 from fmu_models.language.contacts import Requirement, create_symbols
-from fmu_models.language.declaration import Output, quantities_of_type
+from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.quantities import TIME, ContactSymbol, Input, InternalState, Parameter, State
 from fmu_models.language.units import check_expression_units
 
@@ -85,7 +85,7 @@ class Reset(Shown):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Automaton(Shown):
+class Automaton(Declaration):
     """A declared system without a body; see the module for its equation.
 
     Attributes:
@@ -120,8 +120,8 @@ class Automaton(Shown):
         return f"Automaton '{self.name}': {self.title}"
 
     def _contents(self) -> dict[str, object]:
-        parts = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
-        return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **parts}
+        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **names}
 
     @property
     def contacts(self) -> tuple[Switch, ...]:
@@ -139,16 +139,6 @@ class Automaton(Shown):
         expressions += [e for reset in self.resets for e in reset.to.values()]
         used = set().union(*(sympy.sympify(e).free_symbols for e in expressions))
         return used - {switch.sign for switch in self.switches}
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Parameter)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The inputs used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Input)
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:
@@ -202,9 +192,9 @@ def _check(automaton: Automaton) -> None:
             )
     _check_flows(automaton)
     _check_switches(automaton)
-    known = {*automaton.states, *(state.rate for state in automaton.states), TIME}
+    symbols = {*automaton.states, *(state.rate for state in automaton.states), TIME}
     for symbol in sorted(automaton.symbols, key=str):
-        if not isinstance(symbol, (Parameter, Input)) and symbol not in known:
+        if not isinstance(symbol, (Parameter, Input)) and symbol not in symbols:
             raise StickslipError(f"{automaton.name}: {stranger(symbol)}")
     for requirement in automaton.requirements:
         if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):

@@ -115,6 +115,15 @@ class Contact(Shown, ABC):
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
         """What it is lowered to, to stand at ``index`` among the contacts of the system."""
 
+    def _direction(
+        self, rates: Rates, slip: sympy.Expr, depth: sympy.Expr | None = None, **columns: Any
+    ) -> ContactDynamics:
+        """A row of ``dynamics``: along a slip speed, in touch where a depth is positive; its other columns by name."""
+        common = {"name": self.name, "description": self.description, "kind": self.kind}
+        along = {"slip": slip, "slip_rate": rates.of_speed(sympy.sympify(slip)), "slip_terms": terms(slip)}
+        inside = {} if depth is None else {"depth": depth, "depth_terms": terms(depth)}
+        return ContactDynamics(**{**common, **along, **inside, **columns})
+
     @property
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that the contact uses."""
@@ -203,8 +212,8 @@ class Friction(Contact):
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        way = way_unit(self.slip)
-        create_symbols(self, force=FORCE_UNITS[way], slip_speed=per_second(way), sign="1")
+        unit = way_unit(self.slip)
+        create_symbols(self, force=FORCE_UNITS[unit], slip_speed=per_second(unit), sign="1")
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:
@@ -264,15 +273,15 @@ class Friction(Contact):
         """Refuse parts whose units do not match."""
         slip = units.expect(f"the slip of contact '{self.name}'", self.slip, None)
         units.known[self.slip_speed] = slip
-        what = f"the law of contact '{self.name}'"
-        force = units.expect(what, self.law.force(self.slip_speed, self.sign), None)
+        label = f"the law of contact '{self.name}'"
+        force = units.expect(label, self.law.force(self.slip_speed, self.sign), None)
         if force is not None and slip is not None:
             units.match(f"slip times force of contact '{self.name}'", units.times(force, slip), "W")
         if slip is not None:
             for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)):
-                most = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
-                if most is not None:
-                    units.match(f"slip times what contact '{self.name}' holds", units.times(most, slip), "W")
+                capacity = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
+                if capacity is not None:
+                    units.match(f"slip times what contact '{self.name}' holds", units.times(capacity, slip), "W")
         units.known[self.force] = force
         for state, rate in zip(self.law.states, self.law.rates(self.slip_speed, self.sign), strict=True):
             change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
@@ -285,21 +294,16 @@ class Friction(Contact):
         where = None if self.where is None else sympy.sympify(self.where)
         minus = self.law.capacity_minus
         return (
-            ContactDynamics(
-                name=self.name,
-                description=self.description,
-                kind=self.kind,
-                slip=self.slip,
-                slip_rate=rates.of_speed(sympy.sympify(self.slip)),
-                slip_terms=terms(self.slip),
+            self._direction(
+                rates,
+                self.slip,
+                where,
                 capacity=sympy.sympify(self.law.capacity),
                 capacity_minus=None if minus == self.law.capacity else sympy.sympify(minus),
                 force=self.law.force(self.slip_speed, self.sign),
                 sticks=self.law.sticks,
                 reset=dict(self.law.renewed),
                 reset_sides=4 if self.law.renewed else 0,
-                depth=where,
-                depth_terms=() if where is None else terms(where),
                 force_symbol=self.force,
                 slip_symbol=self.slip_speed,
                 sign_symbol=self.sign,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
@@ -23,6 +24,25 @@ class Output(Shown):
     expression: sympy.Expr
     unit: str
     description: str
+
+
+class Declaration(Shown, ABC):
+    """A declared model: a mechanism, an automaton or a map."""
+
+    @property
+    @abstractmethod
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that it uses."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, Parameter)
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The inputs used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, Input)
 
 
 class Body(Protocol):

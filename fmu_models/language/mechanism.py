@@ -16,19 +16,18 @@ from dataclasses import dataclass, field
 import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Contact, Friction, Law, Requirement
-from fmu_models.language.declaration import Output, quantities_of_type
+from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import inertia_requirements
-from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
+from fmu_models.language.quantities import Coordinate, InternalState
 from fmu_models.language.stops import StopLaw
 from fmu_models.language.units import check_units
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Mechanism(Shown):
+class Mechanism(Declaration):
     """A declared oscillator; see the module for its equation.
 
     Attributes:
@@ -74,18 +73,8 @@ class Mechanism(Shown):
 
     def _contents(self) -> dict[str, object]:
         energies = {name: getattr(self, name) for name in ("kinetic_energy", "potential_energy", "dissipation")}
-        parts = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
-        return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **parts}
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Parameter)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The inputs used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Input)
+        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **names}
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:
@@ -127,17 +116,17 @@ class Mechanism(Shown):
         Raises:
             StickslipError: no contact has that name.
         """
-        kept = [self._contact(name) for name in contacts]
-        kept = [contact for contact in self.contacts if contact in kept]
-        if len(kept) == len(self.contacts):
+        chosen = [self._contact(name) for name in contacts]
+        chosen = [contact for contact in self.contacts if contact in chosen]
+        if len(chosen) == len(self.contacts):
             return self
-        dropped = [contact for contact in self.contacts if contact not in kept]
+        dropped = [contact for contact in self.contacts if contact not in chosen]
         gone = set().union(*(contact.symbols.union(contact.shown) for contact in dropped))
-        gone -= self.body_symbols.union(*(contact.symbols for contact in kept))
+        gone -= self.body_symbols.union(*(contact.symbols for contact in chosen))
         return dataclasses.replace(
             self,
-            name="_".join([self.name, *([contact.name for contact in kept] or ["free"])]),
-            contacts=kept,
+            name="_".join([self.name, *([contact.name for contact in chosen] or ["free"])]),
+            contacts=chosen,
             outputs=[output for output in self.outputs if not gone & output.expression.free_symbols],
             requirements=[r for r in self.requirements if not gone & r.expression.free_symbols],
         )
@@ -178,8 +167,8 @@ class Mechanism(Shown):
         for contact in self.contacts:
             if contact.name == name:
                 return contact
-        known = [contact.name for contact in self.contacts]
-        raise StickslipError(f"{self.name} has no contact '{name}'.{nearest(name, known)}")
+        names = [contact.name for contact in self.contacts]
+        raise StickslipError(f"{self.name} has no contact '{name}'.{nearest(name, names)}")
 
 
 def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:

@@ -21,7 +21,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contact_checks import check_place
-from fmu_models.language.contact_dynamics import ContactDynamics, Rates, terms
+from fmu_models.language.contact_dynamics import ContactDynamics, Rates
 from fmu_models.language.contact_kinds import STOP, ContactKind
 from fmu_models.language.contacts import FORCE_UNITS, Contact, Requirement, create_symbols
 from fmu_models.language.dimensions import Dimensions, way_unit
@@ -83,13 +83,13 @@ class Stop(Contact):
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        way = way_unit(self.gap)
-        force, speed = FORCE_UNITS[way], per_second(way)
-        create_symbols(self, force=force, penetration=way, rate=speed, memory=speed, reaction=force, sign="1")
+        unit = way_unit(self.gap)
+        force, speed = FORCE_UNITS[unit], per_second(unit)
+        create_symbols(self, force=force, penetration=unit, rate=speed, memory=speed, reaction=force, sign="1")
         if self.release not in _RELEASES:
-            found = f"release={self.release!r}" if self.release else "no release rule"
+            release = f"release={self.release!r}" if self.release else "no release rule"
             raise StickslipError(
-                f"stop '{self.name}' has {found}. Say when it lets go: release='force' where its force falls to zero "
+                f"stop '{self.name}' has {release}. Say when it lets go: release='force' where its force falls to zero "
                 "(a support that cannot pull), release='gap' where the body leaves it."
             )
         _ = self.rooted
@@ -175,21 +175,14 @@ class Stop(Contact):
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
         """What it is lowered to, to stand at ``index`` among the contacts of the system."""
-        rate = rates.of_place(self.depth)
         release = self.law.release(self.penetration, self.rate, self.memory)
         return (
-            ContactDynamics(
-                name=self.name,
-                description=self.description,
-                kind=self.kind,
-                slip=rate,
-                slip_rate=rates.of_speed(rate),
-                slip_terms=terms(rate),
-                capacity=sympy.S.Zero,
+            self._direction(
+                rates,
+                rates.of_place(self.depth),
+                self.depth,
                 force=-self.compression,
                 sticks=False,
-                depth=self.depth,
-                depth_terms=terms(self.depth),
                 release=sympy.sympify(release) if self.release == "force" else None,
                 remembers=self.law.remembers,
                 rooted=self.rooted,

@@ -9,8 +9,8 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmu_models.base.files import is_sealed, seal, write_whole
-from fmu_models.codegen.package import PLAIN, Packaging, built_of, checked, kept_by_name, kept_folder, variant, write
+from fmu_models.base.files import write_whole
+from fmu_models.codegen.package import PLAIN, Packaging, built_of, checked, kept_as, kept_by_name, variant, write
 from fmu_models.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -47,11 +47,7 @@ def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
     checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
     if not kept_by_name(scene.model, scene.laws):
         return built_of(reduced(scene), fmi_version)
-    cached = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
-    if not is_sealed(cached):
-        write(reduced(scene), cached, fmi_version=fmi_version, overwrite=True)
-        seal(cached)
-    return cached
+    return kept_as(scene.name, ("scene", _content(scene), fmi_version), lambda: reduced(scene), fmi_version)
 
 
 def export_scene(

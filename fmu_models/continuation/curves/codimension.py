@@ -25,7 +25,7 @@ from fmu_models.continuation.curves.condition import Condition, Miss
 from fmu_models.continuation.normal_forms.cubic import coefficient
 from fmu_models.continuation.problem.node import Node, extrapolated, look, passing_test
 from fmu_models.continuation.problem.problem import Passing, Seen, Vector
-from fmu_models.continuation.special.discontinuous import is_rigid, new_event
+from fmu_models.continuation.special.discontinuous import new_event
 from fmu_models.continuation.special.kinds import FLIP, FOLD, HOPF, KINDS, NEIMARK_SACKER
 
 # what it is that another multiplier passes
@@ -139,7 +139,7 @@ def _with_event(condition: Miss, node: Node, test: str) -> float:
 def _limit(condition: Miss, node: Node) -> Vector | None:
     """The monodromy matrix with the event, whose speed vanishes; None where there is none, or it has no limit."""
     miss = condition.of(node)
-    if is_rigid(node.problem, miss.contact):
+    if node.problem.is_rigid(miss.contact):
         return None
     return limit_with_event(node, condition.place(node), miss)
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, look, passing_test, solved
 from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector, Word, cyclic
-from fmu_models.continuation.special.discontinuous import LEAST_MISS, nearest, size_of, value_border
+from fmu_models.continuation.special.discontinuous import LEAST_MISS, value_border
 
 # in u: of the differences that give the gradient of a determinant
 WIDTH = 1e-6
@@ -212,7 +212,7 @@ class Miss(Condition):
         same = [miss for miss in node.seen.misses if miss.key == self.like.key]
         if not same:
             raise Lost("the near miss is gone")
-        return min(same, key=lambda one: one.value / size_of(one, node.scales))
+        return min(same, key=lambda one: one.value / one.size(node.scales))
 
     def gradient(self, node: Node) -> Vector:
         return self.of(node).gradient
@@ -246,7 +246,7 @@ class Miss(Condition):
             raise Lost("the near miss becomes an event")
         while True:
             miss = self.of(solution)
-            least = LEAST_MISS * size_of(miss, node.scales)
+            least = LEAST_MISS * miss.size(node.scales)
             if miss.value <= 1.5 * least:
                 return solution
             target = max(least, 0.03 * miss.value)
@@ -264,7 +264,7 @@ class Miss(Condition):
         turned = self.like.turned
         border = self._least(target) if turned else value_border(self.like, target, [time])
         solution = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
-        if not turned and nearest(solution.seen.misses, self.like, time, solution.seen.length) is None:
+        if not turned and solution.seen.match(self.like, time) is None:
             raise Lost("the near miss is gone")
         return solution
 

@@ -17,14 +17,7 @@ from fmu_models.continuation.curves.codimension import DEPTH, displaced
 from fmu_models.continuation.curves.condition import Condition, Miss
 from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.problem.problem import Passing
-from fmu_models.continuation.special.discontinuous import (
-    LEAST_MISS,
-    event_kind,
-    far_speed,
-    nearest,
-    size_of,
-    value_border,
-)
+from fmu_models.continuation.special.discontinuous import LEAST_MISS, event_kind, value_border
 from fmu_models.continuation.special.kinds import EXCHANGE, TOUCH
 
 # how many steps ahead an event may come or go
@@ -70,10 +63,10 @@ def _without(condition: Condition, node: Node, miss: Passing) -> Node:
     """From the side of the miss."""
     bend = np.inf
     while True:
-        passing = nearest(node.seen.misses, miss, miss.time, node.seen.length)
+        passing = node.seen.match(miss)
         if passing is None:
             raise Lost("the near miss is gone")
-        miss, least = passing, LEAST_MISS * size_of(passing, node.scales)
+        miss, least = passing, LEAST_MISS * passing.size(node.scales)
         if miss.value <= 1.5 * least:
             return _at_end(node, miss.value / _rate(node, miss))
         after = _shrunk(condition, node, miss, max(least, 0.03 * miss.value))
@@ -85,10 +78,10 @@ def _without(condition: Condition, node: Node, miss: Passing) -> Node:
 
 def _with(condition: Condition, node: Node, event: Passing) -> Node:
     """From the side of the event."""
-    least = LEAST_SPEED * far_speed(event, node.scales)
+    least = LEAST_SPEED * event.far_speed(node.scales)
     while event.value > 1.5 * least:
         node = _shrunk(condition, node, event, max(least, 0.3 * event.value))
-        passing = nearest(node.seen.events, event, event.time, node.seen.length)
+        passing = node.seen.match(event)
         if passing is None:
             raise Lost("the event is gone")
         event = passing

@@ -24,8 +24,8 @@ from fmu_models.continuation.curves.curve import Curve, told
 from fmu_models.continuation.curves.meeting import met
 from fmu_models.continuation.problem.node import Lost, Node, arclength, look
 from fmu_models.continuation.problem.problem import Vector
-from fmu_models.continuation.special.discontinuous import repeats
 from fmu_models.continuation.special.kinds import KINDS, kind_of
+from fmu_models.continuation.step.way import Found, Way, Ways, joined, ways
 
 # steps, in u: the first, the longest, the shortest
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-6
@@ -76,10 +76,7 @@ def curve_of(
         point = condition.directed(point, None)
     except Lost as error:
         raise StickslipError(f"The curve of the {kind} could not be begun: {error}.") from None
-    forward = _Way(kind, condition, point, box, points).follow()
-    once = forward.end[0] in ("closed", "interrupted")
-    backward = None if once else _Way(kind, condition, point.turned(), box, points)
-    return _made(kind, condition, forward, backward.follow() if backward else None)
+    return _made(kind, condition, ways(point, lambda begin: _Trace(kind, condition, begin, box, points).follow()))
 
 
 def _condition(kind: str, node: Node, miss: Any) -> Condition:
@@ -93,7 +90,7 @@ def replace_node(node: Node, problem: Any, scales: Vector, z: Vector, seen: Any)
     return Node(problem, scales, z, seen, np.zeros_like(z))
 
 
-class _Way:
+class _Trace:
     """One direction of a curve."""
 
     def __init__(
@@ -101,24 +98,22 @@ class _Way:
     ) -> None:
         self.kind, self.condition, self.begin, self.box, self.points = kind, condition, node, box, points
         self.functions = functions(kind, condition)
-        self.nodes: list[Node] = [node]
-        self.met: list[tuple[int, str, Node]] = []
-        self.end = ("points", f"{points} were followed; ask for more")
+        self.way = Way([node], end=("points", f"{points} were followed; ask for more"))
 
-    def follow(self) -> _Way:
+    def follow(self) -> Way:
         try:
             self._follow()
         except KeyboardInterrupt:
-            self.end = ("interrupted", "what was found until then is kept")
-        return self
+            self.way.end = ("interrupted", "what was found until then is kept")
+        return self.way
 
     def _follow(self) -> None:
         node, step = self.begin, FIRST
-        while len(self.nodes) < self.points:
+        while len(self.way.nodes) < self.points:
             outward = self._outward(node)
             if outward is not None:
                 name, value = node.problem.parameters[outward != len(node.problem.states)], node.z[outward]
-                self.end = ("range", f"{name} = {value:g} is the end of its range")
+                self.way.end = ("range", f"{name} = {value:g} is the end of its range")
                 return
             try:
                 after = self._step(node, step)
@@ -129,22 +124,22 @@ class _Way:
                 if step < SHORTEST:
                     values = node.problem.values(node.z).items()
                     at = ", ".join(f"{name} = {value:.9g}" for name, value in values)
-                    self.end = ("unresolved", f"the curve goes no further at {at}: {error}")
+                    self.way.end = ("unresolved", f"the curve goes no further at {at}: {error}")
                     return
                 continue
             if self._is_parent(after):
                 return
             for kind, meeting in self._meetings(node, after):
-                self.met.append((len(self.nodes), kind, meeting))
+                self.way.found.append((len(self.way.nodes), Found(kind, meeting)))
                 if kind in REAL and kind_of(self.kind).passes == "circle":
-                    self.nodes.append(meeting)
-                    self.end = (kind, "the pair of multipliers becomes real")
+                    self.way.nodes.append(meeting)
+                    self.way.end = (kind, "the pair of multipliers becomes real")
                     return
-            self.nodes.append(after)
+            self.way.nodes.append(after)
             if self._ended(node, after):
                 return
             step = min(LONGEST, step * (1.5 if after.iterations <= 4 else 0.8))
-            node = self.nodes[-1] = self._placed(after)
+            node = self.way.nodes[-1] = self._placed(after)
 
     def _step(self, node: Node, step: float) -> Node:
         """The next point of the curve, or the end of a range."""
@@ -182,9 +177,9 @@ class _Way:
 
     def _is_parent(self, node: Node) -> bool:
         """Whether the motion has become that of half its period; the curve ends there."""
-        if not repeats(node) or repeats(self.begin):
+        if not node.repeats() or self.begin.repeats():
             return False
-        self.end = ("parent", "the motion is that of half its period: it has come to a curve of its parent")
+        self.way.end = ("parent", "the motion is that of half its period: it has come to a curve of its parent")
         return True
 
     def _touches(self, node: Node, step: float) -> bool:
@@ -195,9 +190,9 @@ class _Way:
         name, contact, last = meetings
         if self._is_parent(last):
             return True
-        self.met.append((len(self.nodes), name, last))
-        self.nodes.append(last)
-        self.end = (name, f"an event of '{contact}' comes or goes")
+        self.way.found.append((len(self.way.nodes), Found(name, last)))
+        self.way.nodes.append(last)
+        self.way.end = (name, f"an event of '{contact}' comes or goes")
         return True
 
     def at(self, node: Node, step: float) -> Node:
@@ -217,15 +212,15 @@ class _Way:
     def _ended(self, node: Node, after: Node) -> bool:
         n = len(node.problem.states)
         if np.abs(after.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
-            self.end = ("infinity", "the states grow without end")
+            self.way.end = ("infinity", "the states grow without end")
             return True
         if self._closed(node, after):
-            self.end = ("closed", "the curve is back at its begin")
+            self.way.end = ("closed", "the curve is back at its begin")
             return True
         return False
 
     def _closed(self, node: Node, after: Node) -> bool:
-        if len(self.nodes) < 6 or after.problem is not self.begin.problem:
+        if len(self.way.nodes) < 6 or after.problem is not self.begin.problem:
             return False
         homeward, chord = self.begin.u - node.u, after.u - node.u
         share = float(homeward @ chord / (chord @ chord))
@@ -270,12 +265,8 @@ class _Way:
         return [(name, node) for _, name, node in sorted(meetings, key=lambda meeting: meeting[0])]
 
 
-def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None) -> Curve:
-    nodes, meetings, ends = list(forward.nodes), list(forward.met), [forward.end, forward.end]
-    if backward is not None:
-        ends[0] = backward.end
-        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        meetings = list(reversed(backward.met)) + meetings
+def _made(kind: str, condition: Condition, both: Ways) -> Curve:
+    nodes, meetings, ends = joined(*both)
     problem = nodes[0].problem
     all_told = [told(kind, node, condition.place(node)) for node in nodes]
     return Curve(
@@ -289,8 +280,8 @@ def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None)
         np.array([list(point.state.values()) for point in all_told]),
         np.array([point.period for point in all_told]),
         np.array([point.multipliers for point in all_told]),
-        tuple(told(label, node, condition.place(node)) for _, label, node in meetings),
-        (ends[0], ends[1]),
+        tuple(told(point.kind, point.node, condition.place(point.node)) for _, point, _ in meetings),
+        ends,
         problem.units,
         tuple(nodes),
         condition,

@@ -137,10 +137,6 @@ class EquilibriumProblem(Problem):
     def folded(self, times: int) -> Problem:
         return self
 
-    @property
-    def turns(self) -> int:
-        return 1
-
     def multipliers(self, monodromy: Vector) -> NDArray[np.complex128]:
         """exp(lambda t) of the eigenvalues."""
         return np.exp(self.share * ordered(monodromy))
@@ -158,10 +154,15 @@ def ordered(j: Vector) -> NDArray[np.complex128]:
     return eigenvalues[np.lexsort((-np.imag(eigenvalues), -np.round(np.real(eigenvalues), 12)))]
 
 
+def equilibrium_problem(node: Node) -> EquilibriumProblem:
+    """Whose equilibrium a node is."""
+    assert isinstance(node.problem, EquilibriumProblem)
+    return node.problem
+
+
 def eigenvalues_of(node: Node) -> NDArray[np.complex128]:
     """(n,) those at an equilibrium."""
-    assert isinstance(node.problem, EquilibriumProblem)
-    return node.problem.eigenvalues(node.seen.monodromy)
+    return equilibrium_problem(node).eigenvalues(node.seen.monodromy)
 
 
 def _normals(j: Vector, sticks: int) -> Vector:

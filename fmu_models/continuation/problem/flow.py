@@ -222,6 +222,9 @@ class FlowProblem(Problem):
         sizes = np.array([np.ptp(moved[name]) / 2 or abs(moved[name]).max() or 1.0 for name in self.states])
         return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 
+    def is_rigid(self, contact: str) -> bool:
+        return contact in self.strobe.fmu.impacts
+
     def folded(self, times: int) -> Problem:
         """So many periods of this one."""
         return replace(self, strobe=self.strobe.folded(times), kept=self.kept)

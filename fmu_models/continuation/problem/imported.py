@@ -15,8 +15,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.flow import FlowProblem
-from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector
-from fmu_models.continuation.special.discontinuous import SAME_TIME
+from fmu_models.continuation.problem.problem import SAME_TIME, Passing, Problem, Seen, Vector
 from fmu_models.importer.flow import Flow
 from fmu_models.sections.strobe import Strobe
 

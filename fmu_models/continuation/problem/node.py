@@ -21,6 +21,8 @@ from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIM
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
 STEPS = 12
+# so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
+HALF, SAME = 1e-4, 1e-8
 
 # of z and what is seen there: its value, and its derivative by z, or several; None where it has none
 Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
@@ -93,6 +95,20 @@ class Node:
     def state_at(self, turns: float) -> Vector:
         """(n,) the state at a phase of the forcing, in turns; of a cycle so many seconds after a place on it."""
         return self.problem.shifted(self.z, self.seen, turns)[: len(self.problem.states)]
+
+    def repeats(self, within: float = HALF) -> bool:
+        """Whether a motion of an even number of periods repeats itself after half of them."""
+        if self.problem.turns % 2 and not self.problem.autonomous:
+            return False
+        half = self.problem.part(self.z, self.seen)
+        return bool(np.abs((half - self.z) / self.scales).max() < within)
+
+    def folded(self, times: int) -> Node | None:
+        """The motion taken so many times; None if it cannot be followed for so long."""
+        problem = self.problem.folded(times)
+        scales, z = self.problem.unfolded(self.scales, times), self.problem.unfolded(self.z, times)
+        seen = look(problem, z)
+        return None if seen is None else Node(problem, scales, z, seen, tangent_of(seen, scales))
 
     def turned(self) -> Node:
         """The same, met from the other side."""

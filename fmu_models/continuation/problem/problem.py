@@ -20,7 +20,7 @@ the indicator of each event falls, and the least value of every pending indicato
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -37,6 +37,8 @@ Word = tuple[tuple[str, int, int], ...]
 
 # slots of passings that are those of no indicator: an event, the time between two of them
 EVENT, TIE = -1, 2
+# of the period: a passing of a neighbour that is further from this in time is another one
+SAME_TIME = 0.1
 
 
 def cyclic(word: Word) -> Word:
@@ -77,6 +79,18 @@ class Passing:
         """What it has in common with the same one of a neighbour, but for its time."""
         return self.contact, self.slot, self.side, self.before, self.begins
 
+    def size(self, scales: Vector) -> float:
+        """How much the value changes by a unit of u."""
+        return float(np.linalg.norm(self.gradient * scales)) or 1.0
+
+    def far_speed(self, scales: Vector) -> float:
+        """What the speed of an event becomes a unit of u away, its square growing as it does here."""
+        return float(np.sqrt(2.0 * self.value * self.size(scales)))
+
+    def begun_in(self, passings: Sequence[Passing]) -> list[Passing]:
+        """Those of the same contact that begin in the same state."""
+        return [other for other in passings if other.contact == self.contact and other.before == self.before]
+
 
 @dataclass(frozen=True, eq=False)
 class Seen:
@@ -103,6 +117,19 @@ class Seen:
     @cached_property
     def _told(self) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
         return self.passings()  # most runs of Newton's method are not asked for them
+
+    def match(self, like: Passing, time: float | None = None) -> Passing | None:
+        """The same event or miss as that of another run, nearest around the period to a time, or to that of the other
+        one; None if there is none."""
+        passings, near = self.events if like.slot == EVENT else self.misses, like.time if time is None else time
+        same = [passing for passing in passings if passing.key == like.key]
+
+        def apart(passing: Passing) -> float:
+            turn = abs(passing.time - near) / self.length % 1.0
+            return min(turn, 1.0 - turn)
+
+        closest = min(same, key=apart, default=None)
+        return closest if closest is not None and apart(closest) <= SAME_TIME else None
 
     @property
     def events(self) -> tuple[Passing, ...]:
@@ -220,6 +247,10 @@ class Problem(ABC):
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """(len(z),) by which unknowns are measured."""
 
+    def is_rigid(self, contact: str) -> bool:
+        """Whether a contact impacts."""
+        return False
+
     @abstractmethod
     def folded(self, times: int) -> Problem:
         """The same, of a period that is so many times as long."""
@@ -241,9 +272,9 @@ class Problem(ABC):
         return self, z
 
     @property
-    @abstractmethod
     def turns(self) -> int:
         """Periods of the forcing in one of the motion: from so many starts it is the same motion."""
+        return 1
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         """z half a period later."""

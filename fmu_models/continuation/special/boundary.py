@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.normal_forms.set_valued import eigenvalue_crossings, hull
-from fmu_models.continuation.problem.equilibrium import EquilibriumProblem
+from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, equilibrium_problem
 from fmu_models.continuation.problem.node import Lost, Node, arclength, look, solved, tangent_of
 from fmu_models.continuation.problem.problem import Seen, Vector
 from fmu_models.language.contact_kinds import STICK
@@ -99,7 +99,7 @@ class Boundary:
 
 def ahead(node: Node, step: float, within: float) -> Boundary | None:
     """The switching surface that the branch meets first, if it is near: within so many steps."""
-    problem = _problem(node)
+    problem = equilibrium_problem(node)
     present = problem.indicators(node.z)
     further = problem.indicators((node.u + APART * node.tangent) * node.scales)
     rates = (further - present) / APART
@@ -134,7 +134,7 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
     Raises:
         Lost: the branch does not come there.
     """
-    problem = _problem(node)
+    problem = equilibrium_problem(node)
     places, nodes, root = [0.0], [node], distance
     values = [float(problem.indicators(node.z)[i])]
     share = 0.9
@@ -172,7 +172,7 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
 
 def _completed(last: Node, u: Vector, j: Vector, i: int) -> Boundary:
     """With what is beyond."""
-    problem, scales = _problem(last), last.scales
+    problem, scales = equilibrium_problem(last), last.scales
     slope = _slope(problem, last, i)
     across = slope / np.linalg.norm(slope)
     opposite = None
@@ -234,8 +234,3 @@ def _slope(problem: EquilibriumProblem, node: Node, i: int) -> Vector:
     if not slope.any():
         raise Lost("the indicator has no slope")
     return slope
-
-
-def _problem(node: Node) -> EquilibriumProblem:
-    assert isinstance(node.problem, EquilibriumProblem)
-    return node.problem

@@ -18,24 +18,21 @@ No derivative is ever taken at the point: there the event has none.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
-from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, extrapolated, look, parameter, solved
-from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector
+from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector
 from fmu_models.continuation.special.kinds import COMPLIANT_GRAZING, CORNER, RIGID_GRAZING, TOUCH
 from fmu_models.continuation.step.same_motion import begun_at
 from fmu_models.language.contact_kinds import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9
-# of the period: a passing of a neighbour that is further from this in time is another one
-SAME_TIME = 0.1
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # by which the speed of an event shrinks, from motion to motion, to see whether they come to a point; curvature may
@@ -43,8 +40,6 @@ DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 SHRINKS = (0.5, 0.8, 0.93)
 # how far beyond a point, in u, the motion is looked for that goes on by other events
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
-# so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
-HALF, SAME = 1e-4, 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,28 +70,11 @@ class Touch:
         return self.z / self.node.scales
 
 
-def nearest(passings: Sequence[Passing], like: Passing, time: float, length: float) -> Passing | None:
-    """The one that is the same as another one, nearest in time around the period."""
-    same = [passing for passing in passings if passing.contact == like.contact and passing.key == like.key]
-
-    def apart(event: Passing) -> float:
-        turn = abs(event.time - time) / length % 1.0
-        return min(turn, 1.0 - turn)
-
-    match = min(same, key=apart, default=None)
-    return match if match is not None and apart(match) <= SAME_TIME else None
-
-
-def found_again(seen: Seen, like: Passing, time: float) -> Passing | None:
-    """The same event, or miss, of another run, about at a time."""
-    return nearest(seen.events if like.slot == EVENT else seen.misses, like, time, seen.length)
-
-
 def value_border(like: Passing, target: float, time: list[float]) -> Border:
     """The speed of an event, or the least value of a miss, at a value; ``time`` (1,) follows it."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-        passing = found_again(seen, like, time[0])
+        passing = seen.match(like, time[0])
         if passing is None or not np.isfinite(passing.gradient).all():
             return None
         time[0] = passing.time
@@ -130,22 +108,12 @@ def shrinking(start: Node, passing: Passing, through: int, least: float = 0.0) -
                 return
             shrink = shrink**0.5
             continue
-        match = found_again(after.seen, current, current.time)
+        match = after.seen.match(current)
         if match is None:
             return
         node, current, shrink = after, match, max(0.25, shrink * 0.8)
         passed.append((current, node))
         yield current, node
-
-
-def size_of(passing: Passing, scales: Vector) -> float:
-    """How much a value changes by a unit of u."""
-    return float(np.linalg.norm(passing.gradient * scales)) or 1.0
-
-
-def far_speed(event: Passing, scales: Vector) -> float:
-    """What the speed of an event becomes a unit of u away, its square growing as it does here."""
-    return float(np.sqrt(2.0 * event.value * size_of(event, scales)))
 
 
 def from_miss(start: Node, miss: Passing) -> Touch:
@@ -154,12 +122,12 @@ def from_miss(start: Node, miss: Passing) -> Touch:
     Raises:
         Lost: the way there leaves the word of the motion.
     """
-    node, time = start, [miss.time]
+    node = start
     while True:
-        passing = nearest(node.seen.misses, miss, time[0], node.seen.length)
+        passing = node.seen.match(miss)
         if passing is None:
             raise Lost("the near miss is gone")
-        least = LEAST_MISS * size_of(passing, node.scales)
+        least = LEAST_MISS * passing.size(node.scales)
         if passing.value <= 1.5 * least:
             break
         dz, target = _towards(node, passing), max(least, 0.03 * passing.value)
@@ -197,7 +165,7 @@ def begun_after(node: Node, time: float) -> Node:
 def _towards(node: Node, passing: Passing) -> Vector:
     """Change of u along the branch by the value of a passing."""
     rate = node.along(passing.gradient)
-    if abs(rate) < 1e-12 * size_of(passing, node.scales):
+    if abs(rate) < 1e-12 * passing.size(node.scales):
         raise Lost("the miss does not change along the branch")
     return node.tangent / rate
 
@@ -225,20 +193,12 @@ def _deep(touch: Touch, u: Vector, depth: float) -> Vector:
         seen = look(node.problem, u * node.scales)
         if seen is None or new_event(seen, node.seen, touch.miss) is not None:
             break
-        missed = nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
+        missed = seen.match(touch.miss)
         if missed is None:
             break
         down = _down(touch)
         u = u - down * (missed.value / float(down @ (missed.gradient * node.scales)) + depth)
     return u
-
-
-def repeats(node: Node, within: float = HALF) -> bool:
-    """Whether a motion of an even number of periods repeats itself after half of them."""
-    if node.problem.turns % 2 and not node.problem.autonomous:
-        return False
-    half = node.problem.part(node.z, node.seen)
-    return bool(np.abs((half - node.z) / node.scales).max() < within)
 
 
 def _down(touch: Touch) -> Vector:
@@ -286,7 +246,7 @@ def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, 
     """The motion near a guess that has the event at its speed, and goes on from the point."""
     try:
         node = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
-        match = nearest(node.seen.events, event, event.time, node.seen.length)
+        match = node.seen.match(event)
         if match is None or node.word == touch.node.word or not _meets(touch, node, match):
             return None
         return growing(node, match)
@@ -343,27 +303,21 @@ def _row_sizes(node: Node, seen: Seen) -> Vector:
 
 def new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
     """The event that a miss has become."""
-    candidates = [event for event in seen.events if event.contact == miss.contact and event.before == miss.before]
-    times = [event.time for event in without.events if event.contact == miss.contact and event.before == miss.before]
-    if len(candidates) <= len(times):
+    candidates = miss.begun_in(seen.events)
+    if len(candidates) <= len(miss.begun_in(without.events)):
         return None
     return min(candidates, key=lambda candidate: abs(candidate.time - miss.time), default=None)
 
 
 def growing(node: Node, event: Passing) -> Node:
     """With the tangent along which the event grows stronger."""
-    match = nearest(node.seen.events, event, event.time, node.seen.length)
+    match = node.seen.match(event)
     return node.turned() if match is not None and node.along(match.gradient) < 0.0 else node
-
-
-def is_rigid(problem: Problem, contact: str) -> bool:
-    """Whether a contact impacts."""
-    return isinstance(problem, FlowProblem) and contact in problem.strobe.fmu.impacts
 
 
 def event_kind(problem: Problem, event: Passing) -> str:
     """What it is called that an event comes or goes."""
-    if is_rigid(problem, event.contact):
+    if problem.is_rigid(event.contact):
         return RIGID_GRAZING
     if event.before == AWAY:
         return COMPLIANT_GRAZING

@@ -15,7 +15,6 @@ from math import log, log10
 import numpy as np
 
 from fmu_models.continuation.problem.node import Node
-from fmu_models.continuation.special.discontinuous import found_again
 
 # multiplier from which on something is said of it
 HUGE = 1e3
@@ -48,7 +47,7 @@ def _largest(node: Node) -> float:
 def _grazing(first: Node, last: Node) -> str:
     grown = log(_largest(last) / _largest(first))
     for event in last.seen.events:
-        before = found_again(first.seen, event, event.time)
+        before = first.seen.match(event)
         weaker = 0.0 if before is None or not 0.0 < event.value < before.value else log(before.value / event.value)
         if abs(weaker - grown) <= ALIKE * grown:
             return f"it grows as an event of '{event.contact}' weakens, to {event.value:.2g}: a grazing is near"

@@ -1,25 +1,12 @@
 """Kinds of special points in one table: what else knows a kind asks here.
 
-A kind of a smooth point is where a multiplier passes +1, -1 or, in a pair, the circle; its test is that of
-``Node.tests``, its curve in two parameters and its normal form follow from what passes. A new kind is a row, and a file
-beside this one that locates it.
+At a smooth point a multiplier passes +1, -1 or, in a pair, the circle: its test, its curve in two parameters and its
+normal form follow from that. A new kind is a row, and a file beside this one that locates it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-FOLD, FLIP, NEIMARK_SACKER, HOPF = "fold", "flip", "Neimark-Sacker", "Hopf"
-PITCHFORK, BRANCH_POINT, PARENT_FLIP = "pitchfork", "branch point", "flip of the parent"
-COMPLIANT_GRAZING, RIGID_GRAZING, GRAZING = "grazing, compliant", "grazing, rigid", "grazing"
-CORNER, TOUCH, EXCHANGE = "grazing-sliding corner", "touch", "sliding exchange"
-DETACHMENT, TIE_OF_EVENTS, JUMP = "detachment", "tie", "jump"
-DISCONTINUOUS_HOPF, DISCONTINUOUS_FOLD, MULTIPLE_CROSSING = (
-    "discontinuous Hopf",
-    "discontinuous fold",
-    "multiple crossing",
-)
-BOUNDARY_EQUILIBRIUM, SURFACE_END = "boundary equilibrium", "end at a surface"
 
 
 @dataclass(frozen=True)
@@ -41,33 +28,38 @@ class Kind:
     degenerate: str = ""
 
 
-# their order is that of legends
-KINDS = {
-    FOLD: Kind("s", "+1"),
-    FLIP: Kind("D", "-1", supercritical=1, degenerate="generalized flip"),
-    NEIMARK_SACKER: Kind("*", "circle", supercritical=-1, degenerate="Chenciner"),
-    PITCHFORK: Kind("P", "+1", crosses=True, supercritical=-1, degenerate="degenerate pitchfork"),
-    BRANCH_POINT: Kind("p", "+1", crosses=True),
-    HOPF: Kind("h", "circle", supercritical=-1, degenerate="Bautin"),
-    COMPLIANT_GRAZING: Kind("o"),
-    RIGID_GRAZING: Kind("v"),
-    GRAZING: Kind("o"),
-    CORNER: Kind("^"),
-    TOUCH: Kind("<"),
-    EXCHANGE: Kind(">"),
-    DETACHMENT: Kind("o"),
-    TIE_OF_EVENTS: Kind("v"),
-    JUMP: Kind("X"),
-    PARENT_FLIP: Kind("d", "+1", crosses=True),
-    DISCONTINUOUS_HOPF: Kind("H"),
-    DISCONTINUOUS_FOLD: Kind("8"),
-    MULTIPLE_CROSSING: Kind("*"),
-    BOUNDARY_EQUILIBRIUM: Kind("o"),
-    SURFACE_END: Kind("X"),
-}
-OTHER = Kind("o")
+# in the order of legends
+KINDS: dict[str, Kind] = {}
+
+
+def _row(name: str, *columns: str, crosses: bool = False, supercritical: int = 0, degenerate: str = "") -> str:
+    KINDS[name] = Kind(*columns, crosses=crosses, supercritical=supercritical, degenerate=degenerate)
+    return name
+
+
+FOLD = _row("fold", "s", "+1")
+FLIP = _row("flip", "D", "-1", supercritical=1, degenerate="generalized flip")
+NEIMARK_SACKER = _row("Neimark-Sacker", "*", "circle", supercritical=-1, degenerate="Chenciner")
+PITCHFORK = _row("pitchfork", "P", "+1", crosses=True, supercritical=-1, degenerate="degenerate pitchfork")
+BRANCH_POINT = _row("branch point", "p", "+1", crosses=True)
+HOPF = _row("Hopf", "h", "circle", supercritical=-1, degenerate="Bautin")
+COMPLIANT_GRAZING = _row("grazing, compliant", "o")
+RIGID_GRAZING = _row("grazing, rigid", "v")
+GRAZING = _row("grazing", "o")
+CORNER = _row("grazing-sliding corner", "^")
+TOUCH = _row("touch", "<")
+EXCHANGE = _row("sliding exchange", ">")
+DETACHMENT = _row("detachment", "o")
+TIE = _row("tie", "v")
+JUMP = _row("jump", "X")
+PARENT_FLIP = _row("flip of the parent", "d", "+1", crosses=True)
+DISCONTINUOUS_HOPF = _row("discontinuous Hopf", "H")
+DISCONTINUOUS_FOLD = _row("discontinuous fold", "8")
+MULTIPLE_CROSSING = _row("multiple crossing", "*")
+BOUNDARY_EQUILIBRIUM = _row("boundary equilibrium", "o")
+SURFACE_END = _row("end at a surface", "X")
 
 
 def kind_of(name: str) -> Kind:
     """The row of a kind; a plain one for a name that is not in the table."""
-    return KINDS.get(name, OTHER)
+    return KINDS.get(name, Kind("o"))

@@ -9,12 +9,9 @@ from fmu_models.continuation.problem.problem import TIE, Passing, Vector
 from fmu_models.continuation.special.discontinuous import (
     LEAST_MISS,
     Touch,
-    far_speed,
     from_miss,
     growing,
-    nearest,
     shrinking,
-    size_of,
     value_border,
 )
 
@@ -33,7 +30,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     Raises:
         Lost: the way there leaves the word of the motion, or no motion without the event is near.
     """
-    nodes = list(shrinking(start, event, LAST, FIRST_SPEED * far_speed(event, start.scales)))
+    nodes = list(shrinking(start, event, LAST, FIRST_SPEED * event.far_speed(start.scales)))
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")
     last_event, last = nodes[-1]
@@ -54,15 +51,12 @@ def from_event(start: Node, event: Passing) -> Touch:
         raise Lost("no run without the event is near")
     u, seen = without
     pending = [candidate for candidate in seen.misses if not candidate.begins and candidate.slot != TIE]
-    misses = [
-        candidate for candidate in pending if candidate.contact == event.contact and candidate.before == event.before
-    ]
-    miss = min(misses, key=lambda candidate: abs(candidate.time - last_event.time), default=None)
+    miss = min(event.begun_in(pending), key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")
     border = value_border(miss, miss.value, [miss.time])
     node = solved(last.problem, last.scales, u, border, reach=0.05)
-    match = nearest(node.seen.misses, miss, miss.time, node.seen.length)
+    match = node.seen.match(miss)
     if match is None or len(node.word) >= len(last.word):
         raise Lost("no motion without the event is near")
     if node.along(match.gradient) > 0.0:
@@ -83,7 +77,7 @@ def _out_of_reach(event: Passing, node: Node, limit: Vector, share: float) -> Ve
     states, scales = len(node.problem.states), node.scales
     rows, goals = [event.gradient * scales], [-share * event.value]
     for miss in node.seen.misses:
-        row, least = miss.gradient * scales, size_of(miss, scales)
+        row, least = miss.gradient * scales, miss.size(scales)
         if not miss.begins and miss.slot != TIE and abs(miss.value + row @ (limit - node.u)) <= SETTLED * least:
             rows.append(row)
             goals.append(share * LEAST_MISS * least)
@@ -98,13 +92,8 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
     Args:
         first: a motion with the event, at a small speed of it.
     """
-    new = [
-        candidate
-        for candidate in first.seen.events
-        if candidate.contact == touch.miss.contact and candidate.before == touch.miss.before
-    ]
-    event = min(new, key=lambda candidate: candidate.value)
-    speed = LIMIT_SPEED * far_speed(event, first.scales)
+    event = min(touch.miss.begun_in(first.seen.events), key=lambda candidate: candidate.value)
+    speed = LIMIT_SPEED * event.far_speed(first.scales)
     nodes: list[tuple[float, Node]] = [(event.value, first)]
     node, current = first, event
     for target in (speed, 2 * speed, 3 * speed, 4 * speed):
@@ -114,7 +103,7 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
             border = value_border(current, goal, [current.time])
             node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
-            passing = nearest(node.seen.events, current, current.time, node.seen.length)
+            passing = node.seen.match(current)
             if passing is None:
                 raise Lost("the event is gone")
             current = passing

@@ -20,18 +20,15 @@ from itertools import product
 
 import numpy as np
 
-from fmu_models.continuation.problem.node import Lost, Node, look, tangent_of
-from fmu_models.continuation.problem.problem import TIE, Passing, Seen, Vector
+from fmu_models.continuation.problem.node import Lost, Node, look
+from fmu_models.continuation.problem.problem import TIE, Passing, Vector
 from fmu_models.continuation.special.discontinuous import (
     DEPTHS,
     Touch,
     begun_after,
     from_miss,
-    nearest,
     new_event,
     relative,
-    repeats,
-    size_of,
     stepped,
     with_speed,
 )
@@ -54,7 +51,7 @@ def at_once(touch: Touch) -> list[Passing]:
         """Whether it becomes an event at the point, and would not at once beside it, wherever that is."""
         value = passing.value + float(passing.gradient @ (touch.z - node.z))
         plain = passing.slot != TIE and not passing.turned and not passing.begins and passing.gradient[:n].any()
-        return bool(plain and abs(value) <= TOGETHER * size_of(passing, node.scales))
+        return bool(plain and abs(value) <= TOGETHER * passing.size(node.scales))
 
     others = [miss for miss in node.seen.misses if miss is not touch.miss and comes(miss)]
     return [touch.miss, *others] if comes(touch.miss) else [touch.miss]
@@ -81,9 +78,7 @@ def _placed(touch: Touch, miss: Passing) -> Touch | None:
     """The touch of one of the misses, begun after it: then none of the others comes after it."""
     try:
         node = begun_after(touch.node, miss.time)
-        same = nearest(
-            node.seen.misses, miss, (miss.time - touch.node.seen.length) % node.seen.length, node.seen.length
-        )
+        same = node.seen.match(miss, (miss.time - touch.node.seen.length) % node.seen.length)
         latest = max(
             (candidate for candidate in node.seen.misses if candidate.key == miss.key),
             key=lambda candidate: candidate.time,
@@ -144,7 +139,7 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
         directions[i] = (z / scales - touch.u) / event.value
         rates[i, many] = node.along(miss.gradient)
         for j in set(range(many)) - {i}:
-            remaining = nearest(seen.misses, misses[j], misses[j].time, seen.length)
+            remaining = seen.match(misses[j])
             if remaining is None:
                 return None
             rates[j, i] = remaining.value / event.value
@@ -258,11 +253,11 @@ def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jump
             guess = long.u + step
             seen = look(long.node.problem, guess * long.node.scales)
             # its speed is that of the guess, where it has terms of second order
-            event = None if seen is None else nearest(seen.events, first, first.time + later, seen.length)
+            event = None if seen is None else seen.match(first, first.time + later)
             if event is None:
                 continue
             solution = with_speed(long.node.problem, long.node.scales, guess, event, long)
-            if solution is None or (times % 2 == 0 and repeats(solution)):
+            if solution is None or (times % 2 == 0 and solution.repeats()):
                 continue
             if _begun(solution, misses) - _begun(long.node, misses) == counts:
                 return solution
@@ -273,20 +268,14 @@ def _long(touch: Touch, times: int) -> Touch | None:
     """The touch of the motion taken so many times."""
     if times == 1:
         return touch
-    node, problem = touch.node, touch.node.problem.folded(times)
-    scales, z = node.problem.unfolded(node.scales, times), node.problem.unfolded(node.z, times)
-    seen = look(problem, z)
-    miss = None if seen is None else nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
-    if seen is None or miss is None:
-        return None
-    long = Node(problem, scales, z, seen, tangent_of(seen, scales))
-    return Touch(long, node.problem.unfolded(touch.z, times), miss)
+    long = touch.node.folded(times)
+    miss = None if long is None else long.seen.match(touch.miss)
+    return None if long is None or miss is None else Touch(long, touch.node.problem.unfolded(touch.z, times), miss)
 
 
 def _copy(miss: Passing, long: Touch, later: float) -> Passing:
     """A miss as one of the longer motion, so much later."""
-    seen: Seen = long.node.seen
-    passing = nearest(seen.misses, miss, miss.time + later, seen.length)
+    passing = long.node.seen.match(miss, miss.time + later)
     if passing is None:
         raise Lost("the motion cannot be followed for so long")
     return passing

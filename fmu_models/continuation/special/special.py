@@ -16,17 +16,8 @@ from fmu_models.continuation.curves.trace import curve_of
 from fmu_models.continuation.normal_forms.set_valued import hull_crossings
 from fmu_models.continuation.problem.node import Lost, Node, _scaled, solved
 from fmu_models.continuation.problem.problem import TIE, Vector, Word
-from fmu_models.continuation.special.discontinuous import Touch, event_kind, is_rigid, repeats
-from fmu_models.continuation.special.kinds import (
-    BRANCH_POINT,
-    DETACHMENT,
-    EXCHANGE,
-    JUMP,
-    PARENT_FLIP,
-    PITCHFORK,
-    RIGID_GRAZING,
-    TIE_OF_EVENTS,
-)
+from fmu_models.continuation.special import kinds
+from fmu_models.continuation.special.discontinuous import Touch, event_kind
 from fmu_models.continuation.special.lost_event import with_event
 from fmu_models.continuation.special.point import SpecialPoint
 from fmu_models.continuation.step.way import Found
@@ -126,16 +117,16 @@ def special_of(
     before, after = (side.word if side else node.word for side in (finding.before, finding.after))
     values: dict[str, Any] = {"value": node.value, "words": (before, after), "contact": finding.contact}
     if touch is None:
-        if kind == BRANCH_POINT:
-            kind = PARENT_FLIP if repeats(node) else branch_kind(node)
+        if kind == kinds.BRANCH_POINT:
+            kind = kinds.PARENT_FLIP if node.repeats() else branch_kind(node)
     else:
         values |= {"value": float(touch.z[-1]), "contact": touch.miss.contact}
-        if kind == JUMP:
+        if kind == kinds.JUMP:
             values["words"] = node.word, ()
-            rigid = is_rigid(problem, touch.miss.contact)
-            kind = TIE_OF_EVENTS if touch.miss.slot == TIE else RIGID_GRAZING if rigid else JUMP
+            rigid = problem.is_rigid(touch.miss.contact)
+            kind = kinds.TIE if touch.miss.slot == TIE else kinds.RIGID_GRAZING if rigid else kinds.JUMP
         elif touch.miss.turned or touch.miss.slot == TIE:
-            kind = EXCHANGE if touch.miss.turned else TIE_OF_EVENTS
+            kind = kinds.EXCHANGE if touch.miss.turned else kinds.TIE
         else:
             kind, details = (_detachment if touch.miss.begins else _discontinuous)(finding, touch)
             values |= details
@@ -162,7 +153,7 @@ def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     if len(sides) > 1:
         details |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
         details["crossings"] = hull_crossings(node.problem, *matrices)
-    return DETACHMENT, details
+    return kinds.DETACHMENT, details
 
 
 def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
@@ -172,7 +163,7 @@ def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     first = touch.event_side[0] if touch.event_side else max(sides, key=lambda side: len(side.word))
     details: dict[str, Any] = {"value_with_event": touch.value_from_event}
     name = kind_of(touch, first)
-    if name == RIGID_GRAZING:
+    if name == kinds.RIGID_GRAZING:
         return name, details | {"slope": slope_of(touch, first)}
     try:
         limit = with_event(touch, first)
@@ -193,12 +184,7 @@ def kind_of(touch: Touch, first: Node) -> str:
 
 def newest(touch: Touch, first: Node) -> Any:
     """The event of a motion beside a point that the point has not: the weakest of its kind."""
-    new = [
-        event
-        for event in first.seen.events
-        if event.contact == touch.miss.contact and event.before == touch.miss.before
-    ]
-    return min(new, key=lambda candidate: candidate.value)
+    return min(touch.miss.begun_in(first.seen.events), key=lambda candidate: candidate.value)
 
 
 def slope_of(touch: Touch, first: Node) -> float:
@@ -237,5 +223,5 @@ def branch_kind(node: Node) -> str:
         except Lost:
             continue
         if max(abs(side) for side in sides) < 0.1 * step and sides[0] * sides[1] > 0.0:
-            return PITCHFORK
-    return BRANCH_POINT
+            return kinds.PITCHFORK
+    return kinds.BRANCH_POINT

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem
+from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem, equilibrium_problem
 from fmu_models.continuation.problem.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.continuation.problem.problem import Seen, Vector, Word
 from fmu_models.language.contact_kinds import STICK
@@ -103,8 +103,7 @@ def _null_vector(node: Node, along: Vector | None) -> Vector | None:
 
 def _beside(node: Node, e: Vector, distance: float, word: Word, reach: float = 0.3) -> Node:
     """The equilibrium so far along the null vector, at the same value of the parameter."""
-    guess, problem = node.u.copy(), node.problem
-    assert isinstance(problem, EquilibriumProblem)
+    guess, problem = node.u.copy(), equilibrium_problem(node)
     guess[:-1] += distance * e
     rows, _, _ = np.linalg.svd(scaled(node)[:, :-1])
     placed = _Place(
@@ -123,8 +122,7 @@ def _end(node: Node, e: Vector) -> Vector:
     Raises:
         Lost: there is none.
     """
-    problem = node.problem
-    assert isinstance(problem, EquilibriumProblem)
+    problem = equilibrium_problem(node)
     distance, step, current, values = 0.0, FIRST, node, problem.indicators(node.z)
     while distance < FAR:
         try:
@@ -186,10 +184,8 @@ def _next(sets: list[StickingSet], sense: float, step: float, end: float) -> Sti
     z[-1] = middle.z[-1] + sense * step * middle.scales[-1]
     if sense * (z[-1] - end) > -1e-12 * middle.scales[-1]:
         z[-1] = end
-    problem = middle.problem
-    assert isinstance(problem, EquilibriumProblem)
     try:
-        following = set_at(problem, middle.scales, z, sets[-1].along)
+        following = set_at(equilibrium_problem(middle), middle.scales, z, sets[-1].along)
     except Lost:
         return None
     return following if following is not None and following.middle.word == middle.word else None

@@ -18,10 +18,10 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.kept import Pieces
-from fmu_models.continuation.problem.node import Lost, Node, arclength, look, parameter, solved, tangent_of
+from fmu_models.continuation.problem.node import SAME, Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
-from fmu_models.continuation.special.discontinuous import SAME, Touch, repeats
+from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.special.growing_multiplier import why_huge
 from fmu_models.continuation.special.kinds import BRANCH_POINT, HOPF, JUMP
 from fmu_models.continuation.special.several import is_part
@@ -75,7 +75,7 @@ class Follower:
         self.pieces = pieces or Pieces()
         self.way = Way()
         self.hidden = 0
-        self.whole = not repeats(begin, SAME)
+        self.whole = not begin.repeats(SAME)
         self._kept = (0, 0)
 
     def follow(self) -> Way:
@@ -247,7 +247,7 @@ class Follower:
     def _repeats(self, node: Node) -> bool:
         """Whether a motion is one of half the period, on a branch that began with another one."""
         half = len(node.seen.word) // 2
-        return self.whole and node.seen.word[:half] == node.seen.word[half:] and repeats(node, SAME)
+        return self.whole and node.seen.word[:half] == node.seen.word[half:] and node.repeats(SAME)
 
     def _doubtful(self, node: Node, after: Node, step: float) -> bool:
         """Whether a step has led over to another branch, or past two zeros of a test."""
@@ -261,17 +261,17 @@ class Follower:
 
     def _leaves(self, node: Node) -> bool:
         """Whether it begins at the end of the range, outward."""
+        return node.tangent[-1] * (node.value - sum(self.between) / 2) > 0.0 and self._at_bound(node)
+
+    def _at_bound(self, node: Node) -> bool:
         low, high = self.between
-        outward = node.tangent[-1] * (node.value - (low + high) / 2) > 0.0
-        if outward and min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
-            self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
-            return True
-        return False
+        if min(abs(node.value - low), abs(node.value - high)) > 1e-12 * (high - low):
+            return False
+        self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+        return True
 
     def _ended(self, node: Node) -> bool:
-        low, high = self.between
-        if min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
-            self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+        if self._at_bound(node):
             return True
         n = len(node.problem.states)
         if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):

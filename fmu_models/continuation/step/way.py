@@ -1,12 +1,13 @@
-"""What has been passed on a branch: motions, and specials between them."""
+"""What has been passed on a branch or a curve: motions, and specials between them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.special import smooth
-from fmu_models.continuation.special.discontinuous import Touch, repeats
+from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.special.kinds import BRANCH_POINT
 
 
@@ -37,13 +38,45 @@ class Way:
     found: list[tuple[int, Found]] = field(default_factory=list)
     end: tuple[str, str] = ("unfinished", "it was stopped")
 
+    @property
+    def complete(self) -> bool:
+        """Whether there is nothing to follow from its begin the other way."""
+        return self.end[0] in ("closed", "interrupted")
+
     def add(self, node: Node) -> None:
         """A motion, and what lies between it and the one before."""
         if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
             for kind, special in smooth.between(self.nodes[-1], node):
                 self.found.append((len(self.nodes), Found(kind, special)))
-                if kind == BRANCH_POINT and repeats(special):
+                if kind == BRANCH_POINT and special.repeats():
                     self.end = ("flip", "the motion is that of half its period: it has come to the flip of its parent")
                     self.nodes.append(special)
                     return
         self.nodes.append(node)
+
+
+Ways = tuple[Way, Way | None]
+Ends = tuple[tuple[str, str], tuple[str, str]]
+
+
+def ways(begin: Node, follow: Callable[[Node], Way]) -> Ways:
+    """From a begin forward and, unless that comes back to it or is interrupted, backward."""
+    forward = follow(begin)
+    return forward, None if forward.complete else follow(begin.turned())
+
+
+def joined(forward: Way, backward: Way | None) -> tuple[list[Node], list[tuple[int, Found, bool]], Ends]:
+    """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
+    was met the other way round), both ends."""
+    nodes = list(forward.nodes)
+    findings = [(count, finding, False) for count, finding in forward.found]
+    first = forward.end if forward.complete else ("start", "where it leaves another branch")
+    if backward is not None:
+        first, k = backward.end, len(backward.nodes)
+        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
+        turned = [
+            (k - count, replace(finding, before=finding.after, after=finding.before), True)
+            for count, finding in backward.found
+        ]
+        findings = list(reversed(turned)) + [(count + k - 1, finding, False) for count, finding, _ in findings]
+    return nodes, findings, (first, forward.end)

@@ -11,7 +11,7 @@ import numpy as np
 from fmu_models.continuation.problem.node import Lost, Node
 from fmu_models.continuation.problem.problem import TIE, Passing
 from fmu_models.continuation.special.detachment import from_vanishing
-from fmu_models.continuation.special.discontinuous import Touch, exchanged, from_miss, is_rigid, other_word
+from fmu_models.continuation.special.discontinuous import Touch, exchanged, from_miss, other_word
 from fmu_models.continuation.special.lost_event import from_event
 from fmu_models.continuation.special.several import at_once, with_all
 from fmu_models.language.contact_kinds import AWAY, STICK
@@ -78,7 +78,7 @@ def beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
         nodes = with_all(touch)
         if nodes is not None:
             return nodes, touch
-        if is_rigid(touch.node.problem, touch.miss.contact):
+        if touch.node.problem.is_rigid(touch.miss.contact):
             raise Lost("several events come at once, and no motion with all of them goes on from it")
     try:
         return other_word(touch), touch

@@ -115,7 +115,11 @@ class Equations:
 
     def rates(self, mode: Mode) -> tuple[Any, ...]:
         """z' in a mode, as expressions."""
-        system, signs, forces = self.system, self.signs(mode), self.forces(mode)
+        return self.rates_under(self.forces(mode), self.signs(mode))
+
+    def rates_under(self, forces: Sequence[Any], signs: dict[Any, Any]) -> tuple[Any, ...]:
+        """z' under the forces of all contacts, as expressions, with other signs of slip or what stands for them."""
+        system = self.system
         velocities = [q.v for q in system.coordinates]
         driven = [
             self.place(a, signs) + sum((system.W[i, j] * forces[j] for j in range(len(forces))), sympy.S.Zero)

@@ -137,8 +137,10 @@ class _Stepping:
             smooth = tuple(
                 OPEN if c.sticks and s in (PLUS, MINUS) else s for c, s in zip(equations.contacts, mode, strict=True)
             )
+            # without friction, but with the signs that internal states and other switches know
             signs = equations.signs(mode)
-            free = [rate.xreplace(signs) if hasattr(rate, "xreplace") else rate for rate in self._smooth(smooth, mode)]
+            rates = equations.rates_under(equations.forces(smooth), signs)
+            free = [rate.xreplace(signs) if hasattr(rate, "xreplace") else rate for rate in rates]
             jacobian = sympy.Matrix(free).jacobian(sympy.Matrix(equations.symbols))
             self._fields[mode] = equations.function([*free, *jacobian])
             limits = [
@@ -148,20 +150,6 @@ class _Stepping:
             ]
             self._limits[mode] = equations.function(limits)
         return self._fields[mode], self._limits[mode]
-
-    def _smooth(self, open_mode: Mode, mode: Mode) -> list[Any]:
-        """z' with friction contacts open, but the signs that internal states and other switches know."""
-        equations = self.equations
-        signs = equations.signs(mode)
-        rates = list(equations.rates(open_mode))
-        system, n = equations.system, len(equations.system.coordinates)
-        forces = equations.forces(open_mode)
-        for i, a in enumerate(system.acceleration):
-            pull = sum((system.W[i, j] * f for j, f in enumerate(forces)), sympy.S.Zero)
-            rates[n + i] = equations.place(a, signs) + pull
-        for i, rate in enumerate(system.internal_rates):
-            rates[n + len(system.driven) + i] = equations.place(rate, signs)
-        return rates
 
     def _step(self, t: float, z: Any, h: float, mode: Mode, active: list[int], last: Any) -> tuple[Any, Any, list[int]]:
         """One step: state, impulses (n_contacts,), and the contacts whose friction is at its limit."""

@@ -24,9 +24,6 @@ from scipy.integrate import solve_ivp
 
 from fmu_models.validation.methods.equations import Equations
 from fmu_models.validation.methods.result import (
-    CLOSED,
-    OPEN,
-    PLUS,
     MethodProblem,
     MethodRun,
     NotTreated,
@@ -87,13 +84,12 @@ class Smoothing:
 
         return make
 
-    def _rates(self, equations: Equations) -> list[Any]:
+    def _rates(self, equations: Equations) -> tuple[Any, ...]:
         """The smoothed right-hand side, as expressions."""
         shape = SHAPES[self.shape]
         system = equations.system
         width = sympy.Float(self.width)
         signs = {c.sign_symbol: shape(c.slip / width) for c in system.contacts if c.kind.dry}
-        mode = tuple(CLOSED if c.kind.compliant else PLUS if c.depth is None else OPEN for c in system.contacts)
         forces = []
         for contact in system.contacts:
             self._check(contact)
@@ -104,15 +100,7 @@ class Smoothing:
                 if edge is not None:
                     force *= (1 + shape(equations.place(edge, signs) / width)) / 2
             forces.append(force)
-        rates = list(equations.rates(tuple(OPEN for _ in mode)))
-        n = len(system.coordinates)
-        for i, a in enumerate(system.acceleration):
-            pull = sum((system.W[i, j] * force for j, force in enumerate(forces)), sympy.S.Zero)
-            rates[n + i] = equations.place(a, signs) + pull
-        first = n + len(system.driven)
-        for i, rate in enumerate(system.internal_rates):
-            rates[first + i] = equations.place(rate, signs)
-        return rates
+        return equations.rates_under(forces, signs)
 
     def _check(self, contact: Any) -> None:
         if contact.kind.rigid:

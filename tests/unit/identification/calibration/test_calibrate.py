@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from known_deviation import deviation
+from noisy_belt import FREE, NOISE, OFF, TRUE, noisy
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from fmu_models.base.errors import StickslipError
@@ -21,27 +22,6 @@ from identification.calibration.pose import Settings, problem_of
 from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
 from identification.calibration.search import over_segments
-
-FREE = ["a0", "a1", "a3", "k", "f0"]
-TRUE = {"a0": 1.5, "a1": 1.5, "a3": 0.45, "k": 1.0, "f0": 0.1}
-OFF = {"a0": 2.4, "a1": 0.95, "a3": 0.7, "k": 0.65, "f0": 0.16}  # by half, each
-NOISE = 0.005
-
-
-@pytest.fixture(scope="module")
-def belt():
-    return load("forced_stick_slip")
-
-
-def noisy(fmu, seed, until=60.0, samples=601, parameters=None, name="x", noise=NOISE, **more):
-    time = np.linspace(0, until, samples)
-    run = simulate(fmu, until, output_times=time, parameters=parameters or {}, **more)
-    return {"time": time, name: run[name] + noise * np.random.default_rng(seed).normal(size=samples)}
-
-
-@pytest.fixture(scope="module")
-def found(belt):
-    return calibrate(belt, noisy(belt, 3), free=FREE, parameters=OFF, held_out=[noisy(belt, 4, 40.0, 401)])
 
 
 def test_stick_slip_is_found_from_half_off_within_its_deviations(found):

@@ -371,13 +371,13 @@ def _cloud(runner: Runner, system: SectionSystem, start: Vector) -> Cloud | None
     width = np.ptp(points, axis=0)
     size = np.where(width > 0, width, 1.0) / CELLS
     steps = list(itertools.product((-1, 0, 1), repeat=points.shape[1]))
-    places = [list(map(tuple, np.floor(part / size).astype(int).tolist())) for part in np.array_split(points, 2)]
+    places = [list(map(tuple, np.floor(half / size).astype(int).tolist())) for half in np.array_split(points, 2)]
     first_cells, second_cells = (
         {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in set(half) for step in steps}
         for half in places
     )
     filled = (
-        sum(place in cells for place in half) / len(half)
+        sum(cell in cells for cell in half) / len(half)
         for half, cells in zip(places, (second_cells, first_cells), strict=True)
     )
     if min(filled) < FILLED:

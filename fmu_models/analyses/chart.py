@@ -179,7 +179,7 @@ class _Cells:
         )
 
 
-def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, values: Mapping[str, Vector]) -> Chart:
+def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, values: Mapping[str, Vector]) -> Chart:
     shape = tuple(coordinates.size for coordinates in values.values())
     computed: dict[tuple[int, int], tuple[str, float]] = {}
     failures: dict[tuple[int, int], str] = {}
@@ -190,14 +190,14 @@ def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, va
         def take(first: int, chunk: RunRows) -> None:
             end = first + len(chunk.filled)
             subset = {name: numbers[first:end] for name, numbers in varied.items()}
-            exponents = how.what == "exponent"
-            found = _signs(runner, system, chunk, subset) if exponents else _classes(system, chunk, subset, how)
+            exponents = setup.what == "exponent"
+            results = _signs(runner, system, chunk, subset) if exponents else _classes(system, chunk, subset, setup)
             for i, cell in enumerate(cells[first:end]):
-                computed[cell] = found[i]
+                computed[cell] = results[i]
                 if chunk.outcomes[i] > families.ABSORBED:
                     failures[cell] = chunk.messages.get(i) or families.OUTCOMES[int(chunk.outcomes[i])]
 
-        runner.each(how.jobs(varied, len(cells)), take)
+        runner.each(setup.jobs(varied, len(cells)), take)
 
     labels = _filled(shape, refine, computed, run)
     classes = tuple(sorted({label for label in labels.ravel() if label}, key=_in_order))
@@ -208,7 +208,7 @@ def _charted(runner: Runner, system: SectionSystem, how: _Cells, refine: int, va
         numbers[cell], chunk[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
     return Chart(
-        system.name, how.what, values, classes, indices, numbers, chunk, failures, system.how, runner.provenance
+        system.name, setup.what, values, classes, indices, numbers, chunk, failures, system.how, runner.provenance
     )
 
 

@@ -15,8 +15,8 @@ def cache_folder() -> Path:
     Raises:
         StickslipError: the folder cannot be made.
     """
-    if given := os.environ.get("STICKSLIP_CACHE"):
-        folder = Path(given)
+    if path := os.environ.get("STICKSLIP_CACHE"):
+        folder = Path(path)
     else:
         import platformdirs
 
@@ -31,10 +31,10 @@ def cache_folder() -> Path:
     return folder
 
 
-def digest(*parts: bytes | str) -> str:
+def digest(*texts: bytes | str) -> str:
     """Hash of a sequence of texts; where one ends and the next begins counts."""
     total = hashlib.sha256()
-    for part in parts:
-        data = part.encode() if isinstance(part, str) else part
+    for text in texts:
+        data = text.encode() if isinstance(text, str) else text
         total.update(len(data).to_bytes(8, "little") + data)
     return total.hexdigest()[:32]

@@ -62,11 +62,11 @@ class Limits:
     memory: float | None = None
 
     def __post_init__(self) -> None:
-        for what, value, unit in (("time", self.time, "s"), ("memory", self.memory, "MB")):
+        for name, value, unit in (("time", self.time, "s"), ("memory", self.memory, "MB")):
             if value == math.inf:
-                object.__setattr__(self, what, None)
+                object.__setattr__(self, name, None)
             elif value is not None and not 0 < value < math.inf:
-                raise StickslipError(f"The limit of {what} must be a positive number of {unit}, found {value:g}.")
+                raise StickslipError(f"The limit of {name} must be a positive number of {unit}, found {value:g}.")
         if self.memory is not None and not _can_limit_memory():
             raise StickslipError("Memory can be limited on Linux only. Leave the limit of memory out.")
 

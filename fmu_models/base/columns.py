@@ -47,12 +47,12 @@ def frame_of(value: Any) -> pandas.DataFrame:
 
 def _columns(value: Any, name: str, attribute: str) -> Iterator[tuple[str, Any]]:
     """Names and entries of the columns that one attribute makes."""
-    attribute, _, place = attribute.partition(".")
+    attribute, _, index = attribute.partition(".")
     numbers: Any = getattr(value, attribute)
     if numbers is None:
         return
-    if place:
-        numbers = numbers[:, int(place)]
+    if index:
+        numbers = numbers[:, int(index)]
     field = re.search(r"\{(\w*)\}", name)
     names = getattr(value, field[1]) if field and field[1] else None
     if isinstance(numbers, Mapping):
@@ -61,8 +61,8 @@ def _columns(value: Any, name: str, attribute: str) -> Iterator[tuple[str, Any]]
         column = name if field is None else name.replace(field[0], str(names))
         yield column, numbers.ravel() if hasattr(numbers, "ravel") else numbers
     else:
-        for i, part in enumerate(range(1, numbers.shape[1] + 1) if names is None else names):
-            yield from _parts(name.replace(field[0], str(part)), numbers[:, i])
+        for i, label in enumerate(range(1, numbers.shape[1] + 1) if names is None else names):
+            yield from _parts(name.replace(field[0], str(label)), numbers[:, i])
 
 
 def _parts(name: str, numbers: Any) -> Iterator[tuple[str, Any]]:

@@ -71,25 +71,25 @@ def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = Fals
 def flowing(command: Callable[..., None]) -> str:
     """The help of a command from its docstring: typer breaks lines of all paragraphs but the first where we do."""
     paragraphs = inspect.cleandoc(command.__doc__ or "").split("\n\n")
-    return "\n\n".join(one.replace("\n", " ") for one in paragraphs)
+    return "\n\n".join(paragraph.replace("\n", " ") for paragraph in paragraphs)
 
 
 def trusting(command: Callable[..., None]) -> Callable[..., None]:
     """The command with ``--trust``: one that reads documents which may name code, see `trust`."""
 
     @wraps(command)
-    def run(*, trust: bool = False, **given: Any) -> None:
+    def run(*, trust: bool = False, **arguments: Any) -> None:
         with everything() if trust else nullcontext():
-            command(**given)
+            command(**arguments)
 
     hints = get_type_hints(command, include_extras=True)
     parameters = [
-        one.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
-        for name, one in inspect.signature(command).parameters.items()
+        parameter.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
+        for name, parameter in inspect.signature(command).parameters.items()
     ]
     added = inspect.Parameter("trust", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Trust)
     run.__signature__ = inspect.Signature([*parameters, added])  # type: ignore[attr-defined] # what typer reads
-    run.__annotations__ = {one.name: one.annotation for one in (*parameters, added)}
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in (*parameters, added)}
     return run
 
 
@@ -103,10 +103,10 @@ def console() -> Console:
     """Where results are printed for people."""
     from fmu_models.base.printable_console import PrintableConsole
 
-    made = PrintableConsole(highlight=False)
-    if not made.is_terminal and "COLUMNS" not in os.environ:
-        made.width = 120  # a file or a pipe has no width of its own
-    return made
+    printer = PrintableConsole(highlight=False)
+    if not printer.is_terminal and "COLUMNS" not in os.environ:
+        printer.width = 120  # a file or a pipe has no width of its own
+    return printer
 
 
 def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None]) -> None:
@@ -151,14 +151,14 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
     from fmu_models.base.printable_console import PrintableConsole
 
     out = PrintableConsole(stderr=True)
-    pace, begin = Pace(), time.monotonic()
+    pace, start = Pace(), time.monotonic()
     try:
         with _bar(label, out) if out.is_terminal else _lines(label) as show:
 
             def advance(fraction: float) -> None:
-                elapsed = time.monotonic() - begin
-                left = pace.remaining(elapsed, fraction)
-                show(elapsed, fraction, "" if left is None else f"about {spoken(left)} left")
+                elapsed = time.monotonic() - start
+                remaining = pace.remaining(elapsed, fraction)
+                show(elapsed, fraction, "" if remaining is None else f"about {spoken(remaining)} left")
 
             yield advance
     except KeyboardInterrupt as interrupt:
@@ -175,10 +175,10 @@ def _bar(label: str, out: Console) -> Iterator[Callable[[float, float, str], Non
     bar = Progress(*columns, console=out, transient=True)
     task = bar.add_task(label, total=1.0, left="")
 
-    def show(elapsed: float, fraction: float, left: str) -> None:
+    def show(elapsed: float, fraction: float, remaining: str) -> None:
         if elapsed > PATIENCE:
             bar.start()
-            bar.update(task, completed=fraction, left=left)
+            bar.update(task, completed=fraction, left=remaining)
 
     try:
         yield show
@@ -190,11 +190,11 @@ def _bar(label: str, out: Console) -> Iterator[Callable[[float, float, str], Non
 def _lines(label: str) -> Iterator[Callable[[float, float, str], None]]:
     due = LINE_EVERY
 
-    def show(elapsed: float, fraction: float, left: str) -> None:
+    def show(elapsed: float, fraction: float, remaining: str) -> None:
         nonlocal due
         if elapsed >= due:
             due = elapsed + LINE_EVERY
-            _complain(", ".join(part for part in (f"{label}: {fraction:.0%}", left) if part))
+            _complain(", ".join(text for text in (f"{label}: {fraction:.0%}", remaining) if text))
 
     yield show
 
@@ -205,7 +205,7 @@ def output_of_libraries() -> Iterator[None]:
     import ctypes
 
     sys.stdout.flush()
-    kept = os.dup(1)
+    saved = os.dup(1)
     os.dup2(2, 1)
     try:
         yield
@@ -213,17 +213,17 @@ def output_of_libraries() -> Iterator[None]:
         if os.name == "posix":
             # what it printed may still wait in a buffer of the C library
             ctypes.CDLL(None).fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(saved, 1)
+        os.close(saved)
 
 
-def assignments(given: Sequence[str] | None, what: str) -> dict[str, float]:
+def assignments(texts: Sequence[str] | None, kind: str) -> dict[str, float]:
     """Numbers from arguments ``NAME=VALUE``; errors as for ``settings``."""
-    return {name: float(value) for name, value in settings(given, what).items()}
+    return {name: float(value) for name, value in settings(texts, kind).items()}
 
 
 def settings(
-    given: Sequence[str] | None, what: str, is_text: Callable[[str], bool] = lambda _: False, columns: bool = False
+    texts: Sequence[str] | None, kind: str, is_text: Callable[[str], bool] = lambda _: False, columns: bool = False
 ) -> dict[str, float | str]:
     """Numbers from arguments ``NAME=VALUE``, and texts for the names of which ``is_text`` says so; where ``columns``
     also columns ``LOG:COLUMN`` of logs, as texts.
@@ -232,7 +232,7 @@ def settings(
         StickslipError: not of that form, not a number, or a name twice.
     """
     values: dict[str, float | str] = {}
-    for text in given or ():
+    for text in texts or ():
         name, equals, value = text.partition("=")
         name = name.strip()
         try:
@@ -243,10 +243,10 @@ def settings(
         if not equals or not name:
             article, column = ("An", ", or NAME=LOG:COLUMN from a log") if columns else ("A", "")
             raise StickslipError(
-                f"{article} {what} is given as NAME=VALUE with a number, for example J=0.05{column}; found '{text}'."
+                f"{article} {kind} is given as NAME=VALUE with a number, for example J=0.05{column}; found '{text}'."
             )
         if name in values:
-            raise StickslipError(f"The {what} '{name}' is given twice. Give it once.")
+            raise StickslipError(f"The {kind} '{name}' is given twice. Give it once.")
         values[name] = number
     return values
 
@@ -275,8 +275,8 @@ def run(application: typer.Typer) -> None:
             sys.exit(2)
         if error.errno not in FULL:
             raise
-        what = f"'{error.filename}'" if error.filename else "the output"
-        _complain(f"{what} cannot be written: {error.strerror}.")
+        name = f"'{error.filename}'" if error.filename else "the output"
+        _complain(f"{name} cannot be written: {error.strerror}.")
         code = UNWRITTEN
         _forget_output()
     except usage_error as error:
@@ -301,12 +301,12 @@ def _forget_output() -> None:
 @contextmanager
 def warnings_said() -> Iterator[None]:
     """Say on standard error, at the end, each warning of the work once."""
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as recorded:
         warnings.simplefilter("always")
         try:
             yield
         finally:
-            for text in dict.fromkeys(str(warning.message) for warning in said):
+            for text in dict.fromkeys(str(warning.message) for warning in recorded):
                 warn(text)
 
 

@@ -14,13 +14,13 @@ class WriteError(StickslipError):
     """A file that could not be written to its end, through no fault of what was asked for: a disk that is full."""
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def nearest(name: str, names: Iterable[str]) -> str:
     """Sentence with the known name closest to a misspelt one, or all of them where none is close.
 
     >>> nearest("dics_rig", ["disc_rig", "block_on_belt"])
     " Did you mean 'disc_rig'?"
     """
-    choices = list(known)
+    choices = list(names)
     close = difflib.get_close_matches(name, choices, n=1, cutoff=0.5)
     if close:
         return f" Did you mean '{close[0]}'?"

@@ -48,15 +48,15 @@ def part_ticks(figure: Figure) -> None:
 def _touch(axis: Axis, along: int) -> bool:
     """Whether labels of ticks that are shown touch; along: 0 for x, 1 for y."""
     low, high = sorted(axis.get_view_interval())
-    shown = [
+    boxes = [
         label.get_window_extent()
         for tick in axis.get_major_ticks()
         for label in (tick.label1, tick.label2)
         if label.get_visible() and label.get_text() and low <= tick.get_loc() <= high
     ]
-    spans = sorted((box.x0, box.x1) if along == 0 else (box.y0, box.y1) for box in shown)
-    gap = SPACED * max((box.height for box in shown), default=0.0) if along == 0 else 0.0
-    return any(one[1] + gap > other[0] for one, other in pairwise(spans))
+    spans = sorted((box.x0, box.x1) if along == 0 else (box.y0, box.y1) for box in boxes)
+    gap = SPACED * max((box.height for box in boxes), default=0.0) if along == 0 else 0.0
+    return any(first[1] + gap > second[0] for first, second in pairwise(spans))
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:

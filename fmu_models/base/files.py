@@ -19,32 +19,32 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 OVERWRITE = "Choose another name, or have it replaced: --overwrite (in Python overwrite=True)."
 
 
-def existing(path: str | os.PathLike[str], what: str = "file", advice: str = "") -> Path:
+def existing(path: str | os.PathLike[str], kind: str = "file", advice: str = "") -> Path:
     """The path, if something is there.
 
     Raises:
-        StickslipError: nothing is; ``what`` is the word for it, ``advice`` on how to get one, with a space before it.
+        StickslipError: nothing is; ``kind`` is the word for it, ``advice`` on how to get one, with a space before it.
     """
-    given = Path(path)
-    if not is_there(given):
-        raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or advice}")
-    return given
+    target = Path(path)
+    if not is_there(target):
+        raise StickslipError(f"There is no {kind} '{path}'.{shipped.hint(target) or advice}")
+    return target
 
 
-def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -> Path:
+def named_file(path: str | os.PathLike[str], files: Iterable[Path], kind: str) -> Path:
     """A file given by its path, or by the name (with or without ending) of one of those that come along.
 
     Raises:
-        StickslipError: there is none; ``what`` is the word for such a file.
+        StickslipError: there is none; ``kind`` is the word for such a file.
     """
-    given = Path(path)
-    if is_there(given) and given.is_file():
-        return given
-    by_name = {file.stem: file for file in known}
-    stem = given.stem if given.suffix in {file.suffix for file in by_name.values()} else str(given)
-    if given.parent == Path() and stem in by_name:
+    target = Path(path)
+    if is_there(target) and target.is_file():
+        return target
+    by_name = {file.stem: file for file in files}
+    stem = target.stem if target.suffix in {file.suffix for file in by_name.values()} else str(target)
+    if target.parent == Path() and stem in by_name:
         return by_name[stem]
-    raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or nearest(stem, by_name)}")
+    raise StickslipError(f"There is no {kind} '{path}'.{shipped.hint(target) or nearest(stem, by_name)}")
 
 
 def is_there(path: Path) -> bool:
@@ -96,9 +96,9 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
         release_folder(folder)
 
 
-def disk_error(error: OSError, what: str | os.PathLike[str]) -> WriteError:
+def disk_error(error: OSError, path: str | os.PathLike[str]) -> WriteError:
     """What to say where a disk takes no more."""
-    return WriteError(f"'{what}' cannot be written: {error.strerror}. Make room, or write to another place.")
+    return WriteError(f"'{path}' cannot be written: {error.strerror}. Make room, or write to another place.")
 
 
 def seal(path: Path) -> None:

@@ -46,9 +46,9 @@ class Formula:
         for node in ast.walk(body):
             if isinstance(node, ast.Name) and node.id not in (*_FUNCTIONS, *_CONSTANTS):
                 names[node.id] = None
-        made = cls(text.strip(), tuple(names))
-        made(dict.fromkeys(names, np.ones(1)))
-        return made
+        formula = cls(text.strip(), tuple(names))
+        formula(dict.fromkeys(names, np.ones(1)))
+        return formula
 
     def __call__(self, values: Mapping[str, Any]) -> Any:
         """Its value; nan where it has none.
@@ -79,7 +79,7 @@ class Formula:
             function = getattr(np, node.func.id)
             if node.keywords or len(node.args) != function.nin:
                 raise StickslipError(f"'{node.func.id}' in '{self.text}' takes {function.nin} values.")
-            return function(*(self._value(one, values) for one in node.args))
+            return function(*(self._value(argument, values) for argument in node.args))
         raise StickslipError(
             f"'{ast.unparse(node)}' in '{self.text}' is nothing that a formula has: names, numbers, + - * / **, "
             f"{', '.join(_FUNCTIONS)}, pi."

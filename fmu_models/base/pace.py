@@ -33,19 +33,19 @@ class Pace:
         if elapsed >= last + APART:
             self.times.append(elapsed)
             self.done.append(done)
-        left = [self._left(part, elapsed, done) for part in PARTS]
-        least, most = min(left), max(left)
-        if elapsed < EARLY or not most < math.inf or most > AGREED * least + 1:
+        estimates = [self._left(fraction, elapsed, done) for fraction in PARTS]
+        least, greatest = min(estimates), max(estimates)
+        if elapsed < EARLY or not greatest < math.inf or greatest > AGREED * least + 1:
             self.mean = None
             return None
-        end = elapsed + left[0]
+        end = elapsed + estimates[0]
         share = 1 - math.exp(-(elapsed - last) / (SMOOTHED * elapsed))
         self.mean = end if self.mean is None else self.mean + share * (end - self.mean)
         return max(self.mean - elapsed, 0.0)
 
-    def _left(self, part: float, elapsed: float, done: float) -> float:
+    def _left(self, fraction: float, elapsed: float, done: float) -> float:
         """Seconds at the speed of the latter part of the time so far; infinite where too little was done in it."""
-        since = bisect_right(self.times, elapsed * (1 - part)) - 1
+        since = bisect_right(self.times, elapsed * (1 - fraction)) - 1
         # a share that falls back, as where a search begins anew, says nothing either
         if len(set(self.done[since:])) <= STEPS or done <= self.done[since]:
             return math.inf
@@ -54,7 +54,7 @@ class Pace:
 
 def spoken(seconds: float) -> str:
     """A duration as people say it."""
-    whole = math.ceil(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole // 3600} h {whole // 60 % 60:02d} min"
+    total = math.ceil(seconds)
+    if total < 60:
+        return f"{total} s"
+    return f"{total // 60} min {total % 60:02d} s" if total < 3600 else f"{total // 3600} h {total // 60 % 60:02d} min"

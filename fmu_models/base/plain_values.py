@@ -16,64 +16,64 @@ LARGEST = 2**63 - 1  # of counts: what arrays and other programs hold
 _WORDS = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
 
 
-def from_plain(kind: type[Value], plain: Any, place: str) -> Value:
+def from_plain(kind: type[Value], plain: Any, label: str) -> Value:
     """An instance of a dataclass, with all that it holds.
 
     Args:
         kind: of fields annotated as float, int, str, bool, tuples of one type, mappings from texts, dataclasses, or one
             of these or None; a field that is no part of ``__init__``'s plain arguments keeps its default.
-        place: what ``plain`` is called in an error.
+        label: what ``plain`` is called in an error.
 
     Raises:
         StickslipError: a field is missing, unknown, or holds another type; says which and what was expected.
     """
     if not isinstance(plain, dict):
-        raise _fault(place, "an object", plain)
+        raise _fault(label, "an object", plain)
     hints = typing.get_type_hints(kind)
     fields: Any = {field.name: field for field in dataclasses.fields(kind)}  # pyright: ignore[reportArgumentType]
     for name in plain:
         if name not in fields:
-            raise StickslipError(f"{place} has an unknown entry '{name}'.")
-    given = {}
+            raise StickslipError(f"{label} has an unknown entry '{name}'.")
+    arguments = {}
     for name, field in fields.items():
         if name in plain:
-            given[name] = _value(hints[name], plain[name], f"{place}.{name}")
+            arguments[name] = _value(hints[name], plain[name], f"{label}.{name}")
         elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
-            raise StickslipError(f"{place} is incomplete: '{name}' is missing.")
-    return kind(**given)
+            raise StickslipError(f"{label} is incomplete: '{name}' is missing.")
+    return kind(**arguments)
 
 
-def _value(hint: Any, value: Any, place: str) -> Any:
+def _value(hint: Any, value: Any, label: str) -> Any:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
-        (inner,) = (one for one in arguments if one is not types.NoneType)
-        return None if value is None else _value(inner, value, place)
+        (inner,) = (argument for argument in arguments if argument is not types.NoneType)
+        return None if value is None else _value(inner, value, label)
     if dataclasses.is_dataclass(hint):
-        return from_plain(typing.cast(type, hint), value, place)
+        return from_plain(typing.cast(type, hint), value, label)
     if origin is tuple:
         if not isinstance(value, list | tuple):
-            raise _fault(place, "a list", value)
-        return tuple(_value(arguments[0], one, f"{place}[{i}]") for i, one in enumerate(value))
+            raise _fault(label, "a list", value)
+        return tuple(_value(arguments[0], entry, f"{label}[{i}]") for i, entry in enumerate(value))
     if origin in (dict, collections.abc.Mapping):
         if not isinstance(value, dict):
-            raise _fault(place, "an object", value)
-        return {name: _value(arguments[1], one, f"{place}.{name}") for name, one in value.items()}
-    return _single(hint, value, place)
+            raise _fault(label, "an object", value)
+        return {name: _value(arguments[1], entry, f"{label}.{name}") for name, entry in value.items()}
+    return _single(hint, value, label)
 
 
-def _single(hint: Any, value: Any, place: str) -> Any:
+def _single(hint: Any, value: Any, label: str) -> Any:
     if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
         try:
             return float(value)
         except OverflowError:
-            raise _fault(place, "a number of a size that numbers can have", "one of many digits") from None
+            raise _fault(label, "a number of a size that numbers can have", "one of many digits") from None
     if type(value) is not hint:
-        raise _fault(place, _WORDS[hint], value)
+        raise _fault(label, _WORDS[hint], value)
     if hint is int and abs(value) > LARGEST:
-        raise _fault(place, "a whole number of a size that counts can have", "one of many digits")
+        raise _fault(label, "a whole number of a size that counts can have", "one of many digits")
     return value
 
 
-def _fault(place: str, expected: str, found: Any) -> StickslipError:
-    shown = repr(found)
-    return StickslipError(f"{place} must be {expected}, found {shown if len(shown) < 60 else shown[:60] + '...'}.")
+def _fault(label: str, expected: str, value: Any) -> StickslipError:
+    text = repr(value)
+    return StickslipError(f"{label} must be {expected}, found {text if len(text) < 60 else text[:60] + '...'}.")

@@ -139,18 +139,18 @@ class Pool(Generic[Value]):
             self.close()
             raise
 
-    def _start(self, most: int) -> None:
+    def _start(self, count: int) -> None:
         """Children up to that number."""
-        for _ in range(len(self._children), min(self.processes, most)):
+        for _ in range(len(self._children), min(self.processes, count)):
             self._children.append(Child(self._work, self.limits, self.threads, self._reports))
 
     def _give(self, child: Child, jobs: Sequence[tuple[Any, ...]], waiting: dict[Hashable, deque[int]]) -> None:
         """Some jobs of one group, if it has too few: fewer at a time towards the end, so that all end together."""
-        left = sum(map(len, waiting.values()))
-        wanted = max(1, min(child.pace(), left // (2 * len(self._children))))
-        if left and not child.jobs:
+        remaining = sum(map(len, waiting.values()))
+        target = max(1, min(child.pace(), remaining // (2 * len(self._children))))
+        if remaining and not child.jobs:
             child.group = self._next_group(child, waiting)
-        while len(child.jobs) < wanted and waiting.get(child.group):
+        while len(child.jobs) < target and waiting.get(child.group):
             number = waiting[child.group].popleft()
             child.give(number, jobs[number])
 
@@ -158,7 +158,7 @@ class Pool(Generic[Value]):
         """The group that a child knows already, else one that nobody works on, else that with the most jobs left."""
         if waiting.get(child.group):
             return child.group
-        taken = {other.group for other in self._children}
+        taken = {worker.group for worker in self._children}
         return max(waiting, key=lambda group: (bool(waiting[group]), group not in taken, len(waiting[group])))
 
     def _next_outcome(self) -> tuple[Child, Any]:

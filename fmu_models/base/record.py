@@ -34,5 +34,5 @@ def record(value: Any) -> Any:
 
 
 def _attribute(value: Any, name: str) -> Any:
-    found = getattr(value, name)
-    return found() if callable(found) else found
+    member = getattr(value, name)
+    return member() if callable(member) else member

@@ -85,10 +85,10 @@ class Registry(Generic[T]):
     def sources(self) -> list[str | bytes]:
         """What the members depend on as their files tell: names and texts of those of our folder, and of those of every
         installed package that offers any; imports none."""
-        found: list[str | bytes] = []
+        texts: list[str | bytes] = []
         packages = {self.package}
         for point in sorted(_entry_points(self.group)):
-            found += [point.name, point.value, point.dist.version if point.dist else ""]
+            texts += [point.name, point.value, point.dist.version if point.dist else ""]
             packages.add(point.module.partition(".")[0])
         for package in sorted(packages):
             spec = importlib.util.find_spec(package)
@@ -96,8 +96,8 @@ class Registry(Generic[T]):
             files = [file for folder in folders for file in sorted(Path(folder).rglob("*.py"))]
             if spec and spec.origin and not folders:
                 files.append(Path(spec.origin))
-            found += [part for file in files for part in (str(file), file.read_bytes())]
-        return found
+            texts += [text for file in files for text in (str(file), file.read_bytes())]
+        return texts
 
     def load(self, reference: Reference, beside: Path | None = None) -> T:
         """The member that a name, a file or a module stands for.
@@ -115,11 +115,11 @@ class Registry(Generic[T]):
         folder = Path(beside or "").absolute()
         if is_place(name):
             check(name, folder)
-        if found := FILE.fullmatch(name):
-            module = _run_file(folder / found["file"], self.kind, found["file"])
-            return self._taken(module, found["attribute"], found["file"])
-        if found := MODULE.fullmatch(name):
-            return self._taken(_import(found["module"], folder, self.kind), found["attribute"], found["module"])
+        if match := FILE.fullmatch(name):
+            module = _run_file(folder / match["file"], self.kind, match["file"])
+            return self._taken(module, match["attribute"], match["file"])
+        if match := MODULE.fullmatch(name):
+            return self._taken(_import(match["module"], folder, self.kind), match["attribute"], match["module"])
         point = self._entry_point(name, folder)
         return self._taken(_import(point.module, None, self.kind), point.attr or None, point.module)
 
@@ -131,8 +131,8 @@ class Registry(Generic[T]):
         if not is_place(name):
             return code_of_user(None, self._entry_point(name).module.partition(".")[0])
         check(name, folder)
-        if found := FILE.fullmatch(name):
-            return code_of_user((folder / found["file"]).parent)
+        if match := FILE.fullmatch(name):
+            return code_of_user((folder / match["file"]).parent)
         return code_of_user(folder, name.partition(":")[0].partition(".")[0])
 
     @property
@@ -145,39 +145,39 @@ class Registry(Generic[T]):
         Raises:
             StickslipError: there is none, or more than one.
         """
-        found = [point for point in _entry_points(self.group) if point.name == name]
-        if not found:
+        points = [point for point in _entry_points(self.group) if point.name == name]
+        if not points:
             file = f"{name}.py"
             if folder and is_there(folder / file):
                 raise StickslipError(f"No {self.kind} is called '{name}'. For the file beside, write {file}.")
             raise StickslipError(f"No {self.kind} is called '{name}'.{nearest(name, self.names())}")
-        if len(values := {point.value for point in found}) > 1:
+        if len(values := {point.value for point in points}) > 1:
             places = " and ".join(sorted(values))
             raise StickslipError(f"Two packages offer a {self.kind} '{name}': {places}. Name it by one of these.")
-        return found[0]
+        return points[0]
 
-    def _taken(self, module: ModuleType, attribute: str | None, place: str) -> T:
+    def _taken(self, module: ModuleType, attribute: str | None, source: str) -> T:
         """A member from its module.
 
         Raises:
             StickslipError: the module has no such attribute, or it is of another type.
         """
-        wanted = attribute or self.attribute
-        if not hasattr(module, wanted):
+        name = attribute or self.attribute
+        if not hasattr(module, name):
             others = [name for name, value in vars(module).items() if self.types and self._fits(value)]
             if others:
-                hint = f" It has {', '.join(others)}: write {place}:{others[0]}."
+                hint = f" It has {', '.join(others)}: write {source}:{others[0]}."
             else:
-                hint = f" End it with {wanted} = ..., the {self.kind}." if attribute is None else ""
-            raise StickslipError(f"'{place}' defines no {wanted}.{hint}")
-        found = getattr(module, wanted)
-        if self.types and not self._fits(found):
-            what = f"the class {found.__name__}" if isinstance(found, type) else f"one of class {type(found).__name__}"
+                hint = f" End it with {name} = ..., the {self.kind}." if attribute is None else ""
+            raise StickslipError(f"'{source}' defines no {name}.{hint}")
+        value = getattr(module, name)
+        if self.types and not self._fits(value):
+            text = f"the class {value.__name__}" if isinstance(value, type) else f"one of class {type(value).__name__}"
             raise StickslipError(
-                f"{wanted} of '{place}' is no {self.kind}: it must be a {' or '.join(map(_short, self.types))}, "
-                f"found {what}."
+                f"{name} of '{source}' is no {self.kind}: it must be a {' or '.join(map(_short, self.types))}, "
+                f"found {text}."
             )
-        return found
+        return value
 
     def _fits(self, value: object) -> bool:
         # by name: a value can only be of a class whose module is imported, and listing must not import it
@@ -186,8 +186,8 @@ class Registry(Generic[T]):
 
 def moved(reference: str, beside: Path, to: Path) -> str:
     """A reference that was relative to one folder, for another."""
-    found = FILE.fullmatch(reference)
-    if not found or Path(found["file"]).is_absolute() or beside.absolute() == to.absolute():
+    match = FILE.fullmatch(reference)
+    if not match or Path(match["file"]).is_absolute() or beside.absolute() == to.absolute():
         return reference
     return os.path.relpath(beside / reference, to)
 
@@ -211,12 +211,12 @@ def code_of_user(folder: Path | None, package: str = "") -> Iterator[None]:
         with redirect_stdout(sys.stderr), everything():
             yield
     except (Exception, SystemExit) as error:
-        place = _place(error, folder, package)
-        if place is None:
+        location = _place(error, folder, package)
+        if location is None:
             raise
-        said = str(error.msg if isinstance(error, SyntaxError) else error)
-        kind = "" if isinstance(error, StickslipError) else f"{type(error).__name__}{': ' if said else '.'}"
-        raise StickslipError(f"{place}: {kind}{said}") from error
+        message = str(error.msg if isinstance(error, SyntaxError) else error)
+        kind = "" if isinstance(error, StickslipError) else f"{type(error).__name__}{': ' if message else '.'}"
+        raise StickslipError(f"{location}: {kind}{message}") from error
     finally:
         sys.path[:] = path
         sys.dont_write_bytecode = bytecode
@@ -226,7 +226,7 @@ def code_of_user(folder: Path | None, package: str = "") -> Iterator[None]:
                 del sys.modules[name]
 
 
-def _run_file(path: Path, kind: str, given: str) -> ModuleType:
+def _run_file(path: Path, kind: str, name: str) -> ModuleType:
     """A module made from a file of the user.
 
     Raises:
@@ -235,9 +235,9 @@ def _run_file(path: Path, kind: str, given: str) -> ModuleType:
     try:
         text = path.read_bytes()
     except OSError as error:
-        near = [file.name for file in path.parent.glob("*.py")] if path.parent.is_dir() else []
+        names = [file.name for file in path.parent.glob("*.py")] if path.parent.is_dir() else []
         reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}"
-        raise StickslipError(f"The {kind} '{given}' {reason}.{nearest(path.name, near)}") from error
+        raise StickslipError(f"The {kind} '{name}' {reason}.{nearest(path.name, names)}") from error
     module = ModuleType(str(path))
     module.__file__ = str(path)
     with code_of_user(path.parent):
@@ -267,12 +267,12 @@ def _place(error: BaseException, folder: Path | None, package: str) -> str | Non
     """File and line that an error arose in, in a folder or a package; None if in neither."""
     if isinstance(error, SyntaxError) and error.filename and Path(error.filename).is_file():
         return f"{_shown(error.filename)}, line {error.lineno}"
-    found = None
+    location = None
     for frame, line in traceback.walk_tb(error.__traceback__):
         file, module = frame.f_code.co_filename, frame.f_globals.get("__name__", "")
         if (folder and _is_in(folder, file, module)) or (package and module.partition(".")[0] == package):
-            found = f"{_shown(file)}, line {line}"
-    return found
+            location = f"{_shown(file)}, line {line}"
+    return location
 
 
 def _is_in(folder: Path, file: str | None, module: str) -> bool:

@@ -13,10 +13,10 @@ NAME = "data"  # how commands and messages call the folder, wherever it is
 LOGS = "rigs"  # a folder for each set of logs; the other parts hold single files
 
 
-def folder(part: str = "") -> Path:
-    """The folder, or a part of it such as "scenes"."""
+def folder(subfolder: str = "") -> Path:
+    """The folder, or a subfolder such as "scenes"."""
     installed = ROOM / "stickslip_data"
-    return (installed if installed.is_dir() else ROOM / NAME) / part
+    return (installed if installed.is_dir() else ROOM / NAME) / subfolder
 
 
 def manual() -> Path:
@@ -25,9 +25,9 @@ def manual() -> Path:
     return installed if installed.is_dir() else ROOM / "docs"
 
 
-def files(part: str, suffix: str = ".toml") -> list[Path]:
-    """The files of a part, by name."""
-    return sorted(folder(part).glob(f"*{suffix}"))
+def files(subfolder: str, suffix: str = ".toml") -> list[Path]:
+    """The files of a subfolder, by name."""
+    return sorted(folder(subfolder).glob(f"*{suffix}"))
 
 
 def is_scene(model: str) -> bool:
@@ -37,12 +37,12 @@ def is_scene(model: str) -> bool:
 
 def items() -> dict[str, Path]:
     """All that can be copied, by a name such as "rigs/paper_rubber", "scenes/disc_rig_class_a", "machines/axis.csv"."""
-    found = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}
-    for part in ("recipes", "scenes", "systems"):
-        found |= {f"{part}/{path.stem}": path for path in files(part)}
+    paths = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}
+    for subfolder in ("recipes", "scenes", "systems"):
+        paths |= {f"{subfolder}/{path.stem}": path for path in files(subfolder)}
     for suffix in (".csv", ".py"):
-        found |= {f"machines/{path.name}": path for path in files("machines", suffix)}
-    return found | {"README.md": folder() / "README.md"}
+        paths |= {f"machines/{path.name}": path for path in files("machines", suffix)}
+    return paths | {"README.md": folder() / "README.md"}
 
 
 def hint(path: Path) -> str:

@@ -51,8 +51,8 @@ class Shown:
 
     def _rows(self) -> Rows:
         rows = [(name, brief(value)) for name, value in self._contents().items() if value is not None]
-        kept = rows if len(rows) < LINES else rows[: LINES - 2]
-        return kept if kept == rows else [*kept, ("...", f"and {', '.join(name for name, _ in rows[LINES - 2 :])}")]
+        head = rows if len(rows) < LINES else rows[: LINES - 2]
+        return head if head == rows else [*head, ("...", f"and {', '.join(name for name, _ in rows[LINES - 2 :])}")]
 
     def __repr__(self) -> str:
         heading, rows = self._heading(), self._rows()
@@ -94,10 +94,10 @@ class Tabular(Shown):
         except ImportError as error:
             raise StickslipError("xarray is not installed. Install it: pip install 'stickslip[xarray]'") from error
         frame = self.frame
-        found = xarray.Dataset.from_dataframe(frame)
+        dataset = xarray.Dataset.from_dataframe(frame)
         for name, unit in frame.attrs.get("units", {}).items():
-            found[name].attrs["units"] = unit
-        return found
+            dataset[name].attrs["units"] = unit
+        return dataset
 
 
 class Pictured(Tabular):
@@ -119,9 +119,9 @@ class Pictured(Tabular):
         """
         from matplotlib.figure import Figure
 
-        made = Figure(figsize=(6.3, 4.2), layout="constrained")
-        _view(draw, self)(self, made.subplots())
-        return save_figure(made, path, overwrite=overwrite)
+        figure = Figure(figsize=(6.3, 4.2), layout="constrained")
+        _view(draw, self)(self, figure.subplots())
+        return save_figure(figure, path, overwrite=overwrite)
 
     def summary(self) -> str:
         """All that it says, as in a terminal."""
@@ -196,15 +196,15 @@ def brief(value: Any) -> str:
     if isinstance(value, str):
         return _cut(value)
     if isinstance(value, Mapping):
-        return _list([f"{key} {brief(one)}" for key, one in value.items()])
+        return _list([f"{key} {brief(entry)}" for key, entry in value.items()])
     if isinstance(value, list | tuple | set | frozenset):
-        return _list([brief(one) for one in value])
+        return _list([brief(entry) for entry in value])
     return _cut(str(value).partition("\n")[0])
 
 
 def _array(value: NDArray[Any]) -> str:
     if value.size and value.size <= 4 and value.ndim == 1:
-        return _list([brief(one) for one in value])
+        return _list([brief(number) for number in value])
     return f"{' x '.join(str(size) for size in value.shape)} values {span(value)}".rstrip()
 
 
@@ -215,14 +215,14 @@ def span(value: NDArray[Any], unit: str = "1") -> str:
     return f"from {brief(value.min())} to {brief(value.max())}" + ("" if unit == "1" else f" {unit}")
 
 
-def _list(parts: Sequence[str]) -> str:
+def _list(items: Sequence[str]) -> str:
     """Parts between commas, as many as a line takes."""
-    shown: list[str] = []
-    for part in parts:
-        if sum(len(one) + 2 for one in shown) + len(part) > WIDTH - 25:
-            return f"{', '.join(shown)} ... ({len(parts)})" if shown else _cut(part)
-        shown.append(part)
-    return ", ".join(shown) or "none"
+    texts: list[str] = []
+    for item in items:
+        if sum(len(text) + 2 for text in texts) + len(item) > WIDTH - 25:
+            return f"{', '.join(texts)} ... ({len(items)})" if texts else _cut(item)
+        texts.append(item)
+    return ", ".join(texts) or "none"
 
 
 def _cut(text: str) -> str:

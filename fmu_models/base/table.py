@@ -68,15 +68,15 @@ class Table:
         head, *others = zip(tuple(Cell(column.words) for column in self.columns), *self.rows, strict=True)
         return Table(self.title, tuple(Column(cell.words) for cell in head), tuple(others))
 
-    def is_number(self, place: int) -> bool:
+    def is_number(self, index: int) -> bool:
         """Whether a column is one of numbers."""
-        return any(row[place].kind == "number" for row in self.rows)
+        return any(row[index].kind == "number" for row in self.rows)
 
     def html(self) -> str:
         """The table as HTML; its styles are the page's: classes "number", "fail", and "wide" for what may scroll."""
         heads = "".join(
-            f'<th scope="col"{_class("number" if self.is_number(place) else "")}>{escape(column.words)}</th>'
-            for place, column in enumerate(self.columns)
+            f'<th scope="col"{_class("number" if self.is_number(index) else "")}>{escape(column.words)}</th>'
+            for index, column in enumerate(self.columns)
         )
         rows = "\n".join(f"<tr>{_row(self, row)}</tr>" for row in self.rows)
         return (
@@ -87,14 +87,14 @@ class Table:
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         from rich.text import Text
 
-        found = layout(self, options.max_width)
+        arranged = layout(self, options.max_width)
         if self.title:
             yield Text(self.title, style="bold")
-        for block in found.blocks:
+        for block in arranged.blocks:
             yield _block(self, block)
             yield Text()
-        if found.left_out:
-            names = "; ".join(self.columns[place].head for place in found.left_out)
+        if arranged.left_out:
+            names = "; ".join(self.columns[index].head for index in arranged.left_out)
             yield Text(f"Left out for want of width: {names} (--json has all).\n", style="italic")
 
 
@@ -102,8 +102,8 @@ def table(title: str, columns: Sequence[str | Column], rows: Iterable[Sequence[s
     """A table of plain heads and texts, or of columns and cells."""
     return Table(
         title,
-        tuple(one if isinstance(one, Column) else Column(one) for one in columns),
-        tuple(tuple(one if isinstance(one, Cell) else Cell(one) for one in row) for row in rows),
+        tuple(column if isinstance(column, Column) else Column(column) for column in columns),
+        tuple(tuple(cell if isinstance(cell, Cell) else Cell(cell) for cell in row) for row in rows),
     )
 
 
@@ -153,30 +153,30 @@ class Layout:
 
 def layout(table: Table, width: int) -> Layout:
     """Where each column of a table stands in ``width`` characters."""
-    widths = [_widths(table, place) for place in range(len(table.columns))]
-    shown = list(range(len(table.columns)))
+    widths = [_widths(table, index) for index in range(len(table.columns))]
+    columns = list(range(len(table.columns)))
     left_out: list[int] = []
-    while _total([widths[place][0] for place in shown]) > width:
-        spare = max(shown, key=lambda place: (table.columns[place].spare, place))
+    while _total([widths[index][0] for index in columns]) > width:
+        spare = max(columns, key=lambda index: (table.columns[index].spare, index))
         if not table.columns[spare].spare:
             break
-        shown.remove(spare)
+        columns.remove(spare)
         left_out.append(spare)
-    blocks = _blocks(shown, [least for least, _ in widths], width)
+    blocks = _blocks(columns, [least for least, _ in widths], width)
     return Layout(tuple(tuple(_widened(block, widths, width)) for block in blocks), tuple(sorted(left_out)))
 
 
-def _widths(table: Table, place: int) -> tuple[int, int]:
+def _widths(table: Table, index: int) -> tuple[int, int]:
     """Least and best width of a column."""
     from rich.cells import cell_len
 
-    head = table.columns[place].words
-    lines = [line for row in table.rows for line in row[place].words.split("\n")]
+    head = table.columns[index].words
+    lines = [line for row in table.rows for line in row[index].words.split("\n")]
     head_word = max((cell_len(word) for word in head.split()), default=0)
     natural = max((cell_len(line) for line in lines), default=0)
-    if table.is_number(place):
+    if table.is_number(index):
         return max(head_word, natural), max(cell_len(head), natural)
-    if place == 0 or any("\n" in row[place].words for row in table.rows):
+    if index == 0 or any("\n" in row[index].words for row in table.rows):
         return max(head_word, min(natural, LONGEST)), max(cell_len(head), natural)
     word = max((cell_len(word) for line in lines for word in line.split()), default=0)
     least = max(head_word, min(natural, max(NARROWEST, min(word, LONGEST))))
@@ -187,28 +187,28 @@ def _total(widths: Sequence[int]) -> int:
     return sum(widths) + GAP * (len(widths) - 1)
 
 
-def _blocks(shown: Sequence[int], least: Sequence[int], width: int) -> list[list[int]]:
+def _blocks(columns: Sequence[int], least: Sequence[int], width: int) -> list[list[int]]:
     """Columns side by side as far as they go; each further block begins with the names of the rows."""
-    name, *others = shown
+    name, *others = columns
     blocks = [[name]]
-    for place in others:
-        if len(blocks[-1]) > 1 and _total([least[one] for one in (*blocks[-1], place)]) > width:
+    for index in others:
+        if len(blocks[-1]) > 1 and _total([least[column] for column in (*blocks[-1], index)]) > width:
             blocks.append([name])
-        blocks[-1].append(place)
+        blocks[-1].append(index)
     return blocks
 
 
 def _widened(block: Sequence[int], widths: Sequence[tuple[int, int]], width: int) -> list[tuple[int, int]]:
     """Places with widths: what room there is goes to those that need least of it first."""
-    room = width - _total([widths[place][0] for place in block])
-    given: dict[int, int] = {}
-    wanting = sorted(block, key=lambda place: widths[place][1] - widths[place][0])
-    for number, place in enumerate(wanting):
-        least, best = widths[place]
-        more = max(min(best - least, room // (len(wanting) - number)), 0)
-        given[place] = least + more
-        room -= more
-    return [(place, given[place]) for place in block]
+    room = width - _total([widths[index][0] for index in block])
+    granted: dict[int, int] = {}
+    wanting = sorted(block, key=lambda index: widths[index][1] - widths[index][0])
+    for number, index in enumerate(wanting):
+        least, best = widths[index]
+        extra = max(min(best - least, room // (len(wanting) - number)), 0)
+        granted[index] = least + extra
+        room -= extra
+    return [(index, granted[index]) for index in block]
 
 
 def _block(table: Table, block: Sequence[tuple[int, int]]) -> RichTable:
@@ -216,21 +216,21 @@ def _block(table: Table, block: Sequence[tuple[int, int]]) -> RichTable:
     from rich.table import Table as RichTable
     from rich.text import Text
 
-    made = RichTable(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0))
-    for place, width in block:
-        justify = "right" if table.is_number(place) else "left"
-        made.add_column(Text(table.columns[place].words), justify=justify, width=width, overflow="fold")
+    grid = RichTable(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0))
+    for index, width in block:
+        justify = "right" if table.is_number(index) else "left"
+        grid.add_column(Text(table.columns[index].words), justify=justify, width=width, overflow="fold")
     for row in table.rows:
-        made.add_row(*(Text(row[place].words, style="bold" if row[place].kind == "fail" else "") for place, _ in block))
-    return made
+        grid.add_row(*(Text(row[index].words, style="bold" if row[index].kind == "fail" else "") for index, _ in block))
+    return grid
 
 
 def _row(table: Table, row: tuple[Cell, ...]) -> str:
-    shown = f'<th scope="row">{_words(row[0])}</th>'
-    for place, cell in enumerate(row[1:], 1):
-        classes = ["number"] * table.is_number(place) + ["fail"] * (cell.kind == "fail")
-        shown += f"<td{_class(' '.join(classes))}>{_words(cell)}</td>"
-    return shown
+    html = f'<th scope="row">{_words(row[0])}</th>'
+    for index, cell in enumerate(row[1:], 1):
+        classes = ["number"] * table.is_number(index) + ["fail"] * (cell.kind == "fail")
+        html += f"<td{_class(' '.join(classes))}>{_words(cell)}</td>"
+    return html
 
 
 def _words(cell: Cell) -> str:

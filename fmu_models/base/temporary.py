@@ -39,11 +39,11 @@ def temporary_folder(kind: str, parent: Path | None = None) -> Iterator[Path]:
 
 def claim_folder(kind: str, parent: Path | None = None) -> Path:
     """The same, to be removed by ``release_folder``."""
-    place = Path(tempfile.gettempdir()) if parent is None else parent
-    if place not in _swept:
-        _swept.add(place)
-        _sweep(place)
-    outer = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{kind}-", dir=place))
+    root = Path(tempfile.gettempdir()) if parent is None else parent
+    if root not in _swept:
+        _swept.add(root)
+        _sweep(root)
+    outer = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{kind}-", dir=root))
     content = outer / "content"
     try:
         lock = os.open(outer / "new", os.O_CREAT | os.O_RDWR)
@@ -68,9 +68,9 @@ def release_folder(folder: Path) -> None:
     shutil.rmtree(folder.parent, ignore_errors=True)
 
 
-def _sweep(place: Path) -> None:
+def _sweep(root: Path) -> None:
     """Remove the folders of processes that are no more; whose folder cannot be looked at is alive."""
-    for outer in place.glob(f"{PREFIX}*"):
+    for outer in root.glob(f"{PREFIX}*"):
         with suppress(OSError):
             if outer.is_symlink():
                 continue

@@ -70,10 +70,10 @@ def admit(reference: str, folder: Path, *, trust: bool = False) -> None:
         return
     identity = _identity(reference, folder)
     if not (trust or _process.trusts(identity)):
-        what = "the FMU" if outside else "the Python file" if FILE.fullmatch(reference) else "the Python module"
+        code = "the FMU" if outside else "the Python file" if FILE.fullmatch(reference) else "the Python module"
         where = ", which is outside its folder" if outside else ""
         raise StickslipError(
-            f"it names {what} '{reference}'{where}: reading data runs no code. Look at what it does. {_line()}"
+            f"it names {code} '{reference}'{where}: reading data runs no code. Look at what it does. {_line()}"
         )
     _process.named.add(identity)
 
@@ -105,8 +105,8 @@ def command_line(arguments: Sequence[str]) -> Iterator[None]:
     """While a command runs: what its arguments name is named by the user, and no place runs that nobody named."""
     global _process
     before = _process
-    parts = (part for argument in arguments for part in (argument, *re.split("[=,]", argument)))
-    named = {_identity(part, Path()) for part in parts if is_place(part) or part.lower().endswith(NATIVE)}
+    words = (word for argument in arguments for word in (argument, *re.split("[=,]", argument)))
+    named = {_identity(word, Path()) for word in words if is_place(word) or word.lower().endswith(NATIVE)}
     _process = replace(before, named={*before.named, *named}, command=tuple(arguments))
     try:
         yield

@@ -131,13 +131,13 @@ def conversion(unit: str, expected: str, where: str) -> float:
     return factor
 
 
-def _kept(found: Callable[[], Any], *units: str) -> Any:
+def _kept(compute: Callable[[], Any], *units: str) -> Any:
     """What is found of units, from the user's cache where it was found before."""
     try:
         key = digest(*units, metadata.version("pint"), Path(__file__).read_bytes())
-        text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(found()))
+        text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(compute()))
     except StickslipError:  # neither declarations nor logs need a cache
-        return found()
+        return compute()
     return json.loads(text)
 
 
@@ -180,14 +180,14 @@ class _Reader:
         return quantity
 
     def _unit(self) -> Any:
-        found = self._factor()
+        unit = self._factor()
         while self._peek() and self._peek() != ")":
             divides = self._take("/")
             if not divides:
                 self._take("*", ".", "·")
             factor = self._factor()
-            found = found / factor if divides else found * factor
-        return found
+            unit = unit / factor if divides else unit * factor
+        return unit
 
     def _factor(self) -> Any:
         kind, text = self._next()
@@ -204,8 +204,8 @@ class _Reader:
         elif text == "1":
             base = _registry().Unit("dimensionless")
         else:
-            found = f"'{text}'" if text else "nothing"
-            raise ValueError(f"the unit '{self._text}' has {found} where a name belongs")
+            token = f"'{text}'" if text else "nothing"
+            raise ValueError(f"the unit '{self._text}' has {token} where a name belongs")
         kind = self._kind()
         if kind == "power":
             self._next()
@@ -238,9 +238,9 @@ class _Reader:
         return float(text)
 
     def _next(self) -> tuple[str, str]:
-        found = self._tokens[self._at] if self._at < len(self._tokens) else ("", "")
+        token = self._tokens[self._at] if self._at < len(self._tokens) else ("", "")
         self._at += 1
-        return found
+        return token
 
     def _kind(self) -> str:
         return self._tokens[self._at][0] if self._at < len(self._tokens) else ""
@@ -255,7 +255,7 @@ class _Reader:
 
 
 def _tokens(text: str) -> list[tuple[str, str]]:
-    found: list[tuple[str, str]] = []
+    tokens: list[tuple[str, str]] = []
     at, end = 0, len(text.rstrip())
     while at < end:
         match = _TOKEN.match(text, at)
@@ -263,12 +263,12 @@ def _tokens(text: str) -> list[tuple[str, str]]:
             raise ValueError(f"'{text[at:].strip()[:1]}' has no meaning in the unit '{text}'")
         kind = str(match.lastgroup)
         # a number that stands apart is no exponent
-        apart = kind in ("number", "sign") and match.start(kind) > at
-        found.append(("apart" if apart else kind, match[kind]))
+        separate = kind in ("number", "sign") and match.start(kind) > at
+        tokens.append(("apart" if separate else kind, match[kind]))
         at = match.end()
-    if not found:
+    if not tokens:
         raise ValueError("a unit without any name is none; write 1 for a pure number")
-    return found
+    return tokens
 
 
 @cache
@@ -278,7 +278,7 @@ def _named(name: str) -> Any:
 
     registry = _registry()
     try:
-        (known,) = registry.Unit(_NAMES.get(name, name))._units
-        return registry.Unit(known)
+        (symbol,) = registry.Unit(_NAMES.get(name, name))._units
+        return registry.Unit(symbol)
     except (PintError, ValueError, TypeError, AttributeError, SyntaxError):
         raise ValueError(f"'{name}' is not a unit") from None

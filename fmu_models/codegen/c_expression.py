@@ -72,9 +72,9 @@ def c_factor(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
 
 def unsupported(expression: Expr) -> str:
     """The lesson for an expression that no code is made for."""
-    known = ", ".join(["+ - * / **", *sorted(_FUNCTIONS.values()), "sqrt"])
+    operators = ", ".join(["+ - * / **", *sorted(_FUNCTIONS.values()), "sqrt"])
     return (
-        f"'{expression}' cannot be turned into code. A model may use {known}; what is not smooth "
+        f"'{expression}' cannot be turned into code. A model may use {operators}; what is not smooth "
         "(an absolute value, a sign, a case distinction) belongs into a contact or its law."
     )
 
@@ -101,9 +101,9 @@ def _sum(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
 
 
 def _product(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
-    number, rest = expression.as_coeff_Mul()
+    number, factors = expression.as_coeff_Mul()
     above, below = [], []
-    for factor in sympy.Mul.make_args(rest):
+    for factor in sympy.Mul.make_args(factors):
         divisor = divisor_of(factor)
         if divisor is None:
             above.append(c_factor(factor, names))

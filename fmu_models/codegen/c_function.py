@@ -34,13 +34,13 @@ def split(name: str, lines: list[str], head: str, parameters: str, arguments: st
     """A function of these statements; of many, one that calls their parts in turn: long ones take compilers minutes."""
     texts = []
     if sum(map(len, lines)) > _MANY:
-        parts = [list(part) for _, part in groupby(lines, key=_Counter(_MANY))]
-        names = [f"KIND({name}_part_{i})" for i in range(len(parts))]
+        bodies = [list(group) for _, group in groupby(lines, key=_Counter(_MANY))]
+        names = [f"KIND({name}_part_{i})" for i in range(len(bodies))]
         texts = [
-            _definition(f"static CALLED void {part}({parameters})", unused, body)
-            for part, body in zip(names, parts, strict=True)
+            _definition(f"static CALLED void {callee}({parameters})", unused, body)
+            for callee, body in zip(names, bodies, strict=True)
         ]
-        lines = [f"{part}({arguments});" for part in names]
+        lines = [f"{callee}({arguments});" for callee in names]
     return "\n".join([*texts, _definition(head, unused, lines)])
 
 

@@ -62,7 +62,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     facts = _facts(system)
     guards = [
         _violation(system, names),
-        *(_magnitude(system, names, what) for what in ("slip", "depth", "rate")),
+        *(_magnitude(system, names, quantity) for quantity in ("slip", "depth", "rate")),
         _lever(system, names),
         _kinetic_energy(system),
     ]
@@ -102,13 +102,13 @@ class _Names:
         self.accelerations: dict[sympy.Basic, str] = {a: f"j->a[{i}]" for i, a in enumerate(system.rate_symbols)}
         # what outputs read of the rates of driven states: these are without contact forces
         self.free_rates: dict[Any, sympy.Basic] = {a: sympy.Dummy(f"{a}_free", real=True) for a in system.rate_symbols}
-        held: dict[sympy.Basic, str] = {}
+        constants: dict[sympy.Basic, str] = {}
         self.slips: dict[sympy.Basic, str] = {}
         self.depths: dict[sympy.Basic, str] = {}
         for i, c in enumerate(system.contacts):
-            held[c.sign_symbol] = f"j->sign[{i}]"
+            constants[c.sign_symbol] = f"j->sign[{i}]"
             if c.memory_symbol is not None:
-                held[c.memory_symbol] = f"j->memory[{i}]"
+                constants[c.memory_symbol] = f"j->memory[{i}]"
             if c.depth_symbol is not None:
                 self.depths[c.depth_symbol] = f"j->depth[{i}]"
             self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
@@ -117,21 +117,21 @@ class _Names:
             sympy.Dummy(f"W_{i}_{c}", real=True): f"j->W[{i}][{c}]" for i, c in acting(system) if system.inertia
         }
         self.forces: dict[sympy.Basic, str] = {c.force_symbol: f"j->force[{i}]" for i, c in enumerate(system.contacts)}
-        self.constants = Constants(self.parameters, held)
+        self.constants = Constants(self.parameters, constants)
         self.slots = Slots(moving=not system.constant_inertia)
 
     def recurrences(self, *series: Mapping[sympy.Basic, str]) -> Recurrences:
         """A function body that may read these series besides time, inputs and states."""
-        known = dict(self.free)
-        for more in series:
-            known |= more
-        return Recurrences(known, self.constants, self.slots, rooted=set(self.depths))
+        symbols = dict(self.free)
+        for addition in series:
+            symbols |= addition
+        return Recurrences(symbols, self.constants, self.slots, rooted=set(self.depths))
 
 
 def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str], list[str]]:
     """The functions of model.h that work on series, their variations and their discs."""
     contacts = list(enumerate(system.contacts))
-    met = names.slips, names.depths
+    gaps = names.slips, names.depths
     moving = names.slips, names.accelerations
     depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
     forces = [{} if c.kind.rigid else {f"j->force[{i}]": c.force} for i, c in contacts]
@@ -160,44 +160,44 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
 
     # what laws read first: whether it is seen
     slip, depth = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}), recurrences(depths)
-    laws = [recurrences(force, *met) for force in forces]
+    laws = [recurrences(force, *gaps) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
     always = [laws[i] for i, c in contacts if c.kind.rubs and not c.sticks and c.depth is None]
 
-    found: dict[str, Recurrences | list[Recurrences]] = {
+    functions: dict[str, Recurrences | list[Recurrences]] = {
         "slip": slip,
         "depth": depth,
         "inertia": inertia,
         "acceleration": acceleration,
         "law": laws,
-        "release": [recurrences(release, *met) for release in releases],
+        "release": [recurrences(release, *gaps) for release in releases],
         "stick": [recurrences(stick, *moving, after=derived) for stick in sticks],
-        "internal": recurrences(internal, *met, after=[*derived, *always]),
+        "internal": recurrences(internal, *gaps, after=[*derived, *always]),
     }
-    outputs = recurrences(_outputs(system, names), *met, names.forces, names.W, free_rates, after=derived)
+    outputs = recurrences(_outputs(system, names), *gaps, names.forces, names.W, free_rates, after=derived)
     texts = [
-        by_contact(name, [one.lines for one in made])
-        if isinstance(made, list)
-        else function(f"model_{name}", made.lines)
-        for name, made in found.items()
+        by_contact(name, [body.lines for body in bodies])
+        if isinstance(bodies, list)
+        else function(f"model_{name}", bodies.lines)
+        for name, bodies in functions.items()
     ]
-    return [*texts, function("model_outputs", outputs.lines)], _variations(found), _discs(system, names, found)
+    return [*texts, function("model_outputs", outputs.lines)], _variations(functions), _discs(system, names, functions)
 
 
 def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, sympy.Expr]:
     """What contact ``i`` needs in stick."""
-    found = {f"j->slip_rate[{i}]": contact.slip_rate, f"j->capacity[{i}]": contact.capacity}
-    return found | ({f"j->capacity_minus[{i}]": contact.capacities[1]} if system.directed else {})
+    values = {f"j->slip_rate[{i}]": contact.slip_rate, f"j->capacity[{i}]": contact.capacity}
+    return values | ({f"j->capacity_minus[{i}]": contact.capacities[1]} if system.directed else {})
 
 
 def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
     """The functions of model_variation.c."""
-    read = read_by(one.variations.lines for one in _bodies(functions.values()))
+    read = read_by(body.variations.lines for body in _bodies(functions.values()))
     return [
-        varied_by_contact(name, [one.variations.statements(read) for one in made])
-        if isinstance(made, list)
-        else varied_function(f"model_{name}_variation", made.variations.statements(read))
-        for name, made in functions.items()
+        varied_by_contact(name, [body.variations.statements(read) for body in bodies])
+        if isinstance(bodies, list)
+        else varied_function(f"model_{name}_variation", bodies.variations.statements(read))
+        for name, bodies in functions.items()
     ]
 
 
@@ -207,7 +207,7 @@ def _bodies(functions: Iterable[Recurrences | list[Recurrences]]) -> list[Recurr
 
 def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
     """The functions of model_discs.c and what is not seen of each; nothing where all is."""
-    functions = {name: made for name, made in functions.items() if name != "inertia" or not system.constant_inertia}
+    functions = {name: bodies for name, bodies in functions.items() if name != "inertia" or not system.constant_inertia}
     bodies = _bodies(functions.values())
     if not any(body.discs.unseen for body in bodies):
         return []
@@ -223,7 +223,7 @@ def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurren
 
     contacts = range(len(system.contacts))
     unseen = {
-        **{what: [f"j->{what}[{i}]" not in names.slots.seen for i in contacts] for what in ("slip", "depth")},
+        **{name: [f"j->{name}[{i}]" not in names.slots.seen for i in contacts] for name in ("slip", "depth")},
         **{name: [body.discs.unseen for body in by_name(name)] for name in ("law", "release", "stick")},
     }
     rates = any(body.discs.unseen for name in ("acceleration", "internal") for body in by_name(name))
@@ -232,10 +232,10 @@ def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurren
         *(table(f"{name}_unseen", "MODEL_NC", values) for name, values in unseen.items()),
         f"enum {{ MODEL_RATES_UNSEEN = {int(rates)} }};\n",
         *(
-            discs_by_contact(name, [body.discs.statements(read) for body in made])
-            if isinstance(made, list)
-            else disc_function(f"model_{name}_disc", made.discs.statements(read))
-            for name, made in functions.items()
+            discs_by_contact(name, [body.discs.statements(read) for body in bodies])
+            if isinstance(bodies, list)
+            else disc_function(f"model_{name}_disc", bodies.discs.statements(read))
+            for name, bodies in functions.items()
         ),
     ]
 
@@ -279,20 +279,20 @@ def _violation(system: HybridSystem, names: _Names) -> str:
     return f"const char *model_violation(const double *p)\n{{\n{body}\n}}\n"
 
 
-def _magnitude(system: HybridSystem, names: _Names, what: str) -> str:
+def _magnitude(system: HybridSystem, names: _Names, quantity: str) -> str:
     """The sum of the magnitudes of the terms of every slip speed, depth or rate of slip."""
     values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
     values |= {a: f"{name}[0]" for a, name in names.accelerations.items()}
     accelerations = {} if system.inertia else dict(zip(system.rate_symbols, system.acceleration, strict=True))
     cases = []
     for i, contact in enumerate(system.contacts):
-        parts = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[what]
-        if what == "rate" and contact.kind.rigid:
-            parts = (contact.slip_rate.xreplace(accelerations),)
-        if parts:
-            total = " + ".join(_magnitude_of(term, values) for term in parts)
+        summands = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[quantity]
+        if quantity == "rate" and contact.kind.rigid:
+            summands = (contact.slip_rate.xreplace(accelerations),)
+        if summands:
+            total = " + ".join(_magnitude_of(term, values) for term in summands)
             cases.append(f"    case {i}: return {total};\n")
-    head = f"double model_{what}_magnitude(const double *p, const double *d, const Jets *j, int c)"
+    head = f"double model_{quantity}_magnitude(const double *p, const double *d, const Jets *j, int c)"
     choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
 
@@ -304,8 +304,8 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     for i, contact in enumerate(system.contacts):
         symbols = contact.slip.free_symbols
         levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
-        parts = [system.G[i, i]] if contact.kind.surface else levers
-        ratios = [_part_left(sympy.sympify(part), system, values) for part in parts if part != 0]
+        slopes = [system.G[i, i]] if contact.kind.surface else levers
+        ratios = [_part_left(sympy.sympify(slope), system, values) for slope in slopes if slope != 0]
         largest = ratios[0] if ratios else "0.0"
         for ratio in ratios[1:]:
             largest = f"fmax({largest}, {ratio})"
@@ -337,8 +337,8 @@ def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str])
     for state in system.states:
         slope = sympy.diff(expression, state) if state in symbols else sympy.S.Zero
         if slope != 0:
-            place = f"(fabs({values[state]}) + {c_number(state.nominal)})"
-            scale += [f"{_magnitude_of(term, values)} * {place}" for term in terms(slope)]
+            magnitude = f"(fabs({values[state]}) + {c_number(state.nominal)})"
+            scale += [f"{_magnitude_of(term, values)} * {magnitude}" for term in terms(slope)]
     return f"fabs({c_expression(expression, values)}) / fmax({' + '.join(scale)}, DBL_MIN)"
 
 
@@ -372,13 +372,13 @@ def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
         "restitution": [(i, c.restitution) for i, c in contacts if c.kind.impulsive],
         "friction": [(i, c.friction) for i, c in contacts if c.kind.led],
     }
-    return [_coefficient(what, values, names) for what, values in kinds.items()]
+    return [_coefficient(kind, values, names) for kind, values in kinds.items()]
 
 
-def _coefficient(what: str, values: list[tuple[int, sympy.Expr]], names: _Names) -> str:
+def _coefficient(kind: str, values: list[tuple[int, sympy.Expr]], names: _Names) -> str:
     cases = "".join(f"    case {i}: return {names.constants.text(value)};\n" for i, value in values)
     choice = f"    switch (c) {{\n{cases}    default: break;\n    }}\n" if cases else ""
-    head = f"Real model_{what}(const Real *p, const Real *d, int c)"
+    head = f"Real model_{kind}(const Real *p, const Real *d, int c)"
     return f"{head}\n{{\n    (void)p, (void)d, (void)c;\n{choice}    return 0.0;\n}}\n"
 
 

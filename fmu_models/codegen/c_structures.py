@@ -52,10 +52,10 @@ class Declarations:
         """
         if enumeration and enumeration not in self._enumerations:
             raise ValueError(f"{self._where()} declare no enumeration '{enumeration}'")
-        found = self._enumerations[enumeration] if enumeration else self._constants
-        if enumeration and (odd := [name for name in found if not name.startswith(prefix)]):
+        constants = self._enumerations[enumeration] if enumeration else self._constants
+        if enumeration and (odd := [name for name in constants if not name.startswith(prefix)]):
             raise ValueError(f"'{odd[0]}' of {enumeration} does not begin with {prefix}")
-        return SimpleNamespace(**{n.removeprefix(prefix): v for n, v in found.items() if n.startswith(prefix)})
+        return SimpleNamespace(**{n.removeprefix(prefix): v for n, v in constants.items() if n.startswith(prefix)})
 
     def structure(self, name: str) -> Any:
         """The ctypes.Structure of a name; its pointers are void pointers.
@@ -66,24 +66,24 @@ class Declarations:
         if name not in self._structures:
             if name not in self._bodies:
                 raise ValueError(f"{self._where()} declare no structure '{name}'")
-            fields = [f for part in self._bodies[name].split(";") if part.strip() for f in self._fields(part, name)]
+            fields = [f for field in self._bodies[name].split(";") if field.strip() for f in self._fields(field, name)]
             self._structures[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
         return self._structures[name]
 
     def _fields(self, declaration: str, structure: str) -> list[tuple[str, Any]]:
         """The fields of one declaration, such as ``const double *a, *b[N]``."""
-        whole = _FIELD.fullmatch(declaration.strip())
+        match = _FIELD.fullmatch(declaration.strip())
         fields = []
-        for part in whole[2].split(",") if whole else [declaration]:
-            found = _DECLARATOR.fullmatch(part) if whole else None
-            if whole is None or found is None:
+        for declarator in match[2].split(",") if match else [declaration]:
+            declared = _DECLARATOR.fullmatch(declarator) if match else None
+            if match is None or declared is None:
                 line = " ".join(declaration.split())
                 raise ValueError(f"'{line}' in {structure} is no field as our headers write them")
-            kind = ctypes.c_void_p if found[1] else self._kind(whole[1], structure)
+            kind = ctypes.c_void_p if declared[1] else self._kind(match[1], structure)
             try:
-                fields.append((found[2], kind * self._value(found[3]) if found[3] else kind))
+                fields.append((declared[2], kind * self._value(declared[3]) if declared[3] else kind))
             except ValueError:
-                raise ValueError(f"'{found[3]}' in {structure} is no number that these headers tell") from None
+                raise ValueError(f"'{declared[3]}' in {structure} is no number that these headers tell") from None
         return fields
 
     def _kind(self, name: str, structure: str) -> Any:
@@ -96,23 +96,23 @@ class Declarations:
         return _NUMBERS[name]
 
     def _enumerate(self, body: str) -> dict[str, int]:
-        found: dict[str, int] = {}
+        constants: dict[str, int] = {}
         value = -1
-        for part in filter(None, (part.strip() for part in body.split(","))):
-            name, _, expression = (half.strip() for half in part.partition("="))
+        for entry in filter(None, (entry.strip() for entry in body.split(","))):
+            name, _, expression = (half.strip() for half in entry.partition("="))
             try:
                 value = self._value(expression) if expression else value + 1
             except ValueError:
                 continue  # depends on a model
-            found[name] = self._constants[name] = value
-        return found
+            constants[name] = self._constants[name] = value
+        return constants
 
     def _value(self, expression: str) -> int:
         """A sum of numbers and of constants declared before."""
         total = 0
         for sign, term in re.findall(r"([+-]?)\s*([^+-]+)", expression):
-            known = self._constants.get(term.strip())
-            total += (-1 if sign == "-" else 1) * (int(term, 0) if known is None else known)
+            constant = self._constants.get(term.strip())
+            total += (-1 if sign == "-" else 1) * (int(term, 0) if constant is None else constant)
         return total
 
     def _where(self) -> str:

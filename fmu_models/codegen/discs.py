@@ -70,11 +70,11 @@ class Discs:
         """The disc of a sum of series with constant factors."""
         unseen = {series: factor for series, factor in terms.items() if not self._sees(series)}
         multiplied = self.moving and bool(_MULTIPLIED.match(target))
-        parts = terms if multiplied or _READ_BY_FUNCTIONS.match(target) else unseen
-        calls = ["disc_multiple", *["disc_add"] * (len(parts) - 1)]
+        summands = terms if multiplied or _READ_BY_FUNCTIONS.match(target) else unseen
+        calls = ["disc_multiple", *["disc_add"] * (len(summands) - 1)]
         lines = [
             f"{call}({disc(target)}, fabs({factor}), {disc(series)});"
-            for call, (series, factor) in zip(calls, parts.items(), strict=False)
+            for call, (series, factor) in zip(calls, summands.items(), strict=False)
         ]
         self.lines.append((disc(target), " ".join(lines) or f"disc_zero({disc(target)});", ""))
         if not unseen and not multiplied:

@@ -30,30 +30,30 @@ def documents(
 ) -> dict[str, bytes | str]:
     """The files for people by their names in the archive."""
     system, variables = structure.system, structure.variables
-    shown = {kind: [v.name for v in variables.listed if v.causality == kind] for kind in ("input", "output")}
+    names = {kind: [v.name for v in variables.listed if v.causality == kind] for kind in ("input", "output")}
     # FMI 3.0 has the icon alone
-    image = picture.block(system.name, [u.name for u in system.inputs], shown["output"])
-    said = [
+    image = picture.block(system.name, [u.name for u in system.inputs], names["output"])
+    facts = [
         ("Written by", tool),
         ("FMI", f"{fmi_version}, Model Exchange and Co-Simulation"),
         ("Token", token),
         ("Derived and compiled with", f"SymPy {sympy.__version__}, {compiler_for().name}"),
         *((key.capitalize(), value) for key, value in rights.attributes.items() if value is not None),
     ]
-    place = "model.png" if fmi_version == "2.0" else f"{PICTURES}/icon.png"
+    icon = "model.png" if fmi_version == "2.0" else f"{PICTURES}/icon.png"
     page = {
-        "picture": f"../{place}",
+        "picture": f"../{icon}",
         "equations": [(_printed([left]), _printed([right])) for left, right in rates(system)],
         "contacts": [_contact(system, i) for i in range(len(system.contacts))],
         "outputs": [(o, _printed([e])) for o, e in zip(system.outputs, outputs(system), strict=True)],
         "requirements": [requirement.sentence for requirement in system.all_requirements],
         "licenses": f"{FOLDER.rpartition('/')[2]}/license.txt",
-        "said": said,
+        "said": facts,
     }
     terminals = render("terminalsAndIcons.xml.j2", inputs=system.inputs, contacts=_terminals(structure))
     return {
         "documentation/index.html": render("index.html.j2", **page, v=variables, system=system),
-        place: image,
+        icon: image,
         f"{PICTURES}/icon.png": image,
         f"{PICTURES}/port.png": picture.port(),
         f"{PICTURES}/terminalsAndIcons.xml": terminals,
@@ -66,9 +66,9 @@ def _contact(system: HybridSystem, i: int) -> dict[str, Any]:
         "name": contact.name,
         "kind": contact.kind.words,
         "description": contact.description,
-        "equations": {what: _printed(line) for what, line in of_contact(contact).items()},
+        "equations": {name: _printed(line) for name, line in of_contact(contact).items()},
         "states": ", ".join(states_of(contact)),
-        "indicators": [INDICATORS[what][1] for what in contact.indicators],
+        "indicators": [INDICATORS[indicator][1] for indicator in contact.indicators],
     }
 
 
@@ -76,18 +76,18 @@ def _terminals(structure: ModelStructure | MapStructure) -> list[tuple[Any, list
     """Per contact its variables: name in the terminal, and in the FMU."""
     variables = structure.variables
     listed = {v.name for v in variables.listed}
-    found = []
+    terminals = []
     for contact in structure.system.contacts:
-        names = [(what, f"{contact.name}_{what}") for what in ("state", "force") if f"{contact.name}_{what}" in listed]
-        found.append((contact, names))
-    return found
+        names = [(kind, f"{contact.name}_{kind}") for kind in ("state", "force") if f"{contact.name}_{kind}" in listed]
+        terminals.append((contact, names))
+    return terminals
 
 
 def _printed(line: Line | Iterable[Any]) -> Any:
     """MathML of expressions, with the words between them."""
     from markupsafe import Markup, escape
 
-    return Markup("").join(escape(part) if isinstance(part, str) else Markup(_math(part)) for part in line)
+    return Markup("").join(escape(item) if isinstance(item, str) else Markup(_math(item)) for item in line)
 
 
 def _math(expression: Any) -> str:

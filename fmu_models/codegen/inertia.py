@@ -35,8 +35,8 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
             for (row, column), entry in sorted(entries.items()):
                 result.assign(f"j->{letter}[{row}][{column}]", entry)
         return result
-    for place, (row, column) in enumerate(envelope(system)):
-        result.assign(f"j->M[{place}]", system.inertia.get((row, column), sympy.S.Zero))
+    for index, (row, column) in enumerate(envelope(system)):
+        result.assign(f"j->M[{index}]", system.inertia.get((row, column), sympy.S.Zero))
     result.lines.append(_FACTOR)
     levers = system.W.todok()
     for (row, column), lever in sorted(levers.items()):
@@ -76,23 +76,23 @@ def envelope(system: HybridSystem) -> list[tuple[int, int]]:
 
 def sparsity(system: HybridSystem) -> list[str]:
     """Tables of what is not zero: of the mass matrix, of W and of G."""
-    kept = envelope(system)
-    first = {row: column for row, column in reversed(kept)}
-    start = {row: place - column for place, (row, column) in reversed(list(enumerate(kept)))}
-    moves = [not only_parameters([system.inertia.get(place, sympy.S.Zero)]) for place in kept]
+    entries = envelope(system)
+    first = {row: column for row, column in reversed(entries)}
+    start = {row: index - column for index, (row, column) in reversed(list(enumerate(entries)))}
+    moves = [not only_parameters([system.inertia.get(entry, sympy.S.Zero)]) for entry in entries]
     n = len(system.driven)
 
     def table(kind: str, name: str, size: str, values: Iterable[int]) -> str:
         return f"const {kind} model_{name}[{size}] = {{{', '.join(map(str, map(int, values))) or '0'}}};"
 
-    def rows(what: str, count: int, size: str, entries: Iterable[tuple[int, int]]) -> list[str]:
-        found: list[list[int]] = [[] for _ in range(count)]
+    def rows(name: str, count: int, size: str, entries: Iterable[tuple[int, int]]) -> list[str]:
+        columns: list[list[int]] = [[] for _ in range(count)]
         for row, column in sorted(entries):
-            found[row].append(column)
-        starts = [sum(map(len, found[:row])) for row in range(count + 1)]
+            columns[row].append(column)
+        starts = [sum(map(len, columns[:row])) for row in range(count + 1)]
         return [
-            table("int", f"{what}_first", f"{size} + 1", starts),
-            table("int", what, "", [column for row in found for column in row]),
+            table("int", f"{name}_first", f"{size} + 1", starts),
+            table("int", name, "", [column for row in columns for column in row]),
         ]
 
     return [

@@ -157,11 +157,11 @@ class Recurrences:
             return self._node("atan", argument, self._name("square", argument))
         raise StickslipError(unsupported(e))
 
-    def _sum(self, parts: list[tuple[Expr, Affine]]) -> Affine:
-        constant = sympy.Add(*(factor * part.constant for factor, part in parts))
+    def _sum(self, summands: list[tuple[Expr, Affine]]) -> Affine:
+        constant = sympy.Add(*(factor * form.constant for factor, form in summands))
         terms: dict[str, Expr] = {}
-        for factor, part in parts:
-            for series, coefficient in part.terms.items():
+        for factor, form in summands:
+            for series, coefficient in form.terms.items():
                 terms[series] = terms.get(series, sympy.S.Zero) + factor * coefficient
         terms = {series: c for series, c in terms.items() if c != 0}
         return Affine(constant, terms)
@@ -229,11 +229,11 @@ class Recurrences:
         if exponent == _HALF:
             return self._node("root" if base in self._rooted else "sqrt", self._series(self._affine(base)))
         if exponent.is_Rational and exponent.q == 2:
-            whole, root = self._affine(sympy.Pow(base, exponent - _HALF)), self._affine(sympy.sqrt(base))
+            power, root = self._affine(sympy.Pow(base, exponent - _HALF)), self._affine(sympy.sqrt(base))
             by_base = (
-                "1.5 * pair_product({1}, {v0}, k)" if exponent - _HALF == 1 and self._multiple(whole)[0] == 1 else ""
+                "1.5 * pair_product({1}, {v0}, k)" if exponent - _HALF == 1 and self._multiple(power)[0] == 1 else ""
             )
-            return self._times(whole, root, by_base)
+            return self._times(power, root, by_base)
         argument = self._series(self._affine(base))
         return self._node("power", argument, self._text(exponent), constants=(exponent,))
 
@@ -301,8 +301,8 @@ class Recurrences:
 
     def _change(self, constant: Expr) -> str:
         """C code of the variation of a constant."""
-        parts = [self._constants.by_parameters(constant), self._constants.by_memories(constant)]
-        return " + ".join(part for part in parts if part) or "PAIR_ZERO"
+        changes = [self._constants.by_parameters(constant), self._constants.by_memories(constant)]
+        return " + ".join(change for change in changes if change) or "PAIR_ZERO"
 
     def _set(self, target: str, form: Affine) -> None:
         """The line that sets coefficient k of a series to that of a form, and that of its variation."""
@@ -312,12 +312,12 @@ class Recurrences:
         moved: list[tuple[str, str]] = []
         for series, factor in (*form.terms.items(), ("", form.constant)):
             sign, size = ("-", -factor) if is_negative(factor) else ("+", factor)
-            for parts, change in (
+            for terms, change in (
                 (always, self._constants.by_memories(size)),
                 (moved, self._constants.by_parameters(size)),
             ):
                 if change:
-                    parts.append((sign, f"({change}) * {series}[k]" if series else f"(k == 0 ? {change} : PAIR_ZERO)"))
+                    terms.append((sign, f"({change}) * {series}[k]" if series else f"(k == 0 ? {change} : PAIR_ZERO)"))
         self.variations.add(varied(target), _summed(always) or "PAIR_ZERO", _summed(moved))
 
     def _multiple(self, form: Affine) -> tuple[Expr, str]:
@@ -339,11 +339,11 @@ class Recurrences:
 
     def _coefficient(self, form: Affine) -> str:
         """C code of coefficient k of the form."""
-        parts = [self._signed_term(factor, f"{series}[k]") for series, factor in form.terms.items()]
+        summands = [self._signed_term(factor, f"{series}[k]") for series, factor in form.terms.items()]
         if form.constant != 0:
             sign, text = self._signed(form.constant)
-            parts.append((sign, f"(k == 0 ? {text} : 0.0)"))
-        return _summed(parts) or "0.0"
+            summands.append((sign, f"(k == 0 ? {text} : 0.0)"))
+        return _summed(summands) or "0.0"
 
     def _signed_term(self, factor: Expr, series: str) -> tuple[str, str]:
         sign, text = self._signed(factor)
@@ -362,7 +362,7 @@ def _alone(series: str) -> Affine:
     return Affine(sympy.S.Zero, {series: _ONE})
 
 
-def _summed(parts: list[tuple[str, str]]) -> str:
+def _summed(summands: list[tuple[str, str]]) -> str:
     """The sum of texts with their signs; those with a minus last, so that it does not begin with one needlessly."""
-    text = "".join(f" {sign} {term}" for sign, term in sorted(parts, key=lambda part: part[0] == "-"))
+    text = "".join(f" {sign} {term}" for sign, term in sorted(summands, key=lambda summand: summand[0] == "-"))
     return text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")

@@ -31,18 +31,18 @@ Place = tuple[int, int]
 
 def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
-    found = list(obstacles(system)) or list(ramps(system))
+    reasons = list(obstacles(system)) or list(ramps(system))
     for contact in system.contacts:
         if contact.reset or contact.rooted:
-            found.append(f"contact '{contact.name}': its jumps are not followed in lanes")
+            reasons.append(f"contact '{contact.name}': its jumps are not followed in lanes")
     modes = 1
     for contact in system.contacts:
         modes *= _digits(contact)
     if modes > _MOST_MODES:
-        found.append(f"its contacts have {modes} modes, more than the {_MOST_MODES} that lanes have tables for")
+        reasons.append(f"its contacts have {modes} modes, more than the {_MOST_MODES} that lanes have tables for")
     if not system.states:
-        found.append("it has no states")
-    return tuple(dict.fromkeys(found))
+        reasons.append("it has no states")
+    return tuple(dict.fromkeys(reasons))
 
 
 def _digits(contact: ContactDynamics) -> int:
@@ -112,37 +112,37 @@ class _Tables:
     def _free_places(self) -> set[Place]:
         """Where the flow without held or touching contacts may be other than zero."""
         nq = len(self.system.coordinates)
-        found = {(i, j) for i, row in self.flow.items() for j in _filled(row)}
+        places = {(i, j) for i, row in self.flow.items() for j in _filled(row)}
         for (i, c), _ in self.system.W.todok().items():
-            found |= {(nq + i, j) for j in _filled(self.friction[c] or ())}
-        return found
+            places |= {(nq + i, j) for j in _filled(self.friction[c] or ())}
+        return places
 
     def _held_columns(self) -> list[int]:
         """Columns that a force which holds a contact may have: those of the rates of all that can be held."""
-        nq, found = len(self.system.coordinates), set()
+        nq, columns = len(self.system.coordinates), set()
         flowing = self.free | self._touching_places()
         for contact, slip in zip(self.system.contacts, self.slip, strict=True):
             for j in _filled(slip) if contact.sticks or contact.kind.impulsive else ():
                 if j < nq:
-                    found.add(nq + j)
+                    columns.add(nq + j)
                 elif j < self.n:
-                    found |= {column for row, column in flowing if row == j}
+                    columns |= {column for row, column in flowing if row == j}
                 else:
                     # the rate of a cosine is a sine
-                    found.add(self.n + ((j - self.n) ^ 1))
-        return sorted(found)
+                    columns.add(self.n + ((j - self.n) ^ 1))
+        return sorted(columns)
 
     def _held_places(self) -> set[Place]:
         nq = len(self.system.coordinates)
-        held = {c for c, one in enumerate(self.system.contacts) if one.sticks or one.kind.impulsive}
-        return {(nq + i, j) for (i, c), _ in self.system.W.todok().items() if c in held for j in self.held}
+        holding = {c for c, contact in enumerate(self.system.contacts) if contact.sticks or contact.kind.impulsive}
+        return {(nq + i, j) for (i, c), _ in self.system.W.todok().items() if c in holding for j in self.held}
 
     def _touching_places(self) -> set[Place]:
-        nq, found = len(self.system.coordinates), set()
+        nq, places = len(self.system.coordinates), set()
         for (i, c), _ in self.system.W.todok().items():
             if self.force[c] is not None:
-                found |= {(nq + i, j) for j in self._columns(c)}
-        return found
+                places |= {(nq + i, j) for j in self._columns(c)}
+        return places
 
     def _columns(self, c: int) -> set[int]:
         """Columns of depth and rate of a contact."""
@@ -155,17 +155,17 @@ class _Tables:
         reach = {(i, nq + i) for i in range(nq)} | {(i, i) for i in range(self.n)}
         reach |= {(i, j) for i, j in self.free if j < self.n}
         while True:
-            more = {(i, k) for i, j in reach for m, k in reach if j == m} | reach
-            if more == reach:
+            longer = {(i, k) for i, j in reach for m, k in reach if j == m} | reach
+            if longer == reach:
                 return reach
-            reach = more
+            reach = longer
 
     def text(self) -> str:
         """The header."""
         contacts = self.system.contacts
         guard_columns = [self._guard_columns(c, slot) for c, slot in self.guards]
         homes = self._home_guards()
-        home_rows = [[j for j in self._guard_columns(*self.guards[g], held=False) if j < self.n] for g in homes]
+        home_rows = [[j for j in self._guard_columns(*self.guards[g], holding=False) if j < self.n] for g in homes]
         bounds = [sorted({j for i, j in self.step if i in row}) for row in home_rows]
         modes = home_modes = 1
         for contact in contacts:
@@ -239,23 +239,23 @@ class _Tables:
             ]
         )
 
-    def _guard_columns(self, c: int, slot: int, *, held: bool = True) -> list[int]:
+    def _guard_columns(self, c: int, slot: int, *, holding: bool = True) -> list[int]:
         """Columns of a guard in any mode, or in those in which no force holds its contact."""
         contact = self.system.contacts[c]
         if contact.kind.compliant:
             return sorted(self._columns(c)) if slot == _TANGENTIAL else sorted(_filled(self.depth[c] or ()))
-        found = set(_filled((self.depth[c] or ()) if slot == _NORMAL else self.slip[c]))
-        if held and (contact.kind.impulsive or (contact.sticks and slot != _NORMAL)):
-            found |= set(self.held) | {j for row in self.capacities[c] or () for j in _filled(row)}
-        return sorted(found)
+        columns = set(_filled((self.depth[c] or ()) if slot == _NORMAL else self.slip[c]))
+        if holding and (contact.kind.impulsive or (contact.sticks and slot != _NORMAL)):
+            columns |= set(self.held) | {j for row in self.capacities[c] or () for j in _filled(row)}
+        return sorted(columns)
 
     def _home_guards(self) -> list[int]:
         """Guards that watch something where no contact is held or touches."""
-        found = []
+        guards = []
         for g, (c, slot) in enumerate(self.guards):
             if slot == _NORMAL or (slot == _TANGENTIAL and self.system.contacts[c].kind.dry):
-                found.append(g)
-        return found
+                guards.append(g)
+        return guards
 
     def _degrees(self, forced: bool = True) -> list[int | None]:
         """Of the states and phasors as polynomials of the time in every mode; None: a series without an end. Not
@@ -265,38 +265,38 @@ class _Tables:
         reads |= {i: {j for row, j in self.places if row == i and (forced or j < self.n)} for i in self.flow}
         degrees: list[int | None] = [None] * nz
         while True:
-            found = [
+            updated = [
                 1 + max((degrees[j] or 0 for j in reads[i]), default=0)
                 if i < self.n and all(degrees[j] is not None for j in reads[i])
                 else None
                 for i in range(nz)
             ]
-            if found == degrees:
+            if updated == degrees:
                 return degrees
-            degrees = found
+            degrees = updated
 
     def _varied(self) -> int:
         """Terms of the series of a difference beyond itself; 0: they have no end."""
         degrees = self._degrees(forced=False)[: self.n]
-        return 0 if None in degrees else max(one for one in degrees if one is not None) - 1
+        return 0 if None in degrees else max(degree for degree in degrees if degree is not None) - 1
 
     def _flow_sums(self, only: Collection[int] | None = None) -> list[str]:
         """Rates of the states; of these alone, from these alone."""
         nq = len(self.system.coordinates)
         lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq) if only is None or i in only]
         for i in self.flow:
-            parts = [
+            products = [
                 f"A[{e}] * y[{j}]" for e, (row, j) in enumerate(self.places) if row == i and (only is None or j in only)
             ]
             if only is None or i in only:
-                lines.append(f"d[{i}] = {' + '.join(parts) or '0.0 * y[0]'};")
+                lines.append(f"d[{i}] = {' + '.join(products) or '0.0 * y[0]'};")
         return lines or ["(void)d;"]
 
     def _step_sums(self) -> list[str]:
         lines = []
         for i in range(self.n):
-            parts = [f"P[{e}] * x[{j}]" for e, (row, j) in enumerate(self.step) if row == i]
-            lines.append(f"n[{i}] += {' + '.join(parts)};")
+            products = [f"P[{e}] * x[{j}]" for e, (row, j) in enumerate(self.step) if row == i]
+            lines.append(f"n[{i}] += {' + '.join(products)};")
         return lines
 
     @staticmethod
@@ -361,11 +361,11 @@ def _inlined(contact: ContactDynamics, expression: Any, slip: Any) -> Any:
 
 def _assignments(values: Mapping[str, Any], names: Mapping[Any, str]) -> list[str]:
     """Of what is not zero, common parts once."""
-    wanted = {name: sympy.sympify(value) for name, value in values.items() if value != 0}
-    shared, made = sympy.cse(list(wanted.values()), symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
-    known = {**names, **{symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}}
-    lines = [f"    const double {known[symbol]} = {c_expression(value, known)};" for symbol, value in shared]
-    return lines + [f"    r->{n} = {c_expression(value, known)};" for n, value in zip(wanted, made, strict=True)]
+    nonzero = {name: sympy.sympify(value) for name, value in values.items() if value != 0}
+    shared, results = sympy.cse(list(nonzero.values()), symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
+    symbols = {**names, **{symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}}
+    lines = [f"    const double {symbols[symbol]} = {c_expression(value, symbols)};" for symbol, value in shared]
+    return lines + [f"    r->{n} = {c_expression(value, symbols)};" for n, value in zip(nonzero, results, strict=True)]
 
 
 def _entries(name: str, row: Sequence[Any]) -> dict[str, Any]:
@@ -381,7 +381,7 @@ def _row_sums(
 ) -> list[str]:
     lines, e = [], 0
     for i, row in enumerate(rows):
-        parts = [f"{factors}[{e + k}] * {vector}[{j}]" for k, j in enumerate(row) if only is None or j in only]
+        products = [f"{factors}[{e + k}] * {vector}[{j}]" for k, j in enumerate(row) if only is None or j in only]
         e += len(row)
-        lines.append(f"{result}[{i}] += {' + '.join(parts)};" if parts else f"(void){result};")
+        lines.append(f"{result}[{i}] += {' + '.join(products)};" if products else f"(void){result};")
     return lines

@@ -72,7 +72,7 @@ class LawFunctions:
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
         """Sentences about values that no friction law of this form should have."""
         values = dict(zip(self.names, q, strict=True))
-        return tuple(said.format(law=self.name, **values) for margin, said in self.warned(q) if margin < 0)
+        return tuple(sentence.format(law=self.name, **values) for margin, sentence in self.warned(q) if margin < 0)
 
 
 def law_functions(reference: str) -> LawFunctions:
@@ -82,9 +82,9 @@ def law_functions(reference: str) -> LawFunctions:
         NotACoefficientError: its friction is no coefficient.
         StickslipError: there is none, or it fails.
     """
-    own = own_laws()
-    if reference in own:
-        return own[reference]
+    shipped = own_laws()
+    if reference in shipped:
+        return shipped[reference]
     law = laws.load(reference)
     with laws.LAWS.running(reference):
         text = _text(reference, law)
@@ -96,9 +96,9 @@ def own_laws() -> dict[str, LawFunctions]:
     """The functions of those of our laws that have any, by the names of their files, fewest parameters first."""
     folder = Path(laws.__file__).parents[1]
     sources = [path.read_bytes() for path in (*sorted(folder.rglob("*.py")), Path(__file__))]
-    kept = cache_folder() / "laws" / f"{digest(*sources, metadata.version('sympy'))}.py"
-    found = _run(sealed_text(kept, lambda: "\n".join(_own_texts())))
-    return {law.reference: law for law in sorted(found, key=lambda law: (len(law.parameters), law.name))}
+    path = cache_folder() / "laws" / f"{digest(*sources, metadata.version('sympy'))}.py"
+    functions = _run(sealed_text(path, lambda: "\n".join(_own_texts())))
+    return {law.reference: law for law in sorted(functions, key=lambda law: (len(law.parameters), law.name))}
 
 
 def _own_texts() -> Iterator[str]:
@@ -125,24 +125,24 @@ def _text(reference: str, law: Any) -> str:
     """
     import sympy
 
-    one, N, v = _by_itself(reference, law)
+    built, N, v = _by_itself(reference, law)
     sign = sympy.Symbol("sign", real=True)
-    friction = one.towards(v, sign)
-    declared, untold = _told(one, v)
+    friction = built.towards(v, sign)
+    declared, untold = _told(built, v)
     # symbols that print as what the functions are given
-    q = {symbol: sympy.Symbol(f"q[{place}]", real=True) for place, (symbol, _) in enumerate(declared)}
+    q = {symbol: sympy.Symbol(f"q[{index}]", real=True) for index, (symbol, _) in enumerate(declared)}
     mu = sympy.sympify(friction).xreplace(q).subs(N, 1)
     slopes = [sympy.diff(mu, symbol) for symbol in q.values()]
     shared: Any
     results: Any
     shared, results = sympy.cse([mu, *slopes], symbols=sympy.numbered_symbols("x"))
     value, *gradient = results
-    required = [needed for needed in one.requirements if needed.expression.free_symbols <= {*q, N}]
+    required = [needed for needed in built.requirements if needed.expression.free_symbols <= {*q, N}]
     margins = [_printed(needed.expression.xreplace(q).subs(N, 1)) for needed in required]
-    said = [needed.warning or f"{needed.sentence}." for needed in required]
+    warnings = [needed.warning or f"{needed.sentence}." for needed in required]
     if untold:
         margins.append("-1.0")
-        said.append(
+        warnings.append(
             f"Steady slip does not tell {' and '.join(untold)} of the {{law}} law: the fitted model has the defaults."
         )
     directed = sign in mu.free_symbols
@@ -157,7 +157,7 @@ def _text(reference: str, law: Any) -> str:
             *head,
             *_assigned(shared, gradient),
             f"    return numpy.stack([{', '.join(_along(slope, shared, v) for slope in gradient)}])",
-            f"warned = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, said, strict=True))}]",
+            f"warned = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, warnings, strict=True))}]",
             "made.append(LawFunctions(",
             f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r},",
             f"    steady={law.magnitude.__qualname__!r}, sticks={law.sticks!r}, directed={directed!r},",
@@ -184,36 +184,36 @@ def _by_itself(reference: str, law: Any) -> tuple[Any, sympy.Symbol, sympy.Symbo
             f"{wrong}it declares no steady friction of its own. Copy 'coulomb' for one that does."
         )
     N, v = sympy.Symbol("N", positive=True), sympy.Symbol("v", nonnegative=True)
-    one = law.around(SimpleNamespace(N=N))
-    force = sympy.sympify(one.magnitude(v))
+    built = law.around(SimpleNamespace(N=N))
+    force = sympy.sympify(built.magnitude(v))
     if sympy.diff(force, N).has(N) or sympy.simplify(force.subs(N, 0)) != 0:
         raise NotACoefficientError(f"{wrong}its force {force} is not in proportion to the load N.")
-    return one, N, v
+    return built, N, v
 
 
-def _told(one: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], list[str]]:
+def _told(law: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], list[str]]:
     """The parameters of a law that are to be fitted; and names of those that slip does not tell.
 
     What shows in stick alone, of a law that has no exact stick, is for estimators that know it.
     """
     import sympy
 
-    every = tuple(declared_in(one))
-    seen = set().union(*(sympy.sympify(one.towards(v, sign)).free_symbols for sign in (1, -1)))
-    told = [(symbol, parameter) for symbol, parameter in every if symbol in seen or not one.sticks]
-    return told, [parameter.name for symbol, parameter in every if (symbol, parameter) not in told]
+    every = tuple(declared_in(law))
+    seen = set().union(*(sympy.sympify(law.towards(v, sign)).free_symbols for sign in (1, -1)))
+    fitted = [(symbol, parameter) for symbol, parameter in every if symbol in seen or not law.sticks]
+    return fitted, [parameter.name for symbol, parameter in every if (symbol, parameter) not in fitted]
 
 
 def _linear(mu: sympy.Expr, q: Sequence[sympy.Symbol]) -> tuple[bool, ...]:
     """Of each parameter, whether mu is linear in it and in those before that are."""
     import sympy
 
-    kept: list[sympy.Symbol] = []
+    linear: list[sympy.Symbol] = []
     for symbol in q:
         slope = sympy.diff(mu, symbol)
-        if slope != 0 and all(sympy.diff(slope, other) == 0 for other in (*kept, symbol)):
-            kept.append(symbol)
-    return tuple(symbol in kept for symbol in q)
+        if slope != 0 and all(sympy.diff(slope, earlier) == 0 for earlier in (*linear, symbol)):
+            linear.append(symbol)
+    return tuple(symbol in linear for symbol in q)
 
 
 Shared = Sequence[tuple["sympy.Symbol", "sympy.Expr"]]

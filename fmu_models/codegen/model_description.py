@@ -40,6 +40,6 @@ def model_description(
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
     values: dict[str, Any] = {"structure": structure, "variables": structure.variables, "system": structure.system}
     values |= {"token": token, "tool": tool, "rights": rights.attributes}
-    most = declarations("engine/fmi/variables.h").constants("Most", "MOST_")
-    values |= {"log_categories": LOG_CATEGORIES, "output_order": most.OUTPUT_ORDER}
+    limits = declarations("engine/fmi/variables.h").constants("Most", "MOST_")
+    values |= {"log_categories": LOG_CATEGORIES, "output_order": limits.OUTPUT_ORDER}
     return render(f"fmi{fmi_version[0]}.xml.j2", **values)

@@ -50,11 +50,11 @@ class ModelStructure:
     @property
     def output_unknowns(self) -> list[Unknown]:
         """Outputs, and the contact states among them, which depend on everything through the events."""
-        found = [
+        unknowns = [
             self._unknown(v, self._symbols([o.expression]), o.expression)
             for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
         ]
-        return found + [Unknown(v) for v in self._shown_states]
+        return unknowns + [Unknown(v) for v in self._shown_states]
 
     @property
     def derivative_unknowns(self) -> list[Unknown]:
@@ -80,7 +80,7 @@ class ModelStructure:
                 "release": [c.release],
                 "function": [c.slip, c.force_symbol],
             }
-            sources += [self._symbols([e for e in behind[what] if e is not None]) for what in c.indicators]
+            sources += [self._symbols([e for e in behind[indicator] if e is not None]) for indicator in c.indicators]
         return [self._unknown(v, s) for v, s in zip(self.variables.indicators, sources, strict=True)]
 
     @property
@@ -93,11 +93,11 @@ class ModelStructure:
         rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
         sources = [*rates, *(o.expression for o in system.outputs)]
         variables = (*self.variables.derivatives, *self.variables.outputs)
-        found = [
+        unknowns = [
             self._unknown(v, behind, e, initial=True) if (behind := self._start_values([e])) is not None else Unknown(v)
             for v, e in zip(variables, sources, strict=True)
         ]
-        return found + [Unknown(v) for v in self._shown_states]
+        return unknowns + [Unknown(v) for v in self._shown_states]
 
     def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
         """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
@@ -108,10 +108,10 @@ class ModelStructure:
         behind |= {c.depth_symbol: c.depth.free_symbols for c in contacts if c.depth is not None}
         if not contacts:
             behind |= self._free_accelerations
-        found: set[sympy.Basic] = set()
+        symbols: set[sympy.Basic] = set()
         for symbol in set().union(*(expression.free_symbols for expression in expressions)):
-            found |= behind.get(symbol, {symbol})
-        return found if found <= self.variables.references.keys() | self.variables.parameters.keys() else None
+            symbols |= behind.get(symbol, {symbol})
+        return symbols if symbols <= self.variables.references.keys() | self.variables.parameters.keys() else None
 
     def _unknown(
         self,
@@ -122,8 +122,8 @@ class ModelStructure:
         initial: bool = False,
     ) -> Unknown:
         """An entry with what it depends on; its expression, if given, says how."""
-        known = self.variables.references | (self.variables.parameters if initial else {})
-        ordered = sorted(((known[s], s) for s in symbols if s in known), key=lambda pair: pair[0])
+        references = self.variables.references | (self.variables.parameters if initial else {})
+        ordered = sorted(((references[s], s) for s in symbols if s in references), key=lambda pair: pair[0])
         kinds = ["dependent"] * len(ordered)
         direct = self.variables.references.keys() | self.variables.parameters.keys()
         if (
@@ -146,34 +146,34 @@ class ModelStructure:
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         system = self.system
-        found = [set(e.free_symbols) for e in system.acceleration]
-        for block in blocks(len(found), system.inertia) if system.inertia else ():
-            together = set().union(*(found[i] for i in block))
+        symbols = [set(e.free_symbols) for e in system.acceleration]
+        for block in blocks(len(symbols), system.inertia) if system.inertia else ():
+            together = set().union(*(symbols[i] for i in block))
             together |= set().union(*(e.free_symbols for (i, _), e in system.inertia.items() if i in block))
             for i in block:
-                found[i] = together
-        return dict(zip(system.rate_symbols, found, strict=True))
+                symbols[i] = together
+        return dict(zip(system.rate_symbols, symbols, strict=True))
 
     @cached_property
     def _forces(self) -> dict[Any, set[sympy.Basic]]:
         """Symbols on which the force of each contact depends, in slip or in stick."""
         contacts = self.system.contacts
         laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
-        held = [self._symbols([c.slip_rate, *c.capacities], free=True) for c in contacts]
+        stuck = [self._symbols([c.slip_rate, *c.capacities], free=True) for c in contacts]
         inertia = self._inertia_symbols
-        together = set().union(inertia, *laws.values(), *held)
+        together = set().union(inertia, *laws.values(), *stuck)
         return {c.force_symbol: together if c.sticks or c.kind.impulsive else laws[c.force_symbol] for c in contacts}
 
     @cached_property
     def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         """Symbols on which each acceleration depends, contact forces included."""
-        found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
+        symbols = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
         for i, k in acting(self.system):
             a, contact = self.system.rate_symbols[i], self.system.contacts[k]
             entry: Any = self.system.W[i, k]
             lever = self._inertia_symbols if self.system.inertia else entry.free_symbols
-            found[a] |= lever | self._forces[contact.force_symbol]
-        return found
+            symbols[a] |= lever | self._forces[contact.force_symbol]
+        return symbols
 
     @cached_property
     def _inertia_symbols(self) -> set[sympy.Basic]:
@@ -188,14 +188,14 @@ class ModelStructure:
         """Known quantities behind expressions. free: accelerations in them stand for those without contact forces."""
         slips: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
         slips |= {c.depth_symbol: c.depth.free_symbols for c in self.system.contacts if c.depth is not None}
-        found: set[sympy.Basic] = set()
+        symbols: set[sympy.Basic] = set()
         for symbol in set().union(*(expression.free_symbols for expression in expressions)):
             if symbol in slips:
-                found |= slips[symbol]
+                symbols |= slips[symbol]
             elif isinstance(symbol, Acceleration):
-                found |= (self._free_accelerations if free else self._accelerations)[symbol]
+                symbols |= (self._free_accelerations if free else self._accelerations)[symbol]
             elif contact is None and not free and symbol in self._forces:
-                found |= self._forces[symbol]
+                symbols |= self._forces[symbol]
             elif symbol is TIME or isinstance(symbol, State | Input | Rate):
-                found.add(symbol)
-        return found
+                symbols.add(symbol)
+        return symbols

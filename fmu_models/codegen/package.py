@@ -112,9 +112,9 @@ def export(
     """
     path = checked(path, fmi_version, overwrite)
     if not values and not expose and packaging.plain and isinstance(model, str | os.PathLike):
-        kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
+        file = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
-            shutil.copyfile(kept, temporary)
+            shutil.copyfile(file, temporary)
         return path
     from fmu_models.lowering.lower import lower
 
@@ -243,17 +243,17 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
     """
     checked("model.fmu", fmi_version, overwrite=True)
     texts = _texts(system, fmi_version, Rights())
-    options = ("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
+    options = ("sources", *(text for name in sorted(texts) for text in (name, texts[name])))
     return kept_as(system.name, options, lambda: system, fmi_version)
 
 
 def kept_as(
-    name: str, options: Sequence[str | bytes], made: Callable[[], HybridSystem], fmi_version: str = "3.0"
+    name: str, options: Sequence[str | bytes], lowered: Callable[[], HybridSystem], fmi_version: str = "3.0"
 ) -> Path:
-    """The FMU that these options lead to, from the user's cache if it was built before; ``made`` lowers it if not."""
+    """The FMU of these options, from the user's cache if it was built before, else of what ``lowered`` makes."""
     file = kept_folder(*options) / f"{name}.fmu"
     if not is_sealed(file):
-        write(made(), file, fmi_version=fmi_version, overwrite=True)
+        write(lowered(), file, fmi_version=fmi_version, overwrite=True)
         seal(file)
     return file
 
@@ -261,15 +261,15 @@ def kept_as(
 def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
     """Whether what is made of a model may be kept under its name and those of its laws: ours, whose sources the cache
     knows."""
-    own = isinstance(model, str) and model in MODELS.members()
-    return own and all(law in LAWS.members() for law in (laws or {}).values())
+    shipped = isinstance(model, str) and model in MODELS.members()
+    return shipped and all(law in LAWS.members() for law in (laws or {}).values())
 
 
 def kept_folder(*options: str | bytes) -> Path:
     """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
-    parts = (_sources_digest(), *options, this_platform().fmi3, date)
-    return cache_folder() / "fmus" / digest(*parts)
+    keys = (_sources_digest(), *options, this_platform().fmi3, date)
+    return cache_folder() / "fmus" / digest(*keys)
 
 
 def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> Path:
@@ -289,26 +289,26 @@ def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> 
 
 def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) -> dict[str, Any]:
     """Law objects by contact, where it has another, around the law it has; parameters end like the contact's name."""
-    found = {}
+    replaced = {}
     for contact, name in laws.items():
-        own, law = mechanism.law_of(contact), load_law(name, beside)
-        if type(own) is law:
+        current, law = mechanism.law_of(contact), load_law(name, beside)
+        if type(current) is law:
             continue
         if not hasattr(law, "around"):
             raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
         digits = re.search(r"\d*$", contact)
-        found[contact] = law.around(own, digits.group() if digits else "")
-    return found
+        replaced[contact] = law.around(current, digits.group() if digits else "")
+    return replaced
 
 
 def _exposed(expose: Sequence[str], fmi_version: str) -> list[str]:
     """The fields of a system that say so."""
-    for what in expose:
-        if what not in EXPOSED:
-            raise StickslipError(f"There is no '{what}' to expose. Choose {' or '.join(EXPOSED)}.")
+    for name in expose:
+        if name not in EXPOSED:
+            raise StickslipError(f"There is no '{name}' to expose. Choose {' or '.join(EXPOSED)}.")
     if "clocks" in expose and fmi_version == "2.0":
         raise StickslipError("FMI 2.0 has no clocks to expose. Export FMI 3.0, or expose the states.")
-    return [f"shown_{what}" for what in expose]
+    return [f"shown_{name}" for name in expose]
 
 
 def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:
@@ -332,8 +332,8 @@ def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict
         }
         try:
             for done, library in enumerate(as_completed(built)):
-                place = built[library].fmi2 if fmi_version == "2.0" else built[library].fmi3
-                name = f"binaries/{place}/{system.name}{built[library].suffix}"
+                subfolder = built[library].fmi2 if fmi_version == "2.0" else built[library].fmi3
+                name = f"binaries/{subfolder}/{system.name}{built[library].suffix}"
                 files[name] = library.result().read_bytes()
                 packaging.advance((done + 1) / len(built))
         except BaseException:
@@ -374,8 +374,8 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
 
 def _engine(fmi_version: str) -> dict[str, str]:
     """The engine's C files for one version of FMI."""
-    other = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
-    return {name: text for name, text in engine_sources().items() if not name.startswith(other)}
+    unused = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
+    return {name: text for name, text in engine_sources().items() if not name.startswith(unused)}
 
 
 # of a model with one contact gcc takes accesses to another one for real, behind conditions that rule them out
@@ -407,5 +407,5 @@ def _files_digest() -> str:
     root = Path(__file__).parent.parent
     folders = ("base", "codegen", "engine", "language", "lowering", "oscillators", "toolchain")
     files = sorted(path for folder in folders for path in (root / folder).rglob("*") if path.suffix != ".pyc")
-    texts = [part for path in files if path.is_file() for part in (str(path.relative_to(root)), path.read_bytes())]
+    texts = [text for path in files if path.is_file() for text in (str(path.relative_to(root)), path.read_bytes())]
     return digest(*texts)

@@ -52,8 +52,8 @@ def port() -> bytes:
 
 def _shown(names: Sequence[str]) -> list[str]:
     letters = [name.encode("ascii", "replace").decode() for name in names]
-    more = len(letters) - _MOST_PORTS
-    return letters if more <= 0 else [*letters[: _MOST_PORTS - 1], f"and {more + 1} more"]
+    surplus = len(letters) - _MOST_PORTS
+    return letters if surplus <= 0 else [*letters[: _MOST_PORTS - 1], f"and {surplus + 1} more"]
 
 
 def _arrow(draw: object, x: int, y: int) -> None:
@@ -65,9 +65,9 @@ def _png(width: int, height: int, dots: bytes) -> bytes:
     """A picture of one bit per dot, rows filled up to whole bytes; compressors differ, so it is stored as it is."""
     size = (width + 7) // 8
     rows = b"".join(b"\0" + dots[row * size : (row + 1) * size] for row in range(height))
-    parts = [rows[i : i + _PART] for i in range(0, len(rows), _PART)]
+    pieces = [rows[i : i + _PART] for i in range(0, len(rows), _PART)]
     stored = b"".join(
-        struct.pack("<BHH", i == len(parts) - 1, len(part), len(part) ^ 0xFFFF) + part for i, part in enumerate(parts)
+        struct.pack("<BHH", i == len(pieces) - 1, len(part), len(part) ^ 0xFFFF) + part for i, part in enumerate(pieces)
     )
     data = b"\x78\x01" + stored + struct.pack(">I", zlib.adler32(rows))
     head = struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0)

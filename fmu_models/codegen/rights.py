@@ -65,8 +65,8 @@ class Rights:
     def _name(self) -> str:
         if self.license is None:
             return ENGINE_LICENSE
-        own = "see documentation/licenses/license.txt" if Path(self.license).is_file() else self.license
-        return f"{own}; engine {ENGINE_LICENSE}"
+        terms = "see documentation/licenses/license.txt" if Path(self.license).is_file() else self.license
+        return f"{terms}; engine {ENGINE_LICENSE}"
 
     @property
     def _text(self) -> str:

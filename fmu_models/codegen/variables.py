@@ -129,11 +129,11 @@ class Variables:
     @property
     def display_units(self) -> dict[str, dict[str, float]]:
         """Per unit those that its variables are shown in, with how many of them one of it is."""
-        found: dict[str, dict[str, float]] = {}
+        units: dict[str, dict[str, float]] = {}
         for v in self.listed:
             if v.unit and v.display_unit:
-                found.setdefault(v.unit, {})[v.display_unit] = conversion_factor(v.unit, v.display_unit)
-        return found
+                units.setdefault(v.unit, {})[v.display_unit] = conversion_factor(v.unit, v.display_unit)
+        return units
 
 
 class SystemVariables(Variables):
@@ -162,14 +162,14 @@ class SystemVariables(Variables):
         self.types = {kind.type_name: kind.meaning for kind in kinds}
         self.indicators = [
             self._add(
-                f"{contact.name}_{contact_kinds.INDICATORS[what][0]}",
+                f"{contact.name}_{contact_kinds.INDICATORS[indicator][0]}",
                 f"{contact.description}: falls to zero where the contact changes its state",
                 causality="local",
                 variability="continuous",
                 initial="calculated",
             )
             for contact in system.contacts
-            for what in contact.indicators
+            for indicator in contact.indicators
         ]
         self.clocks = list(self._clocks())
 

@@ -38,23 +38,23 @@ class Variations:
 
     def statements(self, read: set[str]) -> list[str]:
         """C code, without the series that nobody reads."""
-        found = []
+        statements = []
         for target, text, moved in self.lines:
             if not target:
-                found.append(text)
+                statements.append(text)
             elif target in read or not _SLOT.fullmatch(target):
-                found.append(f"{target}[k] = {text};")
+                statements.append(f"{target}[k] = {text};")
                 if moved:
-                    found.append(f"if (l->moved) {{ {target}[k] += {moved}; }}")
-        return found
+                    statements.append(f"if (l->moved) {{ {target}[k] += {moved}; }}")
+        return statements
 
 
 def read_by(bodies: Iterable[Iterable[tuple[str, str, str]]]) -> set[str]:
     """The series without a place of their own on which others depend, however indirectly; of the lines of bodies."""
-    found: set[str] = set()
+    series: set[str] = set()
     lines = [line for body in bodies for line in body]
     # a series is read after it is set, but for itself
     for target, text, moved in reversed(lines):
-        if target in found or not _SLOT.fullmatch(target):
-            found |= {name for name in _SLOT.findall(text + moved) if name != target}
-    return found
+        if target in series or not _SLOT.fullmatch(target):
+            series |= {name for name in _SLOT.findall(text + moved) if name != target}
+    return series

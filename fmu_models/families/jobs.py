@@ -88,11 +88,11 @@ class Jobs:
         if self.targets is not None or self.longest:
             steps = min(steps, EARLY)
         cost = max(1, steps * (1 + 2 * self.tangents))
-        wanted = min(max(FAR_CHUNK, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far else CHUNK * pace
+        target = min(max(FAR_CHUNK, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far else CHUNK * pace
         if self.chain == 1:
-            size = max(together, wanted // cost, 1)
+            size = max(together, target // cost, 1)
             return [Chunk(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]
-        links = [*range(0, self.chain, max(wanted // cost, 1)), self.chain]
+        links = [*range(0, self.chain, max(target // cost, 1)), self.chain]
         return [
             Chunk(first + begin, first + end, begin > 0)
             for first in range(0, len(self), self.chain)

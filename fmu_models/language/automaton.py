@@ -120,8 +120,8 @@ class Automaton(Declaration):
         return f"Automaton '{self.name}': {self.title}"
 
     def _contents(self) -> dict[str, object]:
-        parts = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
-        return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **parts}
+        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **names}
 
     @property
     def contacts(self) -> tuple[Switch, ...]:
@@ -192,9 +192,9 @@ def _check(automaton: Automaton) -> None:
             )
     _check_flows(automaton)
     _check_switches(automaton)
-    known = {*automaton.states, *(state.rate for state in automaton.states), TIME}
+    symbols = {*automaton.states, *(state.rate for state in automaton.states), TIME}
     for symbol in sorted(automaton.symbols, key=str):
-        if not isinstance(symbol, (Parameter, Input)) and symbol not in known:
+        if not isinstance(symbol, (Parameter, Input)) and symbol not in symbols:
             raise StickslipError(f"{automaton.name}: {stranger(symbol)}")
     for requirement in automaton.requirements:
         if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):

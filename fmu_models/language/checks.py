@@ -37,13 +37,13 @@ def check_mechanism(mechanism: Body) -> None:
     _check_numbers(mechanism)
 
 
-def check_names(model: str, found: Iterable[tuple[str, str]]) -> None:
-    """Refuse names that are none, and one name for two things; ``found`` has names with what they belong to.
+def check_names(model: str, pairs: Iterable[tuple[str, str]]) -> None:
+    """Refuse names that are none, and one name for two things; ``pairs`` has names with what they belong to.
 
     Raises:
         StickslipError: which name, and what bears it.
     """
-    names = list(found)
+    names = list(pairs)
     for name, _ in [*names, (model, "model")]:
         if not _IDENTIFIER.fullmatch(name):
             raise StickslipError(f"'{name}' is not a name: use a letter followed by letters, digits or underscores.")
@@ -136,8 +136,8 @@ def _check_symbols(mechanism: Body) -> None:
     accelerations = {q.a for q in mechanism.coordinates}
     used = mechanism.symbols
     for symbol in sorted(used, key=str):
-        known = isinstance(symbol, (Parameter, Input)) or symbol in states | contacts | accelerations
-        if not known:
+        declared = isinstance(symbol, (Parameter, Input)) or symbol in states | contacts | accelerations
+        if not declared:
             raise StickslipError(f"{mechanism.name}: {stranger(symbol)}")
     body = (mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation, *mechanism.applied.values())
     for contact in mechanism.contacts:

@@ -31,19 +31,19 @@ def check_slip(contact: str, slip: sympy.Expr, coordinates: Sequence[Coordinate]
         )
 
 
-def check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
+def check_place(where: str, region: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
     """Refuse a gap or a region that depends on speeds, or on no coordinate."""
-    place = sympy.sympify(place)
-    symbols = place.free_symbols
+    region = sympy.sympify(region)
+    symbols = region.free_symbols
     for q in coordinates:
         if {q.v, q.a} & symbols:
             moving = q.v if q.v in symbols else q.a
             raise StickslipError(
-                f"{where} = {place} depends on {moving.name}; it says where the contact is, so write it with "
+                f"{where} = {region} depends on {moving.name}; it says where the contact is, so write it with "
                 f"coordinates such as {q.name}."
             )
     if not symbols.intersection(coordinates):
         raise StickslipError(
-            f"{where} = {place} is the same wherever the body is; write it with a coordinate such as "
+            f"{where} = {region} is the same wherever the body is; write it with a coordinate such as "
             f"{coordinates[0].name}."
         )

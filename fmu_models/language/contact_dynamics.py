@@ -102,5 +102,5 @@ def terms(expression: sympy.Expr) -> tuple[sympy.Expr, ...]:
 
 def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
     """Products of sums as sums. Functions stay whole: a pulse exp(-(t - a)^2) in three factors is infinity times 0."""
-    whole = {function: sympy.Dummy() for function in expression.atoms(sympy.Function)}
-    return sympy.expand(expression.xreplace(whole)).xreplace({dummy: function for function, dummy in whole.items()})
+    dummies = {function: sympy.Dummy() for function in expression.atoms(sympy.Function)}
+    return sympy.expand(expression.xreplace(dummies)).xreplace({dummy: function for function, dummy in dummies.items()})

@@ -212,8 +212,8 @@ class Friction(Contact):
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        way = way_unit(self.slip)
-        create_symbols(self, force=FORCE_UNITS[way], slip_speed=per_second(way), sign="1")
+        unit = way_unit(self.slip)
+        create_symbols(self, force=FORCE_UNITS[unit], slip_speed=per_second(unit), sign="1")
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:
@@ -273,15 +273,15 @@ class Friction(Contact):
         """Refuse parts whose units do not match."""
         slip = units.expect(f"the slip of contact '{self.name}'", self.slip, None)
         units.known[self.slip_speed] = slip
-        what = f"the law of contact '{self.name}'"
-        force = units.expect(what, self.law.force(self.slip_speed, self.sign), None)
+        label = f"the law of contact '{self.name}'"
+        force = units.expect(label, self.law.force(self.slip_speed, self.sign), None)
         if force is not None and slip is not None:
             units.match(f"slip times force of contact '{self.name}'", units.times(force, slip), "W")
         if slip is not None:
             for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)):
-                most = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
-                if most is not None:
-                    units.match(f"slip times what contact '{self.name}' holds", units.times(most, slip), "W")
+                capacity = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
+                if capacity is not None:
+                    units.match(f"slip times what contact '{self.name}' holds", units.times(capacity, slip), "W")
         units.known[self.force] = force
         for state, rate in zip(self.law.states, self.law.rates(self.slip_speed, self.sign), strict=True):
             change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))

@@ -32,28 +32,28 @@ class Derivatives:
         """Partial derivative by a symbol."""
         return self._derive(expression, {symbol: sympy.S.One}, self._by.setdefault(symbol, {}))
 
-    def along(self, expression: Expr, rates: Mapping[sympy.Basic, Expr], known: dict[Expr, Expr] | None = None) -> Expr:
-        """Total derivative; symbols that have no rate stand still. ``known`` keeps what several calls share."""
-        return self._derive(expression, rates, {} if known is None else known)
+    def along(self, expression: Expr, rates: Mapping[sympy.Basic, Expr], cache: dict[Expr, Expr] | None = None) -> Expr:
+        """Total derivative; symbols that have no rate stand still. ``cache`` keeps what several calls share."""
+        return self._derive(expression, rates, {} if cache is None else cache)
 
     def symbols(self, expression: Expr) -> frozenset[sympy.Basic]:
         """Free symbols."""
-        found = self._symbols.get(expression)
-        if found is None:
-            found = frozenset([expression]) if expression.is_Symbol else frozenset()
-            found = found.union(*map(self.symbols, expression.args))
-            self._symbols[expression] = found
-        return found
+        symbols = self._symbols.get(expression)
+        if symbols is None:
+            symbols = frozenset([expression]) if expression.is_Symbol else frozenset()
+            symbols = symbols.union(*map(self.symbols, expression.args))
+            self._symbols[expression] = symbols
+        return symbols
 
-    def _derive(self, e: Expr, rates: Mapping[sympy.Basic, Expr], known: dict[Expr, Expr]) -> Expr:
+    def _derive(self, e: Expr, rates: Mapping[sympy.Basic, Expr], cache: dict[Expr, Expr]) -> Expr:
         if e.is_Symbol:
             return rates.get(e, sympy.S.Zero)
-        found = known.get(e)
-        if found is None:
+        derivative = cache.get(e)
+        if derivative is None:
             moving = self._moving(e, rates)
-            found = self._composed(e, {i: self._derive(e.args[i], rates, known) for i in moving})
-            known[e] = found
-        return found
+            derivative = self._composed(e, {i: self._derive(e.args[i], rates, cache) for i in moving})
+            cache[e] = derivative
+        return derivative
 
     def _moving(self, e: Expr, rates: Mapping[sympy.Basic, Expr]) -> list[int]:
         """Indices of the arguments that hold a symbol with a rate."""

@@ -54,26 +54,26 @@ class Dimensions:
             total[name] = total.get(name, sympy.S.Zero) + exponent * power
         return tuple(sorted((name, exponent) for name, exponent in total.items() if exponent != 0))
 
-    def expect(self, what: str, expression: Any, unit: str | None) -> Dimension | None:
+    def expect(self, label: str, expression: Any, unit: str | None) -> Dimension | None:
         """Dimension of an expression, which must be that of the unit if there is one."""
         try:
-            found = self.of(sympy.sympify(expression))
+            dimension = self.of(sympy.sympify(expression))
         except Mismatch as error:
-            raise StickslipError(f"{self.model}: units do not match in {what}: {error}") from error
+            raise StickslipError(f"{self.model}: units do not match in {label}: {error}") from error
         if unit is not None and sympy.sympify(expression) != 0:
-            self.match(what, found, unit)
-        return found
+            self.match(label, dimension, unit)
+        return dimension
 
-    def match(self, what: str, found: Dimension | None, unit: str) -> None:
+    def match(self, label: str, dimension: Dimension | None, unit: str) -> None:
         """Refuse a dimension that is not that of the unit; a scaled model has energies and powers without unit."""
         mechanical = self.scaled and unit in ("J", "W")
-        self.compare(what, found, NONE if mechanical else self.of_unit(unit), unit)
+        self.compare(label, dimension, NONE if mechanical else self.of_unit(unit), unit)
 
-    def compare(self, what: str, found: Dimension | None, expected: Dimension, unit: str = "") -> None:
+    def compare(self, label: str, dimension: Dimension | None, expected: Dimension, unit: str = "") -> None:
         """Refuse two dimensions that differ."""
-        if found is not None and found != expected:
+        if dimension is not None and dimension != expected:
             raise StickslipError(
-                f"{self.model}: units do not match: {what} is in {_text(found)}, not in {unit or _text(expected)}"
+                f"{self.model}: units do not match: {label} is in {_text(dimension)}, not in {unit or _text(expected)}"
                 f"{f' = {_text(expected)}' if unit and unit != _text(expected) else ''}. Look at the units of its "
                 "parameters."
             )
@@ -110,8 +110,8 @@ class Dimensions:
             if dimension is not None:
                 seen.setdefault(dimension, term)
         if len(seen) > 1:
-            (first, one), (second, other) = list(seen.items())[:2]
-            raise Mismatch(f"{one} is in {_text(first)}, {other} in {_text(second)}; they cannot be added")
+            (first, a), (second, b) = list(seen.items())[:2]
+            raise Mismatch(f"{a} is in {_text(first)}, {b} in {_text(second)}; they cannot be added")
         return next(iter(seen), None)
 
     def _product(self, dimensions: Iterable[Dimension | None]) -> Dimension | None:

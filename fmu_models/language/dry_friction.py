@@ -76,20 +76,20 @@ def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
     Raises:
         StickslipError: a part that ``own`` lacks is not declared.
     """
-    declared, parts = {one.name: one for one in parameters_of(law)}, {}
-    for one in fields(law):
-        if hasattr(own, one.name):
-            parts[one.name] = getattr(own, one.name)
-        elif one.name in declared:
-            parts[one.name] = _parameter(declared[one.name], suffix)
-        elif one.default is not MISSING or one.default_factory is not MISSING:
+    declared, values = {entry.name: entry for entry in parameters_of(law)}, {}
+    for entry in fields(law):
+        if hasattr(own, entry.name):
+            values[entry.name] = getattr(own, entry.name)
+        elif entry.name in declared:
+            values[entry.name] = _parameter(declared[entry.name], suffix)
+        elif entry.default is not MISSING or entry.default_factory is not MISSING:
             continue
         else:
             raise StickslipError(
-                f"The law '{law.__name__}' has a part '{one.name}' that its contact's own law does not have. Give it "
+                f"The law '{law.__name__}' has a part '{entry.name}' that its contact's own law does not have. Give it "
                 "its unit and meaning: field(metadata=declared(...)); or declare the law in the model."
             )
-    return parts
+    return values
 
 
 def _parameter(declared: Any, suffix: str) -> Parameter:

@@ -87,8 +87,8 @@ class Impact(Contact):
     friction_sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        way = way_unit(self.gap)
-        force, speed = FORCE_UNITS[way], per_second(way)
+        unit = way_unit(self.gap)
+        force, speed = FORCE_UNITS[unit], per_second(unit)
         create_symbols(
             self, force=force, rate=speed, sign="1", friction_force=force, friction_slip=speed, friction_sign="1"
         )
@@ -98,20 +98,20 @@ class Impact(Contact):
                 "Poisson(e) for impulses."
             )
         if (self.slip is None) != (self.mu is None):
-            found, missing = ("mu", "slip") if self.slip is None else ("slip", "mu")
+            present, missing = ("mu", "slip") if self.slip is None else ("slip", "mu")
             raise StickslipError(
-                f"contact '{self.name}' has {found} but no {missing}. Give both for a contact with friction, neither "
+                f"contact '{self.name}' has {present} but no {missing}. Give both for a contact with friction, neither "
                 "for a smooth one."
             )
         self._check_coefficients()
 
     def _check_coefficients(self) -> None:
         coefficients = {"restitution": self.e} | ({} if self.mu is None else {"mu": self.friction})
-        for (what, value), requirement in zip(coefficients.items(), self.requirements, strict=True):
+        for (name, value), requirement in zip(coefficients.items(), self.requirements, strict=True):
             for symbol in sorted(value.free_symbols, key=str):
                 if not isinstance(symbol, Parameter):
                     raise StickslipError(
-                        f"contact '{self.name}': {what} = {value} depends on {symbol}; it may use parameters only."
+                        f"contact '{self.name}': {name} = {value} depends on {symbol}; it may use parameters only."
                     )
             if not value.free_symbols and not requirement.expression.is_nonnegative:
                 raise StickslipError(f"{requirement.sentence}, found {float(value):g}.")
@@ -130,10 +130,10 @@ class Impact(Contact):
     def requirements(self) -> tuple[Requirement, ...]:
         """A restitution that gives no more back than was put in, and a mu that brakes."""
         sentence = f"restitution of contact '{self.name}' must lie between 0 and 1"
-        found = [Requirement(self.e * (1 - self.e), sentence)]
+        requirements = [Requirement(self.e * (1 - self.e), sentence)]
         if self.mu is not None:
-            found.append(Requirement(self.friction, f"mu of contact '{self.name}' must not be negative"))
-        return tuple(found)
+            requirements.append(Requirement(self.friction, f"mu of contact '{self.name}' must not be negative"))
+        return tuple(requirements)
 
     @property
     def depth(self) -> sympy.Expr:
@@ -185,14 +185,14 @@ class Impact(Contact):
 
     def check_units(self, units: Dimensions) -> None:
         """Refuse parts whose units do not match."""
-        way = "1" if units.scaled else "rad" if way_unit(self.gap) == "rad" else "m"
-        units.expect(f"the gap of contact '{self.name}'", self.gap, way)
+        unit = "1" if units.scaled else "rad" if way_unit(self.gap) == "rad" else "m"
+        units.expect(f"the gap of contact '{self.name}'", self.gap, unit)
         if self.slip is not None:
-            units.expect(f"the slip of contact '{self.name}'", self.slip, per_second(way))
+            units.expect(f"the slip of contact '{self.name}'", self.slip, per_second(unit))
         units.expect(f"the restitution of contact '{self.name}'", self.e, "1")
         units.expect(f"mu of contact '{self.name}'", self.friction, "1")
         for force in self.shown:
-            units.known[force] = units.of_unit(FORCE_UNITS[way])
+            units.known[force] = units.of_unit(FORCE_UNITS[unit])
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
         """What it is lowered to, to stand at ``index`` among the contacts of the system."""

@@ -34,11 +34,11 @@ def mass_entries(mechanism: Body) -> Entries:
     """The entries of M that are not zero, by row and column."""
     derivatives = Derivatives()
     velocities = [q.v for q in mechanism.coordinates]
-    place: dict[Any, int] = {v: i for i, v in enumerate(velocities)}
+    index: dict[Any, int] = {v: i for i, v in enumerate(velocities)}
     entries: dict[tuple[int, int], Any] = {}
     for i, v in enumerate(velocities):
         momentum = derivatives.by(mechanism.kinetic_energy, v)
-        for j in sorted(place[w] for w in derivatives.symbols(momentum) if w in place):
+        for j in sorted(index[w] for w in derivatives.symbols(momentum) if w in index):
             entry = derivatives.by(momentum, velocities[j]) if j >= i else entries.get((j, i), sympy.S.Zero)
             if entry != 0:
                 entries[i, j] = entries[j, i] = entry
@@ -57,7 +57,7 @@ def blocks(n: int, entries: Entries) -> list[list[int]]:
     for i, j in entries:
         joined[i].add(j)
         joined[j].add(i)
-    found = []
+    groups = []
     seen: set[int] = set()
     for seed in range(n):
         if seed in seen:
@@ -70,8 +70,8 @@ def blocks(n: int, entries: Entries) -> list[list[int]]:
             fresh = joined[i] - seen
             seen |= fresh
             waiting += fresh
-        found.append(sorted(block))
-    return found
+        groups.append(sorted(block))
+    return groups
 
 
 def is_singular(mechanism: Body) -> bool:
@@ -85,14 +85,14 @@ def is_singular(mechanism: Body) -> bool:
         if any(x != x for matrix in rows for row in matrix for x in row):
             continue
         looked = True
-        regular = [known or _has_pivots(matrix) for known, matrix in zip(regular, rows, strict=True)]
+        regular = [is_regular or _has_pivots(matrix) for is_regular, matrix in zip(regular, rows, strict=True)]
     return looked and not all(regular)
 
 
 def inertia_requirements(mechanism: Body) -> tuple[Requirement, ...]:
     """What makes M positive definite, as far as the parameters alone decide it and their signs do not show it."""
     entries = mass_entries(mechanism)
-    found = []
+    requirements = []
     for block in _small_blocks(mechanism):
         for n in range(1, len(block) + 1):
             square = _square(entries, block[:n])
@@ -100,10 +100,10 @@ def inertia_requirements(mechanism: Body) -> tuple[Requirement, ...]:
                 break
             minor: Any = sympy.expand(square.det())
             if not minor.is_positive:
-                which = _determinant(mechanism.coordinates, block[:n])
-                sentence = f"the mass matrix must be positive definite; {which} is not positive"
-                found.append(Requirement(minor, sentence, strict=True))
-    return tuple(found)
+                determinant = _determinant(mechanism.coordinates, block[:n])
+                sentence = f"the mass matrix must be positive definite; {determinant} is not positive"
+                requirements.append(Requirement(minor, sentence, strict=True))
+    return tuple(requirements)
 
 
 def check_definite(mechanism: Body) -> None:
@@ -128,8 +128,8 @@ def check_definite(mechanism: Body) -> None:
 
 
 def _small_blocks(mechanism: Body) -> list[list[int]]:
-    found = blocks(len(mechanism.coordinates), mass_entries(mechanism))
-    return [block for block in found if len(block) <= CLOSED_FORM]
+    groups = blocks(len(mechanism.coordinates), mass_entries(mechanism))
+    return [block for block in groups if len(block) <= CLOSED_FORM]
 
 
 def _square(entries: Entries, rows: Sequence[int]) -> Any:
@@ -162,14 +162,14 @@ def _has_pivots(matrix: list[list[float]]) -> bool:
 def _pivots(matrix: list[list[float]]) -> list[float]:
     """Pivots in order, to the first that is not positive: each is a leading minor over the one before."""
     rows = [list(row) for row in matrix]
-    found = []
+    pivots = []
     for k in range(len(rows)):
-        found.append(rows[k][k])
+        pivots.append(rows[k][k])
         if not rows[k][k] > 0.0:
             break
         for i in range(k + 1, len(rows)):
             _subtract(rows, i, k)
-    return found
+    return pivots
 
 
 def _subtract(rows: list[list[float]], i: int, k: int) -> None:

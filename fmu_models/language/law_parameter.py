@@ -44,16 +44,16 @@ def viscous() -> Mapping[str, Any]:
 
 def parameters_of(law: Any) -> Iterator[LawParameter]:
     """Parameters that a class of laws declares, in order."""
-    for one in fields(law):
-        if "declared" in one.metadata:
-            yield LawParameter(one.name, *one.metadata["declared"])
+    for entry in fields(law):
+        if "declared" in entry.metadata:
+            yield LawParameter(entry.name, *entry.metadata["declared"])
 
 
 def declared_in(law: Any) -> Iterator[tuple[Any, LawParameter]]:
     """Values of the declared parameters of a law, those of laws within it included, and what they are."""
-    for one in fields(law):
-        value = getattr(law, one.name)
-        if "declared" in one.metadata:
-            yield value, LawParameter(one.name, *one.metadata["declared"])
+    for entry in fields(law):
+        value = getattr(law, entry.name)
+        if "declared" in entry.metadata:
+            yield value, LawParameter(entry.name, *entry.metadata["declared"])
         elif is_dataclass(value):
             yield from declared_in(value)

@@ -66,12 +66,12 @@ class Map(Declaration):
         for name in ("states", "requirements"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         for name in ("rule", "modulus", "inverse"):
-            given = getattr(self, name)
-            if given is not None:
-                object.__setattr__(self, name, {x: sympy.sympify(e) for x, e in given.items()})
+            mapping = getattr(self, name)
+            if mapping is not None:
+                object.__setattr__(self, name, {x: sympy.sympify(e) for x, e in mapping.items()})
         _check(self)
-        whole = {state: (0.0, float(turn)) for state, turn in self.modulus.items()}
-        object.__setattr__(self, "box", {x: (whole | dict(self.box))[x] for x in self.states})
+        periods = {state: (0.0, float(turn)) for state, turn in self.modulus.items()}
+        object.__setattr__(self, "box", {x: (periods | dict(self.box))[x] for x in self.states})
         rules = ((f"the rule of {state.name}", after, state.unit) for state, after in self.rule.items())
         check_expression_units(self.name, self.states, rules)
         if self.inverse is not None:
@@ -114,15 +114,15 @@ def _check(declared: Map) -> None:
             raise StickslipError(f"{declared.name}: the requirement '{requirement.sentence}' may use parameters only.")
 
 
-def _check_states(declared: Map, what: str, given: Mapping[State, sympy.Expr]) -> None:
+def _check_states(declared: Map, kind: str, rules: Mapping[State, sympy.Expr]) -> None:
     for state in declared.states:
-        if state not in given:
+        if state not in rules:
             raise StickslipError(
-                f"{declared.name}: state '{state.name}' has no {what}. Say what it becomes; itself if it stays."
+                f"{declared.name}: state '{state.name}' has no {kind}. Say what it becomes; itself if it stays."
             )
-    for state in given:
+    for state in rules:
         if state not in declared.states:
-            raise StickslipError(f"{declared.name}: '{state.name}' has a {what} but is not a state of it.")
+            raise StickslipError(f"{declared.name}: '{state.name}' has a {kind} but is not a state of it.")
 
 
 def _check_box(declared: Map) -> None:
@@ -151,16 +151,16 @@ def _check_inverse(declared: Map, inverse: Mapping[State, sympy.Expr]) -> None:
         before = {x: sympy.Float(chance.uniform(*declared.box[x])) for x in declared.states}
         after = {x: _number(e, values | before) for x, e in declared.rule.items()}
         for state in declared.states:
-            back = _number(inverse[state], values | after)
-            miss = float(back - before[state]) if back.is_real else math.nan
+            image = _number(inverse[state], values | after)
+            miss = float(image - before[state]) if image.is_real else math.nan
             if state in declared.modulus:
                 miss = math.remainder(miss, float(declared.modulus[state]))
             low, high = declared.box[state]
             if not abs(miss) <= _INVERSE_ACCURACY * (high - low):
-                place = ", ".join(f"{x.name} = {float(value):.6g}" for x, value in before.items())
+                origin = ", ".join(f"{x.name} = {float(value):.6g}" for x, value in before.items())
                 raise StickslipError(
-                    f"{declared.name}: the inverse does not undo the rule: from {place} it leads back to {state.name} "
-                    f"= {back}. Solve the rule for its states; leave the inverse out if there are several solutions."
+                    f"{declared.name}: the inverse does not undo the rule: from {origin} it leads back to {state.name} "
+                    f"= {image}. Solve the rule for its states; leave the inverse out if there are several solutions."
                 )
 
 

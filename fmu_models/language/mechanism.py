@@ -73,8 +73,8 @@ class Mechanism(Declaration):
 
     def _contents(self) -> dict[str, object]:
         energies = {name: getattr(self, name) for name in ("kinetic_energy", "potential_energy", "dissipation")}
-        parts = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
-        return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **parts}
+        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **names}
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:
@@ -116,17 +116,17 @@ class Mechanism(Declaration):
         Raises:
             StickslipError: no contact has that name.
         """
-        kept = [self._contact(name) for name in contacts]
-        kept = [contact for contact in self.contacts if contact in kept]
-        if len(kept) == len(self.contacts):
+        chosen = [self._contact(name) for name in contacts]
+        chosen = [contact for contact in self.contacts if contact in chosen]
+        if len(chosen) == len(self.contacts):
             return self
-        dropped = [contact for contact in self.contacts if contact not in kept]
+        dropped = [contact for contact in self.contacts if contact not in chosen]
         gone = set().union(*(contact.symbols.union(contact.shown) for contact in dropped))
-        gone -= self.body_symbols.union(*(contact.symbols for contact in kept))
+        gone -= self.body_symbols.union(*(contact.symbols for contact in chosen))
         return dataclasses.replace(
             self,
-            name="_".join([self.name, *([contact.name for contact in kept] or ["free"])]),
-            contacts=kept,
+            name="_".join([self.name, *([contact.name for contact in chosen] or ["free"])]),
+            contacts=chosen,
             outputs=[output for output in self.outputs if not gone & output.expression.free_symbols],
             requirements=[r for r in self.requirements if not gone & r.expression.free_symbols],
         )
@@ -167,8 +167,8 @@ class Mechanism(Declaration):
         for contact in self.contacts:
             if contact.name == name:
                 return contact
-        known = [contact.name for contact in self.contacts]
-        raise StickslipError(f"{self.name} has no contact '{name}'.{nearest(name, known)}")
+        names = [contact.name for contact in self.contacts]
+        raise StickslipError(f"{self.name} has no contact '{name}'.{nearest(name, names)}")
 
 
 def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:

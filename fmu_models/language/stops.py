@@ -83,13 +83,13 @@ class Stop(Contact):
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        way = way_unit(self.gap)
-        force, speed = FORCE_UNITS[way], per_second(way)
-        create_symbols(self, force=force, penetration=way, rate=speed, memory=speed, reaction=force, sign="1")
+        unit = way_unit(self.gap)
+        force, speed = FORCE_UNITS[unit], per_second(unit)
+        create_symbols(self, force=force, penetration=unit, rate=speed, memory=speed, reaction=force, sign="1")
         if self.release not in _RELEASES:
-            found = f"release={self.release!r}" if self.release else "no release rule"
+            release = f"release={self.release!r}" if self.release else "no release rule"
             raise StickslipError(
-                f"stop '{self.name}' has {found}. Say when it lets go: release='force' where its force falls to zero "
+                f"stop '{self.name}' has {release}. Say when it lets go: release='force' where its force falls to zero "
                 "(a support that cannot pull), release='gap' where the body leaves it."
             )
         _ = self.rooted

@@ -40,5 +40,5 @@ def check_expression_units(
         StickslipError: which expression, and what does not match in it.
     """
     units = Dimensions(model, states)
-    for what, expression, unit in expected:
-        units.expect(what, expression, unit)
+    for label, expression, unit in expected:
+        units.expect(label, expression, unit)

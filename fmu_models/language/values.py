@@ -49,8 +49,8 @@ def check_values(model: Parametrised, values: Mapping[str, float]) -> None:
         number = float(sympy.Float(expression.xreplace(point)))
         if number < 0.0 or (requirement.strict and number == 0.0):
             used = [p for p in parameters.values() if p in expression.free_symbols]
-            found = ", ".join(f"{p.name} = {float(point[p]):g}" for p in used)
-            raise StickslipError(f"{requirement.sentence} (found {found}).")
+            numbers = ", ".join(f"{p.name} = {float(point[p]):g}" for p in used)
+            raise StickslipError(f"{requirement.sentence} (found {numbers}).")
 
 
 def check_numbers(model: Parametrised, values: Mapping[str, float]) -> None:
@@ -64,22 +64,22 @@ def check_numbers(model: Parametrised, values: Mapping[str, float]) -> None:
 
 def bounds(parameter: Parameter) -> list[tuple[str, float]]:
     """The bounds of a parameter, each as relation and number, such as (">=", 0.0)."""
-    found = []
+    limits = []
     if parameter.minimum is not None:
-        found.append((">" if parameter.positive else ">=", parameter.minimum))
+        limits.append((">" if parameter.positive else ">=", parameter.minimum))
     if parameter.maximum is not None:
-        found.append(("<=", parameter.maximum))
-    return found
+        limits.append(("<=", parameter.maximum))
+    return limits
 
 
 def _check_bounds(parameter: Parameter, value: float) -> None:
-    name, unit, what = parameter.name, _unit(parameter), parameter.description
+    name, unit, meaning = parameter.name, _unit(parameter), parameter.description
     if not isinstance(value, SupportsFloat) or not math.isfinite(value):
-        raise StickslipError(f"{name} = {value} is not a finite number ({what}).")
+        raise StickslipError(f"{name} = {value} is not a finite number ({meaning}).")
     for relation, bound in bounds(parameter):
         if not _RELATIONS[relation](value, bound):
             raise StickslipError(
-                f"{name} = {value:g}{unit} is out of range: {what} must be {relation} {bound:g}{unit}."
+                f"{name} = {value:g}{unit} is out of range: {meaning} must be {relation} {bound:g}{unit}."
             )
 
 

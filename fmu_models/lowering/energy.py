@@ -75,11 +75,11 @@ def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:
 
 
 def _force(contact: ContactDynamics) -> Output:
-    what = contact.description or contact.name
+    name = contact.description or contact.name
     normal = contact.kind.normal
     kind = "compressive force" if normal else "friction force, positive with the slip"
     force = contact.force_symbol if contact.kind.impulsive else -contact.force_symbol
-    return Output(f"{contact.name}_force", force, contact.force_symbol.unit, f"{kind}: {what}")
+    return Output(f"{contact.name}_force", force, contact.force_symbol.unit, f"{kind}: {name}")
 
 
 def _linear(T: sympy.Expr, velocities: Sequence[Velocity]) -> Any:

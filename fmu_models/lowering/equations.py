@@ -22,12 +22,12 @@ def rates(system: HybridSystem) -> list[tuple[sympy.Expr, sympy.Expr]]:
     forces = sympy.Matrix([sympy.Symbol(f"lambda_{contact.name}") for contact in system.contacts])
     pushed = system.W * forces if system.contacts else sympy.zeros(len(system.driven), 1)
     dots = [sympy.Symbol(f"{state.name}'") for state in system.driven]
-    found: list[tuple[sympy.Expr, sympy.Expr]] = [(sympy.Symbol(f"{q.name}'"), q.v) for q in system.coordinates]
+    sides: list[tuple[sympy.Expr, sympy.Expr]] = [(sympy.Symbol(f"{q.name}'"), q.v) for q in system.coordinates]
     for i, free in enumerate(system.acceleration):
         row = [m * dots[k] for (j, k), m in sorted(system.inertia.items()) if j == i]
-        found.append((sympy.Add(*row) if system.inertia else dots[i], free + pushed[i]))
+        sides.append((sympy.Add(*row) if system.inertia else dots[i], free + pushed[i]))
     internal = zip(system.internal_states, system.internal_rates, strict=True)
-    return found + [(sympy.Symbol(f"{state.name}'"), rate) for state, rate in internal]
+    return sides + [(sympy.Symbol(f"{state.name}'"), rate) for state, rate in internal]
 
 
 def outputs(system: HybridSystem) -> list[sympy.Basic]:
@@ -61,33 +61,33 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
 
     depth = contact.depth if contact.depth is not None else sympy.S.Zero
     if contact.kind.rubs:
-        said: dict[str, Line] = {"v, slip speed": (contact.slip,), "lambda in slip": (written(contact.force),)}
+        lines: dict[str, Line] = {"v, slip speed": (contact.slip,), "lambda in slip": (written(contact.force),)}
         if contact.sticks:
             minus = contact.capacity_minus
-            both: Line = ("|lambda| < ", contact.capacity)
+            limit: Line = ("|lambda| < ", contact.capacity)
             for state, value in contact.reset.items():
-                said[f"{state.name} where stick begins or ends"] = (written(value),)
-            said["sticks while"] = both if minus is None else (-minus, " < lambda < ", contact.capacity)
+                lines[f"{state.name} where stick begins or ends"] = (written(value),)
+            lines["sticks while"] = limit if minus is None else (-minus, " < lambda < ", contact.capacity)
         if contact.depth is not None:
-            said["present where"] = (contact.depth, " >= 0")
-        return said
+            lines["present where"] = (contact.depth, " >= 0")
+        return lines
     if contact.kind.compliant:
         ends = "gap" if contact.release is None else "force"
-        said = {"d, depth": (depth,), "v, its rate": (contact.slip,)}
-        return said | {"lambda while touching": (written(contact.force),), "lets go": (f"where its {ends} vanishes",)}
+        lines = {"d, depth": (depth,), "v, its rate": (contact.slip,)}
+        return lines | {"lambda while touching": (written(contact.force),), "lets go": (f"where its {ends} vanishes",)}
     if contact.kind.impulsive:
         rule = "Poisson, " if contact.poisson else "Newton, "
-        said = {"gap": (-depth,), "v, its rate": (contact.slip,), "restitution": (rule, contact.restitution)}
-        return said | {"closed while": ("lambda, the normal force, is positive",)}
+        lines = {"gap": (-depth,), "v, its rate": (contact.slip,), "restitution": (rule, contact.restitution)}
+        return lines | {"closed while": ("lambda, the normal force, is positive",)}
     if contact.kind.led:
         law: Line = (contact.friction, " times the normal force; in stick less than that")
         return {"v, slip speed": (contact.slip,), "|lambda| in slip": law}
     slides = "where both flows push onto h = 0" if contact.sticks else "never: the flow goes through h = 0"
-    said = {"h, switching function": (contact.slip,), "slides": (slides,)}
+    lines = {"h, switching function": (contact.slip,), "slides": (slides,)}
     if contact.reset:
         jumps = [(f"{state.name} := ", written(value)) for state, value in contact.reset.items()]
-        said["jump at h = 0"] = tuple(part for i, jump in enumerate(jumps) for part in (*(["; "] * (i > 0)), *jump))
-    return said
+        lines["jump at h = 0"] = tuple(item for i, jump in enumerate(jumps) for item in (*(["; "] * (i > 0)), *jump))
+    return lines
 
 
 def states_of(contact: ContactDynamics) -> list[str]:

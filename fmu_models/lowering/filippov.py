@@ -29,10 +29,10 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
     """Separate what the signs multiply and derive the sliding dynamics."""
     states, switches = list(automaton.states), list(automaton.switches)
     flow = sympy.Matrix([automaton.flows[x] for x in states])
-    parts = [flow.applyfunc(lambda f, sign=switch.sign: multiplied_out(sympy.diff(f, sign))) for switch in switches]
-    slides = [_slides(automaton, switch, part) for switch, part in zip(switches, parts, strict=True)]
+    jumps = [flow.applyfunc(lambda f, sign=switch.sign: multiplied_out(sympy.diff(f, sign))) for switch in switches]
+    slides = [_slides(automaton, switch, jump) for switch, jump in zip(switches, jumps, strict=True)]
     free = flow.xreplace({s.sign: sympy.S.Zero for s, sliding in zip(switches, slides, strict=True) if sliding})
-    columns = [-part if sliding else 0 * part for part, sliding in zip(parts, slides, strict=True)]
+    columns = [-jump if sliding else 0 * jump for jump, sliding in zip(jumps, slides, strict=True)]
     W = sympy.Matrix.hstack(sympy.zeros(len(states), 0), *columns)
     gradient = sympy.Matrix([[sympy.diff(s.function, x) for x in states] for s in switches])
     G = gradient.reshape(len(switches), len(states)) * W
@@ -58,10 +58,10 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
     )
 
 
-def _slides(automaton: Automaton, switch: Switch, part: sympy.Matrix) -> bool:
+def _slides(automaton: Automaton, switch: Switch, jump: sympy.Matrix) -> bool:
     """Whether the flow jumps across h = 0 in a way that could hold the motion there."""
     function = sympy.sympify(switch.function)
-    entries = [part[i, 0] for i in range(part.rows)]
+    entries = [jump[i, 0] for i in range(jump.rows)]
     normal = sum((sympy.diff(function, x) * f for x, f in zip(automaton.states, entries, strict=True)), sympy.S.Zero)
     return sympy.simplify(normal) != 0 and not all(_vanishes(f, function, automaton) for f in entries)
 

@@ -39,22 +39,22 @@ def fold(
     Returns:
         A system of the same states and contacts.
     """
-    known: dict[sympy.Basic, Any] = {}
+    constants: dict[sympy.Basic, Any] = {}
     for quantity in (*system.parameters, *system.inputs):
         if quantity.name in fixed:
-            known[quantity] = number(fixed[quantity.name])
-    known |= {u.rate: sympy.S.Zero for u in system.inputs if u in known}
+            constants[quantity] = number(fixed[quantity.name])
+    constants |= {u.rate: sympy.S.Zero for u in system.inputs if u in constants}
 
     def folded(expression: Any) -> Any:
-        return sympy.sympify(expression).xreplace(known)
+        return sympy.sympify(expression).xreplace(constants)
 
-    W, G = system.W.xreplace(known), system.G.xreplace(known)
-    inertia = {place: folded(entry) for place, entry in system.inertia.items()}
+    W, G = system.W.xreplace(constants), system.G.xreplace(constants)
+    inertia = {index: folded(entry) for index, entry in system.inertia.items()}
     requirements = (r._replace(expression=folded(r.expression)) for r in system.all_requirements)
     return dataclasses.replace(
         system,
-        parameters=tuple(p.with_value(values.get(p.name, p.value)) for p in system.parameters if p not in known),
-        inputs=tuple(u.with_value(values.get(u.name, u.value)) for u in system.inputs if u not in known),
+        parameters=tuple(p.with_value(values.get(p.name, p.value)) for p in system.parameters if p not in constants),
+        inputs=tuple(u.with_value(values.get(u.name, u.value)) for u in system.inputs if u not in constants),
         coordinates=tuple(q.with_start(start.get(q.name, q.start)) for q in system.coordinates),
         driven=tuple(v.with_start(start.get(v.name, v.start)) for v in system.driven),
         internal_states=tuple(z.with_start(start.get(z.name, z.start)) for z in system.internal_states),

@@ -32,22 +32,22 @@ def has_small_inverse(n: int, mass: Entries) -> bool:
 
 def inverse(n: int, mass: Entries) -> dict[tuple[int, int], Any]:
     """Entries of the inverse of a mass matrix, those of a block with one denominator, which code computes once."""
-    found: dict[tuple[int, int], Any] = {}
+    entries: dict[tuple[int, int], Any] = {}
     for block in blocks(n, mass):
         if len(block) == 1:
-            found[block[0], block[0]] = 1 / mass[block[0], block[0]]
+            entries[block[0], block[0]] = 1 / mass[block[0], block[0]]
             continue
         square = sympy.Matrix([[mass.get((i, j), sympy.S.Zero) for j in block] for i in block])
         determinant: Any = square.det()
         determinant = multiplied_out(determinant)
         adjugate = square.adjugate().applyfunc(multiplied_out)
-        found |= {
+        entries |= {
             (i, j): adjugate[a, b] / determinant
             for a, i in enumerate(block)
             for b, j in enumerate(block)
             if adjugate[a, b] != 0
         }
-    return found
+    return entries
 
 
 def generalised_forces(mechanism: Mechanism) -> list[Any]:

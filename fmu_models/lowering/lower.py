@@ -24,7 +24,7 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
     if isinstance(model, Automaton):
         return lower_automaton(model)
     coordinates = tuple(model.coordinates)
-    place: dict[Any, int] = {q.v: i for i, q in enumerate(coordinates)}
+    index: dict[Any, int] = {q.v: i for i, q in enumerate(coordinates)}
     contacts: tuple[ContactDynamics, ...] = ()
     rates = Rates(
         TimeDerivative(coordinates, model.inputs, with_accelerations=False),
@@ -32,7 +32,7 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
     )
     for contact in model.contacts:
         contacts += contact.dynamics(rates, len(contacts))
-    levers = [{place[v]: sympy.diff(c.slip, v) for v in c.slip.free_symbols if v in place} for c in contacts]
+    levers = [{index[v]: sympy.diff(c.slip, v) for v in c.slip.free_symbols if v in index} for c in contacts]
     a, W, G, inertia = _solved(mass_entries(model), generalised_forces(model), levers)
     return HybridSystem(
         name=model.name,
@@ -41,7 +41,7 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
         parameters=model.parameters,
         inputs=model.inputs,
         coordinates=coordinates,
-        driven=tuple(place),
+        driven=tuple(index),
         rate_symbols=tuple(q.a for q in coordinates),
         internal_states=model.internal_states,
         acceleration=tuple(a),
@@ -79,20 +79,20 @@ def _solved(
 def _times_rows(left: list[dict[int, Any]], right: list[dict[int, Any]]) -> Entries:
     """The product of two matrices, given row by row."""
     return _summed(
-        ((i, k), entry * other)
+        ((i, k), entry * factor)
         for i, row in enumerate(left)
         for j, entry in row.items()
-        for k, other in right[j].items()
+        for k, factor in right[j].items()
     )
 
 
-def _summed(parts: Iterable[tuple[tuple[int, int], Any]]) -> Entries:
+def _summed(products: Iterable[tuple[tuple[int, int], Any]]) -> Entries:
     """Sums of the parts of each entry, without those that vanish."""
-    found: dict[tuple[int, int], list[Any]] = {}
-    for place, part in parts:
-        found.setdefault(place, []).append(part)
-    sums = {place: sympy.Add(*terms) for place, terms in found.items()}
-    return {place: total for place, total in sums.items() if total != 0}
+    by_entry: dict[tuple[int, int], list[Any]] = {}
+    for index, term in products:
+        by_entry.setdefault(index, []).append(term)
+    sums = {index: sympy.Add(*terms) for index, terms in by_entry.items()}
+    return {index: total for index, total in sums.items() if total != 0}
 
 
 def _declared_outputs(mechanism: Mechanism) -> tuple[Output, ...]:

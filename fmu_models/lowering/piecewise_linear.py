@@ -42,23 +42,23 @@ class Lifted:
     @classmethod
     def of(cls, system: HybridSystem) -> Lifted:
         """Those of a system; harmonics whose argument is not affine in the time are left out."""
-        found: dict[Any, None] = {}
+        arguments: dict[Any, None] = {}
         for _, expression in _expressions(system):
             for wave in sorted(expression.atoms(sympy.sin, sympy.cos), key=str):
                 if _is_harmonic(wave.args[0]):
-                    found[wave.args[0]] = None
-        symbols = [sympy.Dummy(f"{name}{i}", real=True) for i in range(len(found)) for name in ("cos", "sin")]
-        return cls(system.states, tuple(found), tuple(symbols))
+                    arguments[wave.args[0]] = None
+        symbols = [sympy.Dummy(f"{name}{i}", real=True) for i in range(len(arguments)) for name in ("cos", "sin")]
+        return cls(system.states, tuple(arguments), tuple(symbols))
 
-    def row(self, expression: Any, *more: sympy.Basic) -> Row | None:
-        """Factors of z, one more for each of ``more``, in an expression; None where it is not affine in them."""
-        known = {
+    def row(self, expression: Any, *further: sympy.Basic) -> Row | None:
+        """Factors of z, one more for each of ``further``, in an expression; None where it is not affine in them."""
+        phasor_of = {
             wave: self.phasors[2 * i + k]
             for i, argument in enumerate(self.harmonics)
             for k, wave in enumerate((sympy.cos(argument), sympy.sin(argument)))
         }
-        lifted = sympy.sympify(expression).xreplace(known)
-        unknowns = (*self.states, *self.phasors, *more)
+        lifted = sympy.sympify(expression).xreplace(phasor_of)
+        unknowns = (*self.states, *self.phasors, *further)
         present = lifted.free_symbols
         factors = [sympy.diff(lifted, z) if z in present else sympy.S.Zero for z in unknowns]
         changing = {*unknowns, TIME}
@@ -68,7 +68,7 @@ class Lifted:
         constant = lifted.xreplace(dict.fromkeys(unknowns, sympy.S.Zero))
         if TIME in constant.free_symbols:
             return None
-        n = len(unknowns) - len(more)
+        n = len(unknowns) - len(further)
         return (*factors[:n], constant, *factors[n:])
 
 
@@ -79,23 +79,23 @@ def obstacles(system: HybridSystem) -> tuple[str, ...]:
     if system.inertia or not system.constant_inertia:
         return ("the mass matrix, or a lever of a contact, changes with the motion",)
     lifted = Lifted.of(system)
-    found = []
-    for what, contact, expression in _named(system):
+    sentences = []
+    for name, contact, expression in _named(system):
         local = () if contact is None else _local(contact)
         if lifted.row(expression, *local, TIME) is None:
-            found.append(_sentence(lifted, what, contact, sympy.sympify(expression)))
+            sentences.append(_sentence(lifted, name, contact, sympy.sympify(expression)))
     for contact in system.contacts:
         if contact.remembers:
-            found.append(f"contact '{contact.name}': the factors of its force change with the speed of entry")
-    return tuple(dict.fromkeys(found))
+            sentences.append(f"contact '{contact.name}': the factors of its force change with the speed of entry")
+    return tuple(dict.fromkeys(sentences))
 
 
 def ramps(system: HybridSystem) -> tuple[str, ...]:
     """What of a system without obstacles rises with the time itself, a sentence each."""
     lifted = Lifted.of(system)
     return tuple(
-        f"{what} rises with the time: it is another at each strobe"
-        for what, contact, expression in _named(system)
+        f"{name} rises with the time: it is another at each strobe"
+        for name, contact, expression in _named(system)
         if lifted.row(expression, *(() if contact is None else _local(contact))) is None
     )
 
@@ -126,18 +126,18 @@ def _inlined(system: HybridSystem, expression: Any) -> Any:
 
 
 def _expressions(system: HybridSystem) -> Iterable[tuple[str, Any]]:
-    for what, _, expression in _named(system):
-        yield what, sympy.sympify(expression)
+    for name, _, expression in _named(system):
+        yield name, sympy.sympify(expression)
 
 
 def _is_harmonic(argument: Any) -> bool:
     slope = sympy.diff(argument, TIME)
     offset = argument.xreplace({TIME: sympy.S.Zero})
-    both = slope.free_symbols | offset.free_symbols
-    return slope != 0 and all(isinstance(symbol, Parameter) for symbol in both)
+    symbols = slope.free_symbols | offset.free_symbols
+    return slope != 0 and all(isinstance(symbol, Parameter) for symbol in symbols)
 
 
-def _sentence(lifted: Lifted, what: str, contact: ContactDynamics | None, expression: Any) -> str:
+def _sentence(lifted: Lifted, name: str, contact: ContactDynamics | None, expression: Any) -> str:
     """What of an expression is not affine, and for which parameters it would be."""
     names = {} if contact is None else {contact.slip_symbol: "v", contact.sign_symbol: "sgn(v)"}
     if contact is not None and contact.depth_symbol is not None:
@@ -149,18 +149,18 @@ def _sentence(lifted: Lifted, what: str, contact: ContactDynamics | None, expres
         magnitude = sympy.Symbol("|v|")
         worst = worst.xreplace({contact.sign_symbol * contact.slip_symbol: magnitude})
         worst = worst.subs(contact.sign_symbol * contact.slip_symbol, magnitude)
-    shown = worst.xreplace({s: sympy.Symbol(names.get(s, getattr(s, "name", str(s)))) for s in worst.free_symbols})
+    printed = worst.xreplace({s: sympy.Symbol(names.get(s, getattr(s, "name", str(s)))) for s in worst.free_symbols})
     of = "the depth" if contact is not None and contact.depth_symbol in worst.free_symbols else "the speed"
     of = of if contact is not None else "the states"
     unless = _remedy(lifted, expression, local)
-    return f"{what}: {shown} is not linear in {of}" + (f", but for {unless}" if unless else "")
+    return f"{name}: {printed} is not linear in {of}" + (f", but for {unless}" if unless else "")
 
 
 def _smallest(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> Any:
     """The smallest part of an expression that is not affine by itself."""
-    for part in expression.args:
-        if part.free_symbols and lifted.row(part, *local, TIME) is None:
-            return _smallest(lifted, part, local)
+    for term in expression.args:
+        if term.free_symbols and lifted.row(term, *local, TIME) is None:
+            return _smallest(lifted, term, local)
     return expression
 
 
@@ -170,9 +170,9 @@ def _remedy(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> st
     for parameter in parameters:
         if not parameter.is_positive and _is_affine(lifted, expression, local, {parameter: sympy.S.Zero}):
             return f"{parameter.name} = 0"
-    for one, other in combinations(parameters, 2):
-        if one.unit == other.unit and _is_affine(lifted, expression, local, {one: other}):
-            return f"{one.name} = {other.name}"
+    for first, second in combinations(parameters, 2):
+        if first.unit == second.unit and _is_affine(lifted, expression, local, {first: second}):
+            return f"{first.name} = {second.name}"
     return ""
 
 

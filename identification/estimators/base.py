@@ -23,7 +23,7 @@ class FrictionRows:
     """Friction as an estimator saw it.
 
     speed: (n,) m/s, mean slip speed; least, greatest: (n,) m/s, its range; measured, fitted: (n,) friction coefficient;
-    cluster: (n,) labels; log: (n,) number of the log; place: (n,) of the driving disc among the contacts.
+    cluster: (n,) labels; log: (n,) number of the log; disc: (n,) of the driving disc among the contacts.
     """
 
     speed: np.ndarray
@@ -33,7 +33,7 @@ class FrictionRows:
     fitted: np.ndarray
     cluster: np.ndarray
     log: np.ndarray
-    place: np.ndarray
+    disc: np.ndarray
 
 
 class FrictionProblem(Problem):
@@ -56,13 +56,13 @@ class FrictionProblem(Problem):
         draws of the misplacement of an encoder's lines, over the root of their number, and by its zero, where these are
         not."""
 
-    def tested(self, found: Solution) -> bool:
+    def tested(self, solution: Solution) -> bool:
         """Whether the residuals of a solution tell of the model, rather than of lines of an encoder that are misplaced
         by the same at every pass."""
         return True
 
     @abstractmethod
-    def with_held(self, held: tuple[Prior, ...]) -> FrictionProblem:
+    def with_held(self, priors: tuple[Prior, ...]) -> FrictionProblem:
         """The same problem with its constants at other values."""
 
     @abstractmethod

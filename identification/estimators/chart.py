@@ -35,24 +35,24 @@ class Bend:
 
     def coordinates(self, q: np.ndarray) -> np.ndarray:
         """y (m,) of the law's parameters q (m,)."""
-        near, far = self.law.value(np.array(self.speeds), q)
-        return np.array([near, np.log(near - far), np.log(q[2]), *q[3:]])
+        slow, fast = self.law.value(np.array(self.speeds), q)
+        return np.array([slow, np.log(slow - fast), np.log(q[2]), *q[3:]])
 
     def parameters(self, y: np.ndarray) -> np.ndarray:
         """q (m,) of y (m,)."""
         scale, speeds = float(np.exp(y[2])), np.array(self.speeds)
         none = np.zeros(len(y) - 3)
-        unit = [self.law.value(speeds, np.array([*one, scale, *none])) for one in ((1.0, 0.0), (0.0, 1.0))]
-        rest = self.law.value(speeds, np.array([0.0, 0.0, scale, *y[3:]]))
-        pair = np.linalg.solve(np.stack(unit, axis=1), np.array([y[0], y[0] - np.exp(y[1])]) - rest)
+        unit = [self.law.value(speeds, np.array([*levels, scale, *none])) for levels in ((1.0, 0.0), (0.0, 1.0))]
+        remainder = self.law.value(speeds, np.array([0.0, 0.0, scale, *y[3:]]))
+        pair = np.linalg.solve(np.stack(unit, axis=1), np.array([y[0], y[0] - np.exp(y[1])]) - remainder)
         return np.array([*pair, scale, *y[3:]])
 
     def slope(self, q: np.ndarray) -> np.ndarray:
         """dq/dy (m, m)."""
-        near, far = self.law.value(np.array(self.speeds), q)
+        slow, fast = self.law.value(np.array(self.speeds), q)
         by = self.law.gradient(np.array(self.speeds), q)
         straight = np.eye(len(q))
-        straight[:3] = by[:, 0], (by[:, 0] - by[:, 1]) / (near - far), straight[2] / q[2]
+        straight[:3] = by[:, 0], (by[:, 0] - by[:, 1]) / (slow - fast), straight[2] / q[2]
         return np.linalg.inv(straight)
 
     @property
@@ -72,7 +72,7 @@ class Charted(Problem):
         free = list(self.problem.unknowns)
         for bend in self.bends:
             *pair, scale = free[bend.first : bend.first + 3]
-            pair = [replace(one, minimum=-np.inf, maximum=np.inf) for one in pair]
+            pair = [replace(unknown, minimum=-np.inf, maximum=np.inf) for unknown in pair]
             low, high = np.log([max(scale.minimum, LEAST_SCALE), scale.maximum])
             free[bend.first : bend.first + 3] = [*pair, replace(scale, minimum=float(low), maximum=float(high))]
         object.__setattr__(self, "unknowns", tuple(free))
@@ -118,23 +118,23 @@ class Charted(Problem):
 
 
 def bends_of(
-    law: FittableLaw, contacts: Sequence[str], q: np.ndarray, speeds: np.ndarray, place: np.ndarray
+    law: FittableLaw, contacts: Sequence[str], q: np.ndarray, speeds: np.ndarray, disc: np.ndarray
 ) -> tuple[Bend, ...]:
     """The laws whose valley can be straightened at parameters q (m,).
 
-    speeds: (n,) m/s at which friction was seen, each on the disc ``place`` (n,) of the contacts.
+    speeds: (n,) m/s at which friction was seen, each on the disc ``disc`` (n,) of the contacts.
     """
-    found = []
-    for number, part in enumerate(laws_of(law, contacts)):
-        seen = speeds[place == number]
-        if part.law.names[:2] != BENT or not len(seen):
+    bends = []
+    for number, single in enumerate(laws_of(law, contacts)):
+        seen = speeds[disc == number]
+        if single.law.names[:2] != BENT or not len(seen):
             continue
-        near, far = np.quantile(seen, [0.1, 0.9])
-        values = q[part.place]
-        falling = far > near and values[2] > 0 and np.diff(part.law.value(np.array([near, far]), values))[0] < 0
+        slow, fast = np.quantile(seen, [0.1, 0.9])
+        values = q[single.place]
+        falling = fast > slow and values[2] > 0 and np.diff(single.law.value(np.array([slow, fast]), values))[0] < 0
         if falling:
-            found.append(Bend(part.law, part.place.start, (float(near), float(far))))
-    return tuple(found)
+            bends.append(Bend(single.law, single.place.start, (float(slow), float(fast))))
+    return tuple(bends)
 
 
 def solve_straight(

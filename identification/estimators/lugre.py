@@ -55,7 +55,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             f"The estimator 'lugre' has bristles before Conti's law or Stribeck's, not before '{law.name}'. Leave "
             "--law out, or take slip shooting."
         )
-    steady, elastic = (options.bounded(one) for one in pair)
+    steady, elastic = (options.bounded(form) for form in pair)
     first = shooting.estimate(ready, steady, options)
     if not isinstance(first.problem, ShootingProblem):
         return first
@@ -64,8 +64,8 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     except KeyboardInterrupt:
         return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
     except StickslipError as error:
-        said = f"The LuGre model cannot be run through whole cycles: {error} This is the result of slip shooting."
-        return replace(first, warnings=(said,))
+        warning = f"The LuGre model cannot be run through whole cycles: {error} This is the result of slip shooting."
+        return replace(first, warnings=(warning,))
 
 
 def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: Options) -> Estimate:
@@ -80,12 +80,12 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: 
     else:
         rigid, solution = whole_cycle.follow(slips, x, options)
         if whole_cycle.misfit(solution) < AS_RIGID:
-            said = (
+            warning = (
                 "The logs show no micro-slip: sticks do not give way, and the residuals of the rigid model over whole "
                 "cycles are the noise. No stiffness of bristles can be told; this is the result of the whole-cycle "
                 "estimator."
             )
-            return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, solution, (said,))
+            return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, solution, (warning,))
         problem = min((_problem(slips, x, law, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
     problem.evaluate(problem.first)
     fixed = options.given.fixed(problem)
@@ -105,11 +105,11 @@ def in_stick(slips: ShootingProblem, x: np.ndarray, stiffness: float) -> tuple[S
     try:
         problem = _problem(slips, x, pair[1], stiffness, Options(workers=slips.workers)).with_held(slips.held)
         logs = [segment.log for segment in problem.segments]
-        places = [place for log in dict.fromkeys(logs) for place in np.flatnonzero(np.equal(logs, log))[1 : 1 + FEW]]
+        places = [index for log in dict.fromkeys(logs) for index in np.flatnonzero(np.equal(logs, log))[1 : 1 + FEW]]
         problem = replace(
             problem,
-            segments=tuple(problem.segments[place] for place in places),
-            starts=tuple(problem.starts[place] for place in places),
+            segments=tuple(problem.segments[index] for index in places),
+            starts=tuple(problem.starts[index] for index in places),
         )
         fixed = {u.name: float(v) for u, v in zip(slips.unknowns[count:], x[count:], strict=True)}
         solution = solve(problem, fixed=fixed, tolerance=ROUGH)
@@ -130,8 +130,8 @@ def _problem(
 def _sum_of_squares(problem: ShootingProblem) -> float:
     """Sum of squares of the first cycle of each log at the first values."""
     logs = [segment.log for segment in problem.segments]
-    kept = [logs.index(log) for log in dict.fromkeys(logs)]
-    segments, starts = tuple(problem.segments[i] for i in kept), tuple(problem.starts[i] for i in kept)
+    chosen = [logs.index(log) for log in dict.fromkeys(logs)]
+    segments, starts = tuple(problem.segments[i] for i in chosen), tuple(problem.starts[i] for i in chosen)
     try:
         return float(np.sum(replace(problem, segments=segments, starts=starts).evaluate(problem.first).residual ** 2))
     except StickslipError:

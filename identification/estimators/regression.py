@@ -93,21 +93,21 @@ class Regression:
                 law.value(slip, q),
                 disturbed(terms, a, chunk := where.map(lambda values: values[rows])),
             )
-            more, by_more = misread(terms, a, chunk)
+            added, by_more = misread(terms, a, chunk)
             slopes = [averaged(factor * slope, slip) for slope in law.gradient(slip, q)]
             slopes += [
-                averaged(friction * slope, slip) + tilt * averaged(other, slip)
-                for slope, other in zip(by, by_more, strict=True)
+                averaged(friction * slope, slip) + tilt * averaged(extra, slip)
+                for slope, extra in zip(by, by_more, strict=True)
             ]
-            return averaged(friction * factor, slip) + tilt * averaged(more, slip), np.stack(slopes, axis=1)
+            return averaged(friction * factor, slip) + tilt * averaged(added, slip), np.stack(slopes, axis=1)
 
         values, slopes = zip(*self._by_chunks(part), strict=True)
         return np.concatenate(values), np.concatenate(slopes)
 
-    def _by_chunks(self, part: Callable[[slice], Made]) -> list[Made]:
-        """``part`` of all rows, some at a time."""
+    def _by_chunks(self, compute: Callable[[slice], Made]) -> list[Made]:
+        """``compute`` of all rows, some at a time."""
         rows = max(CHUNK // self.slip.shape[1], 1)
-        return in_threads(part, [slice(i, i + rows) for i in range(0, len(self.slip), rows)], self.workers)
+        return in_threads(compute, [slice(i, i + rows) for i in range(0, len(self.slip), rows)], self.workers)
 
     def thinned(self, every: int) -> Regression:
         """The same with averages over every so many samples, for what is searched often."""
@@ -119,9 +119,9 @@ class Regression:
 
     def whitened(self, values: np.ndarray) -> np.ndarray:
         """Values (n,) or (n, m) cluster by cluster times ``whiten``."""
-        parts = np.split(values, np.cumsum([len(w) for w in self.whiten])[:-1])
+        blocks = np.split(values, np.cumsum([len(w) for w in self.whiten])[:-1])
         return np.concatenate(
-            [w @ part if w.ndim == 2 else (w * part.T).T for w, part in zip(self.whiten, parts, strict=True)]
+            [w @ block if w.ndim == 2 else (w * block.T).T for w, block in zip(self.whiten, blocks, strict=True)]
         )
 
     def of(self, clusters: np.ndarray) -> Regression:
@@ -136,7 +136,7 @@ class Regression:
             self.measured[chosen],
             np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
             self.log[chosen],
-            tuple(self.whiten[place] for place in places),
+            tuple(self.whiten[index] for index in places),
             where=None if self.where is None else self.where.map(lambda values: values[chosen]),
             noise=self.noise,
             sign=None if self.sign is None else self.sign[chosen],
@@ -190,7 +190,7 @@ class RegressionProblem(FrictionProblem):
             slip=these.speed,
         )
 
-    def tested(self, found: Solution) -> bool:
+    def tested(self, solution: Solution) -> bool:
         """Not where the angle is interpolated between edges."""
         return not self.drawn
 
@@ -199,9 +199,9 @@ class RegressionProblem(FrictionProblem):
 
     def resampled(self, clusters: np.ndarray) -> RegressionProblem:
         """As in `Problem`."""
-        again = self.again
-        made = None if again is None else lambda moved: again(moved).of(clusters)
-        return replace(self, regression=self.regression.of(clusters), again=made)
+        rebuild = self.again
+        rebuilt = None if rebuild is None else lambda moved: rebuild(moved).of(clusters)
+        return replace(self, regression=self.regression.of(clusters), again=rebuilt)
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """The equations, without what disturbances change."""
@@ -216,25 +216,25 @@ class RegressionProblem(FrictionProblem):
             fitted=fitted,
             cluster=these.cluster,
             log=these.log,
-            place=np.zeros(len(these.log), dtype=int),
+            disc=np.zeros(len(these.log), dtype=int),
         )
 
     def rms(self, x: np.ndarray) -> float:
         """Of the friction coefficient."""
-        left = self._model(self.regression, x) - self.regression.measured
-        return float(np.sqrt(np.mean(left**2)))
+        residual = self._model(self.regression, x) - self.regression.measured
+        return float(np.sqrt(np.mean(residual**2)))
 
-    def with_held(self, held: tuple[Prior, ...]) -> RegressionProblem:
+    def with_held(self, priors: tuple[Prior, ...]) -> RegressionProblem:
         """By equations built anew."""
-        again = self.again
-        if again is None:
-            return replace(self, held=held)
-        base = {new.name: new.value / old.value - 1 for new, old in zip(held, self.held, strict=True)}
+        rebuild = self.again
+        if rebuild is None:
+            return replace(self, held=priors)
+        base = {new.name: new.value / old.value - 1 for new, old in zip(priors, self.held, strict=True)}
 
         def moved(by: Mapping[str, float]) -> Regression:
-            return again({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
+            return rebuild({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
 
-        return replace(self, held=held, regression=moved({}), again=moved)
+        return replace(self, held=priors, regression=moved({}), again=moved)
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """By difference of the equations with moved constants, whitened as these. Constants that scale the rows scale
@@ -246,15 +246,15 @@ class RegressionProblem(FrictionProblem):
             return {}
         slopes = {}
         for name, step in steps.items():
-            other = self.again({name: step})
-            moved = self._model(other, x) - other.measured
-            louder = other.noise / self.regression.noise if name in constants else 1.0
+            variant = self.again({name: step})
+            moved = self._model(variant, x) - variant.measured
+            louder = variant.noise / self.regression.noise if name in constants else 1.0
             slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
         if self.drawn:
             others = [self.again({"lines": draw}) for draw in range(self.drawn)] + [self.again({"zero": self.zero})]
-            moved = np.stack([self._model(other, x) - other.measured - raw for other in others], axis=1)
+            moved = np.stack([self._model(variant, x) - variant.measured - raw for variant in others], axis=1)
             moved[:, : self.drawn] /= np.sqrt(self.drawn)
             slopes["lines"] = self.regression.whitened(moved)
         return slopes
@@ -288,8 +288,8 @@ def regress(
     ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options
 ) -> tuple[RegressionProblem, Solution]:
     """`reduced`, and its solution."""
-    problem, given = reduced(ready, law, equations, window, options), options.given
-    solution = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
+    problem, limits = reduced(ready, law, equations, window, options), options.given
+    solution = solve(problem, limits.start(problem), fixed=limits.fixed(problem), progress=options.progress)
     return problem, solution
 
 

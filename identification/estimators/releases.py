@@ -86,15 +86,15 @@ class Breakaway:
     def words(self) -> str:
         """What is said of it."""
         low, high = self.span
-        said = (
+        text = (
             f"{len(self.releases)} sticks of {low:.2g} to {high:.2g} s let go at {self.level:.4f} ± "
             f"{self.deviation:.1g}, that is mu(0) {self.excess:+.4f} ± {self.excess_deviation:.1g}"
         )
         if self.growth is not None:
-            return f"{said}; growth {self.growth:.4f} ± {self.growth_deviation:.1g} per decade of time in stick"
+            return f"{text}; growth {self.growth:.4f} ± {self.growth_deviation:.1g} per decade of time in stick"
         if self.of_wrong_law:
-            return f"{said}; this law is wrong, and so is its mu(0): whether breakaway ages, a law that fits will tell"
-        return said
+            return f"{text}; this law is wrong, and so is its mu(0): whether breakaway ages, a law that fits will tell"
+        return text
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -139,53 +139,53 @@ def breakaway(ready: Pool, law: FittableLaw, fit: Fitted) -> Breakaway | None:
     def bench(off: np.ndarray, chosen: Sticks) -> tuple[np.ndarray, RigValues, Sticks]:
         """Law, rig and what is seen, where unknowns and logarithms of constants are ``off`` (m + n,)."""
         x = fit.values + off[:size] + fit.shifts @ off[size:]
-        known = stated | dict(zip(fit.names[count:], x[count:].tolist(), strict=True))
-        known |= {one.name: one.value * float(np.exp(by)) for one, by in zip(fit.held, off[size:], strict=True)}
-        return x[:count], rig_values(known), sensed(chosen, known, ready)
+        values = stated | dict(zip(fit.names[count:], x[count:].tolist(), strict=True))
+        values |= {prior.name: prior.value * float(np.exp(by)) for prior, by in zip(fit.held, off[size:], strict=True)}
+        return x[:count], rig_values(values), sensed(chosen, values, ready)
 
     steps = np.concatenate([SHARE * np.maximum(np.abs(fit.values), SHARE), np.full(len(fit.held), SHARE)])
     q, rig, seen = bench(0 * steps, sticks)
     first = searched(seen, law, q, rig, first_guess(seen, law, q, rig, ready), STEPS)
     if np.count_nonzero(first.good) < FEWEST:
         return None
-    kept, at = only(sticks, first.good), first.at[first.good]
+    usable, at = only(sticks, first.good), first.at[first.good]
     weight = first.weight[first.good] / first.weight[first.good].sum()
-    q, rig, seen = bench(0 * steps, kept)
-    resting = law.along(np.zeros(len(at)), kept.sign)
+    q, rig, seen = bench(0 * steps, usable)
+    resting = law.along(np.zeros(len(at)), usable.sign)
 
     def moved(off: np.ndarray) -> np.ndarray:
         """x^2 and mu(0) of each stick (n, 2), one step of the search from where it was found."""
-        q, rig, seen = bench(off, kept)
+        q, rig, seen = bench(off, usable)
         return np.stack([searched(seen, law, q, rig, at, 1).at[:, 1], law.value(resting, q)], axis=-1)
 
-    here = moved(0 * steps)
-    by = np.stack([(moved(step) - here) / step.max() for step in np.diag(steps)], axis=-1)
-    squares, rest = here.T
+    nominal = moved(0 * steps)
+    by = np.stack([(moved(step) - nominal) / step.max() for step in np.diag(steps)], axis=-1)
+    squares, static = nominal.T
     beyond = np.sqrt(np.maximum(squares, 0.0))
     release = release_of(seen, law, q, rig, at[:, 0], beyond)
-    held = np.maximum(release - kept.begins, STEP)
+    durations = np.maximum(release - usable.begins, STEP)
 
     def power(slope: np.ndarray) -> float:
         """Variance that law and constants pass on, by the slope (m + n,)."""
-        known, given = slope[:size], slope[size:]
-        return float(known @ fit.covariance @ known + given @ fit.known @ given)
+        of_fit, of_constants = slope[:size], slope[size:]
+        return float(of_fit @ fit.covariance @ of_fit + of_constants @ fit.known @ of_constants)
 
-    def deviation(weights: np.ndarray, own: np.ndarray) -> float:
-        """Of a sum of squares (n,) with weights (n,), which depart by ``own`` (n,) from what they are taken for."""
+    def deviation(weights: np.ndarray, departures: np.ndarray) -> float:
+        """Of a sum of squares (n,) with weights (n,), with errors ``departures`` (n,)."""
         many = np.count_nonzero(weights)
-        scatter = float(weights**2 @ own**2) * many / max(many - 2, 1)
+        scatter = float(weights**2 @ departures**2) * many / max(many - 2, 1)
         return float(np.sqrt(scatter + power(weights @ by[:, 0])))
 
     square = float(weight @ squares)
     square_deviation = deviation(weight, squares - square)
     excess = float(np.sqrt(max(square, 0.0)))
     excess_deviation = float(np.sqrt(excess**2 + square_deviation)) - excess
-    growth, slope, spare = _growth(held, beyond)
+    growth, slope, spare = _growth(durations, beyond)
     by_square = 0.5 / np.maximum(beyond, LEAST)
     return Breakaway(
-        level=float(rest.mean()) + excess,
+        level=float(static.mean()) + excess,
         deviation=float(np.sqrt(excess_deviation**2 + power(by[:, 1].mean(axis=0)))),
-        at_rest=float(rest.mean()),
+        at_rest=float(static.mean()),
         excess=excess,
         excess_deviation=excess_deviation,
         square_deviation=square_deviation,
@@ -193,21 +193,21 @@ def breakaway(ready: Pool, law: FittableLaw, fit: Fitted) -> Breakaway | None:
         growth_deviation=None if growth is None else deviation(slope * by_square, spare / by_square),
         releases=tuple(
             Release(int(log), float(time), float(stick), float(value))
-            for log, time, stick, value in zip(kept.log, release, held, rest + beyond, strict=True)
+            for log, time, stick, value in zip(usable.log, release, durations, static + beyond, strict=True)
         ),
     )
 
 
-def _growth(held: np.ndarray, beyond: np.ndarray) -> tuple[float | None, np.ndarray, np.ndarray]:
+def _growth(durations: np.ndarray, beyond: np.ndarray) -> tuple[float | None, np.ndarray, np.ndarray]:
     """Growth of x (n,) per decade of time in stick (n,), s, None where the sticks span less than one; its weights (n,);
     what it leaves of x (n,)."""
-    decades = np.log10(1 + held / T_0)
+    decades = np.log10(1 + durations / T_0)
     # the little that short sticks have aged is told less surely: of enough holds these alone tell the growth
-    holds = held > HOLD * np.median(held)
+    holds = durations > HOLD * np.median(durations)
     alone = np.count_nonzero(holds) >= FEWEST and float(np.ptp(decades[holds])) >= DECADE
-    chosen = holds if alone else np.ones(len(held), dtype=bool)
+    chosen = holds if alone else np.ones(len(durations), dtype=bool)
     if np.ptp(decades[chosen]) < DECADE:
-        return None, np.zeros(len(held)), beyond
+        return None, np.zeros(len(durations)), beyond
     spread = np.where(chosen, decades - decades[chosen].mean(), 0.0)
     slope = spread / float(spread @ spread)
     growth = float(slope @ beyond)

@@ -79,9 +79,9 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
     columns: list[tuple[np.ndarray, ...]] = []
     for number, (segment, log) in enumerate(zip(segments, logs, strict=True)):
         step, angle = segment.motion.step, segment.angle
-        place, speed, acceleration = (savitzky_golay(angle, step, window, ORDER, d) for d in range(3))
+        position, speed, acceleration = (savitzky_golay(angle, step, window, ORDER, d) for d in range(3))
         slip = rig.r * segment.drive - rig.R * speed
-        force = (rig.J * acceleration + rig.c * speed + rig.k * place) / rig.R
+        force = (rig.J * acceleration + rig.c * speed + rig.k * position) / rig.R
         columns.append(
             (
                 segment.sign * slip,

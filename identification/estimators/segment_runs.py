@@ -57,9 +57,9 @@ class ShootingSegment:
             return rows / self.deviation
         # samples that a bootstrap has drawn twice have the same one before
         before = np.searchsorted(self.time, self.time) - 1
-        kept = np.where(before < 0, 0.0, np.exp((self.time[before] - self.time) / self.memory))
-        share = self.deviation * np.sqrt(1 - kept**2)
-        return (rows - kept[:, None] * rows[before]) / share[:, None]
+        carried = np.where(before < 0, 0.0, np.exp((self.time[before] - self.time) / self.memory))
+        share = self.deviation * np.sqrt(1 - carried**2)
+        return (rows - carried[:, None] * rows[before]) / share[:, None]
 
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -117,20 +117,20 @@ def directions(
 ) -> tuple[str, ...]:
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
-    moved |= {one: (one,) for one in ("k", "c", "R", "r")}
+    moved |= {constant: (constant,) for constant in ("k", "c", "R", "r")}
     moved |= {name: ("r",) for name in names if name.startswith(SPEED)}
-    for one in laws_of(law, contacts):
-        moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
+    for single in laws_of(law, contacts):
+        moved |= {f"{name}{single.suffix}": (f"{name}{single.disc}",) for name in ("N", *single.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
     moved |= {term.name: (term.parameter,) for term in terms if not term.of_sensor}
     # what the laser alone has, or the disc that is away, moves nothing
-    return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
+    return (*dict.fromkeys(parameter for name in names for parameter in moved.get(name, ())), *STARTS)
 
 
 def chain(
     law: FittableLaw,
-    known: Mapping[str, float],
+    constants: Mapping[str, float],
     names: Sequence[str],
     parameters: Sequence[str],
     contacts: Sequence[str],
@@ -138,13 +138,13 @@ def chain(
 ) -> np.ndarray:
     """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for. moved: by
     disturbances."""
-    rig = rig_values(dict(known))
-    by: dict[str, Mapping[str, float]] = {one: {one: 1.0} for one in ("k", "c", "R", "r")}
-    by["J"] = {"J": 1.0} | {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
+    rig = rig_values(dict(constants))
+    by: dict[str, Mapping[str, float]] = {constant: {constant: 1.0} for constant in ("k", "c", "R", "r")}
+    by["J"] = {"J": 1.0} | {letter: constants[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in constants}
     by |= moved
     by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
-    for part in laws_of(law, contacts):
-        by |= {f"{name}{part.suffix}": {f"{name}{part.disc}": 1.0} for name in ("N", *part.law.names)}
+    for single in laws_of(law, contacts):
+        by |= {f"{name}{single.suffix}": {f"{name}{single.disc}": 1.0} for name in ("N", *single.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None:
         by[law.changeover] = {law.changeover: 1.0}
     return np.array([[by.get(name, {}).get(parameter, 0.0) for name in names] for parameter in parameters]).reshape(

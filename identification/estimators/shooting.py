@@ -53,12 +53,12 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """
     first = first_values(ready, law, options)
     try:
-        problem, found = shoot(ready, law, first.solution.values, options)
+        problem, solution = shoot(ready, law, first.solution.values, options)
     except KeyboardInterrupt:
         return replace(first, warnings=(f"Interrupted: this is the result of the {first.estimator.name} estimator.",))
     except Unmodelled as error:
         return replace(first, warnings=(f"{error} This is the result of the {first.estimator.name} estimator.",))
-    return Estimate(ESTIMATOR, law, problem, found)
+    return Estimate(ESTIMATOR, law, problem, solution)
 
 
 class Unmodelled(StickslipError):
@@ -84,17 +84,17 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
     """
     if isinstance(law, JointLaw):
         ready = segments_at(ready, law, q)
-    segments, known = slip_shooting(ready)
-    problem = shooting_problem(ready, law, segments, q, options, known)
+    segments, noise_known = slip_shooting(ready)
+    problem = shooting_problem(ready, law, segments, q, options, noise_known)
     fixed = options.given.fixed(problem)
     try:
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
     bends = straight(ready, law, q)
-    found = solve_straight(problem, bends, fixed=fixed, progress=options.progress, tolerance=ROUGH)
-    again = recut(problem, found)
-    return again, solve_straight(again, bends, fixed=fixed, progress=options.progress, tolerance=TOLERANCE)
+    solution = solve_straight(problem, bends, fixed=fixed, progress=options.progress, tolerance=ROUGH)
+    trimmed = recut(problem, solution)
+    return trimmed, solve_straight(trimmed, bends, fixed=fixed, progress=options.progress, tolerance=TOLERANCE)
 
 
 def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
@@ -102,7 +102,7 @@ def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
     if not isinstance(law, JointLaw):
         return ()
     rows = joint_rows(ready, law, q)
-    return bends_of(law, ready.contacts, q, rows.speed, rows.place)
+    return bends_of(law, ready.contacts, q, rows.speed, rows.disc)
 
 
 def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
@@ -112,21 +112,21 @@ def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
         StickslipError: every segment is too short.
     """
     shortest = SHORTEST * ready.natural_period
-    kept = [s for s in ready.segments if (s.last - s.first) * s.motion.step > shortest]
-    if len(kept) < 2:
+    long = [s for s in ready.segments if (s.last - s.first) * s.motion.step > shortest]
+    if len(long) < 2:
         longest = max(((s.last - s.first) * s.motion.step for s in ready.segments), default=0.0)
         raise StickslipError(
-            f"{len(kept)} slips last longer than {shortest:.3g} s (longest {longest:.3g} s, ends trimmed); two or more "
+            f"{len(long)} slips last longer than {shortest:.3g} s (longest {longest:.3g} s, ends trimmed); two or more "
             "are needed. Record for several cycles, at a lower drive speed or load, where slips last longer."
         )
     R = ready.values.R
     seen = {id(m): (sensed(m, R), drive_signals(m)) for m in ready.motions}
     segments: list[ShootingSegment] = []
-    for slip in kept:
+    for slip in long:
         sensor, drives = seen[id(slip.motion)]
-        begin, end = (float(slip.motion.time[i]) for i in (slip.first, slip.last - 1))
+        start, end = (float(slip.motion.time[i]) for i in (slip.first, slip.last - 1))
         bare = ShootingSegment(
-            start_time=begin - MARGIN,
+            start_time=start - MARGIN,
             time=np.zeros(0),
             measured=np.zeros(0),
             cluster=np.zeros(0),
@@ -138,7 +138,7 @@ def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
             laser=sensor.laser,
             guess=_guess(slip, GUESS * ready.natural_period),
         )
-        segment = sensor.within(bare, begin, end)
+        segment = sensor.within(bare, start, end)
         if len(segment.time) >= LEAST_EDGES:
             segments.append(replace(segment, cluster=np.full(len(segment.time), len(segments))))
     return segments, all(sensor.known for sensor, _ in seen.values())
@@ -152,19 +152,19 @@ def _guess(slip: SlipSegment, window: float) -> np.ndarray:
     return np.array([curve(0.0), curve.deriv()(0.0)])
 
 
-def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
+def recut(problem: ShootingProblem, solution: Solution) -> ShootingProblem:
     """The segments between the instants at which the solved motion passes the pool's threshold of slip speed. One whose
     start cannot be found then (a disc may have come to touch just there) stays as it was."""
-    ready, x = problem.ready, found.values
+    ready, x = problem.ready, solution.values
     R = ready.values.R
     seen = [sensed(motion, R) for motion in ready.motions]
     segments: list[ShootingSegment] = []
     before: list[tuple[ShootingSegment, Start]] = []
     spans = in_threads(lambda number: _span(problem, number, x), range(len(problem.segments)), problem.workers)
-    for segment, number, (begin, end, start) in zip(problem.segments, range(len(spans)), spans, strict=True):
-        moved = seen[segment.log].within(segment, begin, end)
+    for segment, number, (first, end, start) in zip(problem.segments, range(len(spans)), spans, strict=True):
+        moved = seen[segment.log].within(segment, first, end)
         step = ready.motions[segment.log].step
-        lasts = len(moved.time) * step if moved.lines is None else end - begin
+        lasts = len(moved.time) * step if moved.lines is None else end - first
         if lasts <= SHORTEST * ready.natural_period or len(moved.time) < LEAST_EDGES:
             continue
         label = np.full(len(moved.time), len(segments))
@@ -173,13 +173,13 @@ def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
         before.append(
             (replace(segment, cluster=np.full(len(segment.time), label[0])), Start(problem.starts[number].at(x)))
         )
-    again = replace(
+    trimmed = replace(
         problem, segments=tuple(segments), starts=tuple(Start(segment.guess) for segment in segments), first=x
     )
-    pairs = zip(again.segments, again.starts, strict=True)
-    follows = in_threads(lambda place: again.follows(place, x), range(len(again.segments)), problem.workers)
-    kept = [new if well else old for well, new, old in zip(follows, pairs, before, strict=True)]
-    return replace(again, segments=tuple(segment for segment, _ in kept), starts=tuple(start for _, start in kept))
+    pairs = zip(trimmed.segments, trimmed.starts, strict=True)
+    follows = in_threads(lambda index: trimmed.follows(index, x), range(len(trimmed.segments)), problem.workers)
+    best = [new if well else old for well, new, old in zip(follows, pairs, before, strict=True)]
+    return replace(trimmed, segments=tuple(segment for segment, _ in best), starts=tuple(start for _, start in best))
 
 
 def _span(problem: ShootingProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:
@@ -205,15 +205,15 @@ def _span(problem: ShootingProblem, number: int, x: np.ndarray) -> tuple[float, 
         return float(segment.time[0]), end, (segment.start_time, np.array([motion["theta"][0], motion["omega"][0]]))
     past = time[0] - step * np.arange(round(ahead / step) + 1)[::-1]
     touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
-    before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
+    before = np.min([np.polynomial.Polynomial.fit(time[head], row[head], 3)(past) for row in touched], axis=0)
     angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
     away = np.any(problem.touch(segment, x, angle(past - MARGIN), CLEAR) != touch[:, :1], axis=0)
     low = np.flatnonzero((before < limit) | away)
-    begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
+    first = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
     if slip[0] < limit:
-        begin = float(time[np.argmax(slip >= limit)])
-    start = begin - MARGIN
-    return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
+        first = float(time[np.argmax(slip >= limit)])
+    start = first - MARGIN
+    return first, end, (start, np.array([angle(start), angle.deriv()(start)]))
 
 
 ESTIMATOR = Estimator("shooting", STRUCTURE, estimate, searches=(0.15, 0.35, 0.5))

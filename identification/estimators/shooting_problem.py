@@ -127,9 +127,9 @@ def _turned(ready: Pool) -> dict[int, Signal]:
     return signals
 
 
-def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
+def _nuisance(ready: Pool, names: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
     """Gain and delay as the encoder gave them, and what was asked for."""
-    found = []
+    nuisance = []
     if laser:
         deviations = np.sqrt(np.diag(ready.sensors.covariance))
         source = "laser against encoder" if ready.sensors.lines else "clocks of the recorders"
@@ -139,12 +139,12 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
                 continue
             prior = Prior(name, value, unit, float(deviation), source)
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
-            found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
+            nuisance.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
     stated = {prior.name: prior for prior in ready.priors}
-    taken = [one.name for one in ready.priors if one.name.startswith(("laser", SPEED)) and one.standard_uncertainty > 0]
+    taken = [p.name for p in ready.priors if p.name.startswith(("laser", SPEED)) and p.standard_uncertainty > 0]
     taken += [] if ready.zero is None else ["zero"]
     stated["zero"] = ready.zero or Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
-    for name in dict.fromkeys([*taken, *asked]):
+    for name in dict.fromkeys([*taken, *names]):
         if name not in stated:
             raise StickslipError(f"'{name}' cannot be estimated beside the law. Known are: {', '.join(stated)}.")
         prior = stated[name]
@@ -155,8 +155,8 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
             )
         reach = REACH * prior.standard_uncertainty
         low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
-        found.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
-    return (*found, *_lines(ready))
+        nuisance.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
+    return (*nuisance, *_lines(ready))
 
 
 def _lines(ready: Pool) -> tuple[Unknown, ...]:
@@ -207,9 +207,9 @@ class Sensed:
     known: bool
     memory: float = 0.0
 
-    def within(self, segment: ShootingSegment, begin: float, end: float) -> ShootingSegment:
+    def within(self, segment: ShootingSegment, start: float, end: float) -> ShootingSegment:
         """A segment with the good samples from begin to end, s."""
-        inside = (self.time >= begin) & (self.time <= end) & self.good
+        inside = (self.time >= start) & (self.time <= end) & self.good
         lines = None if self.lines is None else self.lines[inside]
         return replace(segment, time=self.time[inside], measured=self.shown[inside], lines=lines)
 
@@ -218,8 +218,8 @@ def sensed(motion: DiscMotion, R: float) -> Sensed:
     """Samples of the sensor that shows the angle; of an encoder alone its edges."""
     passes = motion.passes
     if passes is None:
-        shown, laser = measured(motion, R)
-        return Sensed(motion.time, shown, ~motion.filled, None, laser, *noise(motion, R), motion.memory)
+        readings, laser = measured(motion, R)
+        return Sensed(motion.time, readings, ~motion.filled, None, laser, *noise(motion, R), motion.memory)
     every = np.ones(len(passes.time), dtype=bool)
     return Sensed(passes.time, passes.angle, every, passes.line, False, EDGE_NOISE, False)
 
@@ -233,7 +233,7 @@ def measured(motion: DiscMotion, R: float) -> tuple[np.ndarray, bool]:
 def noise(motion: DiscMotion, R: float) -> tuple[float, bool]:
     """Standard deviation of the angle sensor's noise in the unit of `measured`, and whether it is known: from the
     calibration and the resolution that the readings show, otherwise from what the readings do within four samples."""
-    shown, laser = measured(motion, R)
+    readings, laser = measured(motion, R)
     if motion.colour is not None:
         return (R if laser else 1.0) * motion.colour.noise, False
     calibration = motion.log.calibration.laser
@@ -242,5 +242,5 @@ def noise(motion: DiscMotion, R: float) -> tuple[float, bool]:
         resolution = abs(calibration.gain) * float(np.min(np.diff(volts))) if len(volts) > 1 else 0.0
         return float(np.hypot(calibration.noise, resolution / np.sqrt(12))), True
     # third differences of white noise have 20 times its variance, those of a motion next to nothing
-    found = float(np.sqrt(np.mean(np.diff(shown, 3) ** 2) / 20))
-    return max(found, LEAST_NOISE * float(np.ptp(shown))), False
+    deviation = float(np.sqrt(np.mean(np.diff(readings, 3) ** 2) / 20))
+    return max(deviation, LEAST_NOISE * float(np.ptp(readings))), False

@@ -93,13 +93,13 @@ class ShootingProblem(FrictionProblem):
             StickslipError: the model cannot be run at x.
         """
         key = np.asarray(x, dtype=float).tobytes()
-        for known, evaluation, starts in self._last:
-            if known == key:
+        for point, evaluation, starts in self._last:
+            if point == key:
                 self._begin_at(starts)
                 return evaluation
         names = [unknown.name for unknown in self.unknowns]
         residual, gradient, slip = self._all(x, names)
-        found = Evaluation(
+        result = Evaluation(
             residual=residual,
             gradient=gradient,
             cluster=np.concatenate([segment.cluster for segment in self.segments]),
@@ -107,44 +107,44 @@ class ShootingProblem(FrictionProblem):
             slip=slip,
             eliminated=len(STARTS) * len(self.segments),
         )
-        self._last.append((key, found, [replace(start) for start in self.starts]))
-        return found
+        self._last.append((key, result, [replace(start) for start in self.starts]))
+        return result
 
     def squares(self) -> Callable[[np.ndarray], float]:
         """As in `Problem`; every evaluation begins with the start states of the last one before this call."""
-        runs = {on: Runs(one.fmu, directions(self.law, (), on)) for on, one in self.runs.items()}
-        begin = tuple(replace(start) for start in self.starts)
+        runs = {on: Runs(run.fmu, directions(self.law, (), on)) for on, run in self.runs.items()}
+        initial = tuple(replace(start) for start in self.starts)
 
         def of(x: np.ndarray) -> float:
-            light = replace(self, runs=runs, starts=tuple(replace(start) for start in begin))
+            light = replace(self, runs=runs, starts=tuple(replace(start) for start in initial))
             residual = light._all(x, ())[0]
             return float(residual @ residual)
 
         return of
 
     def _begin_at(self, starts: Sequence[Start]) -> None:
-        for mine, other in zip(self.starts, starts, strict=True):
-            mine.states, mine.x, mine.slope = other.states, other.x, other.slope
+        for mine, source in zip(self.starts, starts, strict=True):
+            mine.states, mine.x, mine.slope = source.states, source.x, source.slope
 
     def _all(self, x: np.ndarray, names: Sequence[str]) -> list[np.ndarray]:
         """`_projected` of all segments, one after the other."""
         before = [replace(start) for start in self.starts]
         try:
-            parts = in_threads(
+            pieces = in_threads(
                 lambda number: self._projected(number, x, names), range(len(self.segments)), self.workers
             )
         except StickslipError:
             # how far others came depends on who shared the work
             self._begin_at(before)
             raise
-        return [np.concatenate(part) for part in zip(*parts, strict=True)]
+        return [np.concatenate(piece) for piece in zip(*pieces, strict=True)]
 
     def resampled(self, clusters: np.ndarray) -> ShootingProblem:
         """As in `Problem`."""
         chosen = [(segment.of(clusters), start) for segment, start in zip(self.segments, self.starts, strict=True)]
-        kept = [(segment, start) for segment, start in chosen if segment is not None]
+        used = [(segment, start) for segment, start in chosen if segment is not None]
         return replace(
-            self, segments=tuple(segment for segment, _ in kept), starts=tuple(replace(start) for _, start in kept)
+            self, segments=tuple(segment for segment, _ in used), starts=tuple(replace(start) for _, start in used)
         )
 
     def rows(self, x: np.ndarray) -> FrictionRows:
@@ -160,8 +160,8 @@ class ShootingProblem(FrictionProblem):
         if self.terms:
             assert samples.where is not None
             values = x[count : count + len(self.terms)]
-            factor, more = (of(self.terms, values, samples.where)[0] for of in (disturbed, misread))
-            off = fitted * (factor - 1) + samples.sign * ready.values.spring * more
+            factor, added = (of(self.terms, values, samples.where)[0] for of in (disturbed, misread))
+            off = fitted * (factor - 1) + samples.sign * ready.values.spring * added
         return FrictionRows(
             speed=self.law.along(samples.slip, samples.sign),
             least=samples.slip,
@@ -170,13 +170,13 @@ class ShootingProblem(FrictionProblem):
             fitted=fitted,
             cluster=samples.cluster,
             log=samples.log,
-            place=np.zeros(len(samples.log), dtype=int),
+            disc=np.zeros(len(samples.log), dtype=int),
         )
 
-    def tested(self, found: Solution) -> bool:
+    def tested(self, solution: Solution) -> bool:
         """Not where edges lie nearer to the model than anything is known to come."""
         counted = any(segment.lines is not None for segment in self.segments)
-        return not counted or float(np.mean(found.evaluation.residual**2)) > SILENT**2
+        return not counted or float(np.mean(solution.evaluation.residual**2)) > SILENT**2
 
     def rms(self, x: np.ndarray) -> float:
         """Of the measured displacement."""
@@ -188,13 +188,13 @@ class ShootingProblem(FrictionProblem):
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Exact, as the gradient; the laser's gain and delay are among the unknowns, or nothing is known of them."""
         names = [prior.name for prior in self.held]
-        runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
+        runs = {on: Runs(run.fmu, directions(self.law, names, on)) for on, run in self.runs.items()}
         full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
         return dict(zip(names, full._all(x, names)[1].T, strict=True))
 
-    def with_held(self, held: tuple[Prior, ...]) -> ShootingProblem:
+    def with_held(self, priors: tuple[Prior, ...]) -> ShootingProblem:
         """On the same samples."""
-        return replace(self, held=held, starts=tuple(replace(start) for start in self.starts))
+        return replace(self, held=priors, starts=tuple(replace(start) for start in self.starts))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
         """The motion of segment ``number`` at x, from its best start states, at times (n,) of the model's clock."""
@@ -205,12 +205,12 @@ class ShootingProblem(FrictionProblem):
         over = self.known(x).get(speed_name(segment.log), 1.0)
         values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r * over}
         start = {"theta": float(theta), "omega": float(omega)}
-        for one in laws_of(self.law, contacts):
-            law = {f"{name}{one.disc}": float(value) for name, value in zip(one.law.names, x[one.place], strict=True)}
-            values |= law | {f"N{one.disc}": rig.forces[one.force]}
-            if f"sigma0{one.disc}" in law:
-                start[f"z{one.disc}"] = segment.bristles
-            start |= self._aged(one.disc, segment, rig, float(omega))
+        for single in laws_of(self.law, contacts):
+            law = {f"{name}{single.disc}": float(v) for name, v in zip(single.law.names, x[single.place], strict=True)}
+            values |= law | {f"N{single.disc}": rig.forces[single.force]}
+            if f"sigma0{single.disc}" in law:
+                start[f"z{single.disc}"] = segment.bristles
+            start |= self._aged(single.disc, segment, rig, float(omega))
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         inputs = {f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)}
@@ -241,16 +241,16 @@ class ShootingProblem(FrictionProblem):
         slip = abs(rig.r * float(np.interp(segment.start_time, drive.time, drive.value)) - rig.R * omega)
         return {age: float(str(variables[f"D_c{disc}"].start)) / max(slip, STUCK)}
 
-    def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
+    def moved(self, segment: ShootingSegment, constants: Mapping[str, float] = MappingProxyType({})) -> Moves:
         """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; a
-        sensor's moves none. With what is known, by r and by the speeds of drives too."""
+        sensor's moves none. With the constants, by r and by the speeds of drives too."""
         moves: Moves = {
             term.name: {} if term.of_sensor else {term.parameter: float(term.log in (None, segment.log))}
             for term in self.terms
         }
         mine = speed_name(segment.log)
-        if mine in known:
-            moves |= {"r": {"r": known[mine]}, mine: {"r": known["r"]}}
+        if mine in constants:
+            moves |= {"r": {"r": constants[mine]}, mine: {"r": constants["r"]}}
         return moves
 
     def follows(self, number: int, x: np.ndarray) -> bool:
@@ -267,9 +267,9 @@ class ShootingProblem(FrictionProblem):
 
     def slips(self, segment: ShootingSegment, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
-        known = self.known(x)
+        values = self.known(x)
         drives = np.array([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
-        slip = known["r"] * known.get(speed_name(segment.log), 1.0) * drives - known["R"] * motion["omega"]
+        slip = values["r"] * values.get(speed_name(segment.log), 1.0) * drives - values["R"] * motion["omega"]
         return slip, self.touch(segment, x, motion["theta"])
 
     def touch(self, segment: ShootingSegment, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
@@ -278,10 +278,10 @@ class ShootingProblem(FrictionProblem):
 
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
-        given = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
-        given |= {prior.name: prior.value for prior in self.held}
+        values = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
+        values |= {prior.name: prior.value for prior in self.held}
         count = len(self.law.parameters)
-        return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
+        return values | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
 
     def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one segment."""
@@ -324,44 +324,44 @@ class ShootingProblem(FrictionProblem):
         self, number: int, x: np.ndarray, names: Sequence[str]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """What the sensor would show (n,), its derivatives by start states (n, 2) and by names, slip speeds (n,)."""
-        segment, known, sensors = self.segments[number], self.known(x), self.ready.sensors
-        motion = self.run(number, x, segment.time - (known["delay"] - sensors.delay))
+        segment, values, sensors = self.segments[number], self.known(x), self.ready.sensors
+        motion = self.run(number, x, segment.time - (values["delay"] - sensors.delay))
         theta, omega = motion["theta"], motion["omega"]
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
-        lever = self.ready.values.R if sensors.lines else known["R"]
-        scale = (1 + sensors.gain) / (1 + known["gain"]) / known.get("laser", 1.0) * lever
+        lever = self.ready.values.R if sensors.lines else values["R"]
+        scale = (1 + sensors.gain) / (1 + values["gain"]) / values.get("laser", 1.0) * lever
         offsets = [term.name for term in self.terms if term.effect.sensor == ANGLE]
-        theta = theta + sum(known[name] for name in offsets)
-        shown = scale * np.sin(theta) if segment.laser else theta
+        theta = theta + sum(values[name] for name in offsets)
+        reading = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         drifts = {name: lever * curve for name, curve in self._drifts(segment).items()}
-        more = sum((known[name] * curve for name, curve in drifts.items()), np.zeros(1))
+        drift = sum((values[name] * curve for name, curve in drifts.items()), np.zeros(1))
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment, known))
+        across = chain(self.law, values, names, motion.by[:inner], self.contacts(segment), self.moved(segment, values))
         columns = by[:, :inner] @ across
-        for place, name in enumerate(names):
+        for column, name in enumerate(names):
             if name == "gain":
-                columns[:, place] -= shown / (1 + known["gain"])
+                columns[:, column] -= reading / (1 + values["gain"])
             elif name == "laser":
-                columns[:, place] -= shown / known["laser"]
+                columns[:, column] -= reading / values["laser"]
             elif name == "delay":
-                columns[:, place] -= slope * omega
+                columns[:, column] -= slope * omega
             elif name == "zero":
-                columns[:, place] += 1.0
+                columns[:, column] += 1.0
             elif name in drifts:
-                columns[:, place] += drifts[name]
+                columns[:, column] += drifts[name]
             elif name in offsets:
-                columns[:, place] += slope
+                columns[:, column] += slope
             elif segment.lines is not None and name.startswith(LINE):
-                columns[:, place] += segment.lines == int(name.removeprefix(LINE))
+                columns[:, column] += segment.lines == int(name.removeprefix(LINE))
             elif name == "R" and segment.laser and not sensors.lines:
-                columns[:, place] += shown / known["R"]
+                columns[:, column] += reading / values["R"]
         every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
         if segment.lines is not None:
-            shown = shown + np.array([known[f"{LINE}{line}"] for line in segment.lines])
-        return shown + more + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
+            reading = reading + np.array([values[f"{LINE}{line}"] for line in segment.lines])
+        return reading + drift + values["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
     def _drifts(self, segment: ShootingSegment) -> dict[str, np.ndarray]:
         """What the laser shows too much, over R, for a value of 1 of each term of its drift in a segment (n,)."""

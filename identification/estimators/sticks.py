@@ -62,7 +62,7 @@ def sticks_of(ready: Pool) -> Sticks | None:
     rows: list[tuple[np.ndarray | float, ...]] = []
     for log, motion in enumerate(ready.motions):
         step = motion.step
-        before, after, trim = (round(one * period / step) for one in (BEFORE, AFTER, TRIM * SMOOTHING))
+        before, after, trim = (round(duration * period / step) for duration in (BEFORE, AFTER, TRIM * SMOOTHING))
         slip = motion.slip(values.r, values.R, window)[0]
         phi = drive_angle(motion, int(motion.log.contacts[0][-1]))
         ramp = savitzky_golay(motion.drive, step, RAMP * period, 2, 1)
@@ -72,18 +72,18 @@ def sticks_of(ready: Pool) -> Sticks | None:
             first, last = end - before, end + after
             if start == 0 or last >= min(until, len(slip)) or first < 1 or motion.filled[start:last].any():
                 continue
-            place = np.arange(first, last)
-            used = place >= start + trim
+            samples = np.arange(first, last)
+            used = samples >= start + trim
             if np.count_nonzero(used[: max(before - after, 0)]) * step < SHORTEST * period:
                 continue
             fall = max(abs(slip[max(start - trim, 0)]) - ready.threshold, 1e-9) / (trim * step)
-            time = motion.time[place]
+            time = motion.time[samples]
             grid = time[0] + STEP * np.arange(length)
             rows.append(
                 (
                     time,
-                    motion.angle[place],
-                    phi[place] - phi[first],
+                    motion.angle[samples],
+                    phi[samples] - phi[first],
                     used,
                     float(time[0]),
                     np.interp(grid, motion.time, motion.drive),
@@ -99,24 +99,24 @@ def sticks_of(ready: Pool) -> Sticks | None:
     # logs of other rates have other counts
     shortest = min(len(np.atleast_1d(row[0])) for row in rows)
     columns = [
-        np.stack([np.asarray(one) for one in column])
+        np.stack([np.asarray(entry) for entry in column])
         if i > 3
-        else np.stack([np.atleast_1d(one)[-shortest:] for one in column])
+        else np.stack([np.atleast_1d(entry)[-shortest:] for entry in column])
         for i, column in enumerate(zip(*rows, strict=True))
     ]
     return Sticks(*columns)
 
 
-def sensed(sticks: Sticks, known: Mapping[str, float], ready: Pool) -> Sticks:
+def sensed(sticks: Sticks, values: Mapping[str, float], ready: Pool) -> Sticks:
     """What sensors show once what was found of them is taken off: gain and zero of a laser, speeds of the drives."""
-    gain = known.get("laser", 1.0) * (1 + known.get("gain", ready.sensors.gain)) / (1 + ready.sensors.gain)
+    gain = values.get("laser", 1.0) * (1 + values.get("gain", ready.sensors.gain)) / (1 + ready.sensors.gain)
     radius = ready.values.R
     if ready.laser_alone:  # it measures R sin(angle)
-        gain *= radius / known["R"]
-    shown = gain * (np.sin(sticks.seen) - known.get("zero", 0.0) / radius)
-    over = np.array([known.get(speed_name(int(log)), 1.0) for log in sticks.log])[:, None]
+        gain *= radius / values["R"]
+    sines = gain * (np.sin(sticks.seen) - values.get("zero", 0.0) / radius)
+    over = np.array([values.get(speed_name(int(log)), 1.0) for log in sticks.log])[:, None]
     drives = {name: getattr(sticks, name) * over for name in ("turned", "speed", "ramp")}
-    return replace(sticks, seen=np.arcsin(shown), **drives)
+    return replace(sticks, seen=np.arcsin(sines), **drives)
 
 
 def only(sticks: Sticks, chosen: np.ndarray) -> Sticks:
@@ -129,8 +129,8 @@ def first_guess(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues,
     sooner = np.sqrt(2 * ready.threshold * rig.J / np.maximum(rig.k * rig.r * np.abs(sticks.speed[:, -1]), 1e-9))
     release = sticks.ends - np.clip(0.5 * sooner, 2e-3, 0.5 * BEFORE * ready.natural_period)
     inside = sticks.used & (sticks.time <= release[:, None])
-    left = np.where(inside, sticks.seen - rig.r / rig.R * sticks.turned, 0.0)
-    offset = np.sum(left, axis=1) / np.maximum(inside.sum(axis=1), 1)
+    residual = np.where(inside, sticks.seen - rig.r / rig.R * sticks.turned, 0.0)
+    offset = np.sum(residual, axis=1) / np.maximum(inside.sum(axis=1), 1)
     beyond, _ = _excess(sticks, law, q, rig, offset, release)
     return np.stack([offset, np.clip(beyond, 0.0, HIGHEST) ** 2], axis=1)
 
@@ -154,12 +154,12 @@ def searched(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, st
         offsets = at[:, 0] + np.array([[0.0], [OFFSET_STEP], [0.0]])
         beyond = excess + np.array([[0.0], [0.0], [EXCESS_STEP]])
         release = release_of(sticks, law, q, rig, offsets, beyond)
-        here, by_offset, by_excess = _off(sticks, law, q, rig, np.stack([offsets, release], axis=-1))
-        by_square = (by_excess - here) / (EXCESS_STEP * (2 * excess + EXCESS_STEP))[:, None]
-        A = np.stack([(by_offset - here) / OFFSET_STEP, by_square], axis=-1)
-        here = here + (at[:, 1] - excess**2)[:, None] * by_square
+        residual, by_offset, by_excess = _off(sticks, law, q, rig, np.stack([offsets, release], axis=-1))
+        by_square = (by_excess - residual) / (EXCESS_STEP * (2 * excess + EXCESS_STEP))[:, None]
+        A = np.stack([(by_offset - residual) / OFFSET_STEP, by_square], axis=-1)
+        residual = residual + (at[:, 1] - excess**2)[:, None] * by_square
         normal = np.einsum("nka,nkb->nab", A, A)
-        right = np.einsum("nka,nk->na", A, here)
+        right = np.einsum("nka,nk->na", A, residual)
         scale = np.sqrt(np.maximum(np.einsum("naa->na", normal), 1e-300))
         even = normal / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(2)
         moved = -np.linalg.solve(even, (right / scale)[..., None])[..., 0] / scale
@@ -191,10 +191,10 @@ def _off(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, at: np
     sign = sticks.sign
 
     def drive(elapsed: float) -> np.ndarray:
-        place = np.clip((release + elapsed - sticks.grid) / STEP, 0, count - 1.001)
-        index = place.astype(int)
-        low, high = (np.take_along_axis(sticks.speed, one.T, axis=1).T for one in (index, index + 1))
-        return low + (place - index) * (high - low)
+        position = np.clip((release + elapsed - sticks.grid) / STEP, 0, count - 1.001)
+        index = position.astype(int)
+        low, high = (np.take_along_axis(sticks.speed, indices.T, axis=1).T for indices in (index, index + 1))
+        return low + (position - index) * (high - low)
 
     def rate(w: np.ndarray, theta: np.ndarray, omega: np.ndarray) -> np.ndarray:
         slip = np.maximum(sign * (rig.r * w - rig.R * omega), 0.0)
@@ -214,12 +214,12 @@ def _off(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, at: np
         omega = omega + STEP / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
         path.append((theta, omega))
         w = after
-    places, speeds = (np.stack([one[i] for one in path], axis=-1) for i in (0, 1))
+    places, speeds = (np.stack([state[i] for state in path], axis=-1) for i in (0, 1))
     elapsed = (sticks.time[None] - release[..., None]) / STEP
     index = np.clip(elapsed.astype(int), 0, count - 2)
     s = np.clip(elapsed - index, 0.0, 1.0)
-    p0, p1 = (np.take_along_axis(places, index + more, axis=-1) for more in (0, 1))
-    m0, m1 = (STEP * np.take_along_axis(speeds, index + more, axis=-1) for more in (0, 1))
+    p0, p1 = (np.take_along_axis(places, index + shift, axis=-1) for shift in (0, 1))
+    m0, m1 = (STEP * np.take_along_axis(speeds, index + shift, axis=-1) for shift in (0, 1))
     bend = s**2 * (3 - 2 * s)
     slipped = p0 + bend * (p1 - p0) + s * (1 - s) * ((1 - s) * m0 - s * m1)
     model = np.where(elapsed < 0, offset[..., None] + rig.r / rig.R * sticks.turned, slipped)
@@ -228,21 +228,21 @@ def _off(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, at: np
 
 def _turned(sticks: Sticks, release: np.ndarray) -> np.ndarray:
     """Phi - Phi_0 at t_r (..., n), rad; samples are even."""
-    place = (release - sticks.time[:, 0]) / (sticks.time[:, 1] - sticks.time[:, 0])
-    index = np.clip(place.astype(int), 0, sticks.time.shape[1] - 2)
+    position = (release - sticks.time[:, 0]) / (sticks.time[:, 1] - sticks.time[:, 0])
+    index = np.clip(position.astype(int), 0, sticks.time.shape[1] - 2)
     rows = np.arange(len(sticks.time))
     low, high = sticks.turned[rows, index], sticks.turned[rows, index + 1]
-    return low + (place - index) * (high - low)
+    return low + (position - index) * (high - low)
 
 
 def _excess(
     sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, offset: np.ndarray, release: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """What each stick carries beyond the law at rest (..., n), and how fast that grows, 1/s."""
-    place = np.clip((release - sticks.grid) / STEP, 0, sticks.speed.shape[1] - 1.001)
-    index, rows = place.astype(int), np.arange(release.shape[-1])
-    low, high = ((sticks.speed[rows, one], sticks.ramp[rows, one]) for one in (index, index + 1))
-    speed, ramp = (a + (place - index) * (b - a) for a, b in zip(low, high, strict=True))
+    position = np.clip((release - sticks.grid) / STEP, 0, sticks.speed.shape[1] - 1.001)
+    index, rows = position.astype(int), np.arange(release.shape[-1])
+    low, high = ((sticks.speed[rows, column], sticks.ramp[rows, column]) for column in (index, index + 1))
+    speed, ramp = (a + (position - index) * (b - a) for a, b in zip(low, high, strict=True))
     turned = rig.r / rig.R * _turned(sticks, release)
     carried = (rig.r / rig.R * (rig.J * ramp + rig.c * speed) + rig.k * (offset + turned)) / (rig.R * rig.N)
     at_rest = law.value(law.along(np.zeros(len(rows)), sticks.sign), q)

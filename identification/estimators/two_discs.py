@@ -92,7 +92,7 @@ class JointRegression(Regression):
         columns = []
         for disc in DISCS:
             by = law.single.gradient(np.abs(self.slip[..., disc]), q[law.of_disc(disc)])
-            columns += [(share[..., disc] * push[..., disc] * one) @ self.average for one in by]
+            columns += [(share[..., disc] * push[..., disc] * column) @ self.average for column in by]
         if law.changeover is not None:
             columns.append((slope * push * law.value(np.abs(self.slip), q)).sum(axis=2) @ self.average)
         return np.stack(columns, axis=1)
@@ -104,17 +104,17 @@ class JointRegression(Regression):
         slip, mu = np.abs(self.slip), law.value(np.abs(self.slip), q)
         off = self.measured - self.model(law, q)
         weight = share.transpose(0, 2, 1) @ self.average
-        rows, place = np.nonzero(np.abs(weight) > 0.5 * self.force.max(axis=0))
-        fitted = (share * mu)[rows, :, place] @ self.average / weight[rows, place]
+        rows, disc = np.nonzero(np.abs(weight) > 0.5 * self.force.max(axis=0))
+        fitted = (share * mu)[rows, :, disc] @ self.average / weight[rows, disc]
         return FrictionRows(
-            speed=slip[rows, :, place] @ self.average,
-            least=slip[rows, :, place].min(axis=1),
-            greatest=slip[rows, :, place].max(axis=1),
-            measured=fitted + off[rows] / weight[rows, place],
+            speed=slip[rows, :, disc] @ self.average,
+            least=slip[rows, :, disc].min(axis=1),
+            greatest=slip[rows, :, disc].max(axis=1),
+            measured=fitted + off[rows] / weight[rows, disc],
             fitted=fitted,
             cluster=self.cluster[rows],
             log=self.log[rows],
-            place=place,
+            disc=disc,
         )
 
     def of(self, clusters: np.ndarray) -> JointRegression:
@@ -126,7 +126,7 @@ class JointRegression(Regression):
             self,
             **{name: getattr(self, name)[chosen] for name in (*COLUMNS, "log")},
             cluster=np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
-            whiten=tuple(self.whiten[place] for place in places),
+            whiten=tuple(self.whiten[index] for index in places),
         )
 
 
@@ -151,14 +151,14 @@ def joint_equations(
         stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
         angles = windows(segment.angle, count, stride)
         rows = len(angles)
-        columns["slip"].append(np.stack([windows(one, count, stride)[:, nodes] for one in slip], axis=-1))
+        columns["slip"].append(np.stack([windows(values, count, stride)[:, nodes] for values in slip], axis=-1))
         columns["measured"].append(angles @ weights)
         columns["force"].append(np.tile(force, (rows, 1)))
         columns["angle"].append(windows(smooth, count, stride)[:, nodes])
         columns["turn"].append(np.maximum(np.abs(windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
         columns["always"].append(np.full(rows, _always(segment.motion.log)))
         whiten.append(whitening(weights, stride, rows, segment.motion.memory / step))
-    made: dict[str, Any] = {name: np.concatenate(parts) for name, parts in columns.items()}
+    arrays: dict[str, Any] = {name: np.concatenate(pieces) for name, pieces in columns.items()}
     cluster = np.repeat(np.arange(len(segments)), [len(column) for column in columns["measured"]])
     return JointRegression(
         average=average[nodes] / average[nodes].sum(),
@@ -166,7 +166,7 @@ def joint_equations(
         log=np.asarray(logs)[cluster],
         whiten=tuple(whiten),
         noise=float(np.linalg.norm(weights)),
-        **made,
+        **arrays,
     )
 
 
@@ -197,8 +197,8 @@ def first_guess(these: JointRegression, law: JointLaw) -> np.ndarray:
         low, high = np.quantile(thin.angle[~thin.always], [0.02, 0.98])
         low = max(low, 0.0) if law.changeover == "alpha" else low
         candidates = np.linspace(low, high, CANDIDATES).tolist()
-    found = [(*_linear_fit(thin, law, x), x) for x in candidates]
-    _, shapes, x = min(found, key=lambda one: one[0])
+    fits = [(*_linear_fit(thin, law, x), x) for x in candidates]
+    _, shapes, x = min(fits, key=lambda fit: fit[0])
     columns = []
     for disc, (mu_s, mu_k, p) in enumerate(shapes):
         speed = np.abs(thin.slip[..., disc])[thin.force[:, disc] > 0].ravel()
@@ -216,18 +216,18 @@ def _linear_fit(these: JointRegression, law: JointLaw, x: float) -> tuple[float,
     fastest = np.abs(these.slip).max(axis=(0, 1))
     designs = []
     for disc in DISCS:
-        whole = push[..., disc] @ these.average
+        total = push[..., disc] @ these.average
         designs.append([])
         for p in SLOPES / fastest[disc]:
-            part = (push[..., disc] / (1 + p * np.abs(these.slip[..., disc]))) @ these.average
-            designs[disc].append((p, these.whitened(np.stack([part, whole - part], axis=1))))
+            weighted = (push[..., disc] / (1 + p * np.abs(these.slip[..., disc]))) @ these.average
+            designs[disc].append((p, these.whitened(np.stack([weighted, total - weighted], axis=1))))
     target = these.whitened(these.measured)
     best: tuple[float, list[tuple[float, float, float]]] = (np.inf, [])
     for p0, first in designs[0]:
         for p1, second in designs[1]:
-            both = np.hstack([first, second])
-            q = np.linalg.lstsq(both, target, rcond=None)[0]
-            misfit = float(np.sum((both @ q - target) ** 2))
+            matrix = np.hstack([first, second])
+            q = np.linalg.lstsq(matrix, target, rcond=None)[0]
+            misfit = float(np.sum((matrix @ q - target) ** 2))
             # a law that is negative somewhere is no start, however well it fits
             if misfit < best[0] and np.all(q > 0):
                 best = (misfit, [(q[0], q[1], p0), (q[2], q[3], p1)])
@@ -243,13 +243,13 @@ def segments_at(ready: Pool, law: JointLaw, q: np.ndarray) -> Pool:
         StickslipError: one of the discs is not touched in any log.
     """
     period = ready.natural_period
-    found: list[SlipSegment] = []
+    segments: list[SlipSegment] = []
     seen: set[str] = set()
     for motion in ready.motions:
         contacts = motion.log.contacts
-        here = touching(law, contacts, q, motion.smoothed(SPEED_WINDOW * period, SPEED_ORDER), GUARD)
-        seen |= {contact for contact, row in zip(contacts, here, strict=True) if row.mean() > SELDOM}
-        found += slip_segments(motion, period, threshold=ready.threshold, allow_no_stick=True, touching=here)
+        touches = touching(law, contacts, q, motion.smoothed(SPEED_WINDOW * period, SPEED_ORDER), GUARD)
+        seen |= {contact for contact, row in zip(contacts, touches, strict=True) if row.mean() > SELDOM}
+        segments += slip_segments(motion, period, threshold=ready.threshold, allow_no_stick=True, touching=touches)
     missing = sorted(set(ready.contacts) - seen)
     if missing:
         raise StickslipError(
@@ -257,7 +257,7 @@ def segments_at(ready: Pool, law: JointLaw, q: np.ndarray) -> Pool:
             "its friction cannot be known. Let the swing pass the changeover (other drive speeds), or fit the other "
             f'alone: "contacts": ["{min(set(ready.contacts) - set(missing))}"].'
         )
-    return replace(ready, segments=tuple(found))
+    return replace(ready, segments=tuple(segments))
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,23 +286,23 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
     problem = _problem(ready, law)
     _check_apart(problem.regression)
     problem = replace(problem, guess=options.given.start(problem))
-    found = _solved(problem, COARSE, options)
+    solution = _solved(problem, COARSE, options)
     if law.changeover is None:
-        return problem, _solved(problem, TOLERANCE, options, found)
+        return problem, _solved(problem, TOLERANCE, options, solution)
     # twice: the windows follow the changeover, which moves a little with them
     for _ in range(2):
-        problem = _problem(segments_at(ready, law, found.values), law, found.values)
-        found = _solved(problem, TOLERANCE, options, found)
-    return problem, found
+        problem = _problem(segments_at(ready, law, solution.values), law, solution.values)
+        solution = _solved(problem, TOLERANCE, options, solution)
+    return problem, solution
 
 
 def _check_apart(these: Regression) -> None:
     """Where both discs touch and drag the body the same way, N_0 mu_0 + a and N_1 mu_1 - a are the same force for any
     a, in slip as in stick."""
     assert isinstance(these, JointRegression)
-    both = (these.force > 0).all(axis=1) & these.always
-    against = (these.slip[both, :, 0] * these.slip[both, :, 1] < 0).any() if both.any() else True
-    if not against and both.all():
+    shared = (these.force > 0).all(axis=1) & these.always
+    against = (these.slip[shared, :, 0] * these.slip[shared, :, 1] < 0).any() if shared.any() else True
+    if not against and shared.all():
         raise StickslipError(
             "In every log both discs drag the body the same way. A constant friction may then belong to either disc: "
             "only N0 mu0 + N1 mu1 shows, in slip and in stick. Add a log in which the discs turn against one another "
@@ -314,7 +314,7 @@ def _solved(problem: JointProblem, tolerance: float, options: Options, last: Sol
     fixed = options.given.fixed(problem)
     x = options.given.put(problem.law.names, problem.start() if last is None else last.values)
     rows = problem.rows(x)
-    bends = bends_of(problem.law, ("disc0", "disc1"), x, rows.speed, rows.place)
+    bends = bends_of(problem.law, ("disc0", "disc1"), x, rows.speed, rows.disc)
     return solve_straight(replace(problem, guess=x), bends, fixed=fixed, progress=options.progress, tolerance=tolerance)
 
 

@@ -52,24 +52,24 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     if not isinstance(first.problem, ShootingProblem):
         return first
     try:
-        problem, found = follow(first.problem, first.solution.values, options)
+        problem, solution = follow(first.problem, first.solution.values, options)
     except KeyboardInterrupt:
         return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
     except StickslipError as error:
-        said = f"The model cannot be run through whole cycles: {error} This is the result of slip shooting."
-        return replace(first, warnings=(said,))
-    return Estimate(ESTIMATOR, law, problem, found, excess(found))
+        warning = f"The model cannot be run through whole cycles: {error} This is the result of slip shooting."
+        return replace(first, warnings=(warning,))
+    return Estimate(ESTIMATOR, law, problem, solution, excess(solution))
 
 
-def misfit(found: Solution) -> float:
+def misfit(solution: Solution) -> float:
     """Root mean square of the residuals, in deviations of the noise."""
-    here = found.evaluation
-    return float(np.sqrt(here.residual @ here.residual / (len(here.residual) - here.eliminated - len(found.values))))
+    fit = solution.evaluation
+    return float(np.sqrt(fit.residual @ fit.residual / (len(fit.residual) - fit.eliminated - len(solution.values))))
 
 
-def excess(found: Solution) -> tuple[str, ...]:
+def excess(solution: Solution) -> tuple[str, ...]:
     """What to say where the residuals are larger than the noise."""
-    ratio = misfit(found)
+    ratio = misfit(solution)
     if ratio < EXCESS:
         return ()
     return (
@@ -89,8 +89,8 @@ def follow(slips: ShootingProblem, x: np.ndarray, options: Options) -> tuple[Sho
     problem.evaluate(problem.first)
     bends = shooting.straight(slips.ready, slips.law, x[: len(slips.law.parameters)])
     fixed = options.given.fixed(problem)
-    found = solve_straight(problem, bends, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
-    return problem, found
+    solution = solve_straight(problem, bends, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
+    return problem, solution
 
 
 def cycle_problem(
@@ -122,9 +122,9 @@ def cycle_segments(slips: ShootingProblem, x: np.ndarray) -> list[ShootingSegmen
         mine = [number for number, segment in enumerate(slips.segments) if segment.log == log]
         begins = [float(slips.segments[number].time[0]) for number in mine]
         seen = sensed(motion, ready.values.R)
-        ends = [begin - ONSET * ready.natural_period for begin in begins[1:]]
-        for number, begin, end in zip(mine, begins, [*ends, np.inf], strict=True):
-            cycle = seen.within(slips.segments[number], begin, np.nextafter(end, begin))
+        ends = [start - ONSET * ready.natural_period for start in begins[1:]]
+        for number, start, end in zip(mine, begins, [*ends, np.inf], strict=True):
+            cycle = seen.within(slips.segments[number], start, np.nextafter(end, start))
             label = np.full(len(cycle.time), len(segments))
             segments.append(replace(cycle, cluster=label, guess=slips.starts[number].at(x)))
     return segments

@@ -38,8 +38,8 @@ def windows(values: np.ndarray, count: int, stride: int) -> np.ndarray:
 
 def coloured(count: int, memory: float) -> np.ndarray:
     """Covariance (count, count) of noise of first order at even samples, of unit variance. memory: samples."""
-    place = np.arange(count)
-    return np.exp(-np.abs(place[:, None] - place) / memory)
+    index = np.arange(count)
+    return np.exp(-np.abs(index[:, None] - index) / memory)
 
 
 def whitening(weights: np.ndarray, stride: int, rows: int, memory: float = 0.0) -> np.ndarray:
@@ -49,11 +49,11 @@ def whitening(weights: np.ndarray, stride: int, rows: int, memory: float = 0.0) 
     if memory:
         # of the lag between samples of two windows, and how often each lag occurs
         lags = np.arange(1 - count, count + rows * stride)
-        alike = np.correlate(weights, weights, "full")
-        by_lag = np.convolve(np.exp(-np.abs(lags) / memory), alike, "valid")
+        overlap = np.correlate(weights, weights, "full")
+        by_lag = np.convolve(np.exp(-np.abs(lags) / memory), overlap, "valid")
         lagged = by_lag[::stride][:rows]
     else:
         lagged = np.array([weights[lag * stride :] @ weights[: max(count - lag * stride, 0)] for lag in range(rows)])
-    place = np.arange(rows)
-    covariance = lagged[np.abs(place[:, None] - place)] / lagged[0] + UNMODELLED * np.eye(rows)
+    index = np.arange(rows)
+    covariance = lagged[np.abs(index[:, None] - index)] / lagged[0] + UNMODELLED * np.eye(rows)
     return np.linalg.inv(np.linalg.cholesky(covariance))

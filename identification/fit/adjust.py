@@ -47,7 +47,7 @@ class Conflict:
     """Readings of constants that contradict each other, and what each of them would make of the others: ``steps`` (by
     reading) of the logarithms of the constants, in the order of the problem's."""
 
-    found: Contradiction
+    contradiction: Contradiction
     steps: tuple[np.ndarray, ...]
 
 
@@ -65,18 +65,18 @@ class Adjusted:
 class ContradictedRadii(StickslipError):
     """R or r is not what the logs show. radii: what they ask for, in m, by name."""
 
-    def __init__(self, said: str, radii: Mapping[str, float]) -> None:
-        super().__init__(said)
+    def __init__(self, message: str, radii: Mapping[str, float]) -> None:
+        super().__init__(message)
         self.radii = radii
 
 
-def as_stated(made: Estimate) -> Adjusted:
+def as_stated(estimate: Estimate) -> Adjusted:
     """A fit with its constants as they are stated."""
-    held = made.problem.held
-    return Adjusted(made, np.diag([(one.standard_uncertainty / one.value) ** 2 for one in held]), held)
+    priors = estimate.problem.held
+    return Adjusted(estimate, np.diag([(prior.standard_uncertainty / prior.value) ** 2 for prior in priors]), priors)
 
 
-def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
+def adjust(ready: Pool, first: Estimate, options: Options) -> Adjusted:
     """The same fit with adjusted constants.
 
     Raises:
@@ -84,70 +84,70 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
     """
     try:
         # what a parameter of the law that is held misses would pass for constants that are off
-        held = set(made.law.names) & set(made.solution.fixed)
-        found = _adjusted(ready, made, options, slips=not held and made.problem.tested(made.solution))
-        missed = _missed(found.estimate)
+        fixed = set(first.law.names) & set(first.solution.fixed)
+        result = _adjusted(ready, first, options, slips=not fixed and first.problem.tested(first.solution))
+        missed = _missed(result.estimate)
         # micro-slip too shows in slips, far less than constants that are off
-        if missed > WRONG and missed > 0.5 * _missed(made):
-            found = _adjusted(ready, made, options, slips=False)
+        if missed > WRONG and missed > 0.5 * _missed(first):
+            result = _adjusted(ready, first, options, slips=False)
     except KeyboardInterrupt:
-        said = "Interrupted: the rig constants are as stated, not adjusted to the logs."
-        return as_stated(replace(made, warnings=(*made.warnings, said)))
-    return found
+        warning = "Interrupted: the rig constants are as stated, not adjusted to the logs."
+        return as_stated(replace(first, warnings=(*first.warnings, warning)))
+    return result
 
 
-def _missed(made: Estimate) -> float:
+def _missed(estimate: Estimate) -> float:
     """How surely the residuals show that the model misses something: standard errors of the most telling of them."""
     from scipy.special import ndtri
 
-    here = made.solution.evaluation
-    white = whiteness(here, [str(number) for number in range(int(here.log.max()) + 1)])
+    evaluation = estimate.solution.evaluation
+    white = whiteness(evaluation, [str(number) for number in range(int(evaluation.log.max()) + 1)])
     course = [float(-ndtri(max(log.course, LEAST_CHANCE) / 2)) for log in white.logs if log.course is not None]
     return max([abs(speed.deviations) for speed in white.speeds] + course, default=0.0)
 
 
-def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adjusted:
-    problem, x, stated = made.problem, made.solution.values, made.problem.held
-    names = [one.name for one in stated]
-    readings = (*(_reading(one) for one in stated), *(r for r in ready.readings if set(r.powers) <= set(names)))
-    at = np.array([one.value for one in stated])
-    free = np.array([unknown.name not in made.solution.fixed for unknown in problem.unknowns])
+def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool) -> Adjusted:
+    problem, x, stated = first.problem, first.solution.values, first.problem.held
+    names = [prior.name for prior in stated]
+    readings = (*(_reading(prior) for prior in stated), *(r for r in ready.readings if set(r.powers) <= set(names)))
+    at = np.array([prior.value for prior in stated])
+    free = np.array([unknown.name not in first.solution.fixed for unknown in problem.unknowns])
     conflicts: list[Contradiction] = []
-    evaluation = made.solution.evaluation
+    evaluation = first.solution.evaluation
     for _ in range(ROUNDS):
-        said, best, slope = _said(ready, problem, x, evaluation, free, slips)
-        now = adjusted(names, at, readings, said)
-        sd = np.sqrt(np.diag(now.covariance))
-        if np.all(np.abs(now.step) <= NEAR * sd):
-            found = contradiction(names, at, readings, said)
-            if found is None:
+        pulled, best, slope = _said(ready, problem, x, evaluation, free, slips)
+        update = adjusted(names, at, readings, pulled)
+        sd = np.sqrt(np.diag(update.covariance))
+        if np.all(np.abs(update.step) <= NEAR * sd):
+            clash = contradiction(names, at, readings, pulled)
+            if clash is None:
                 break
-            if slips and _lengths(found) and not _explained(made, found, options):
-                return _adjusted(ready, made, options, slips=False)
-            _check_lengths(found, stated, alone=len(ready.contacts) == 1)
-            conflicts = [conflict for conflict in conflicts if conflict.names != found.names]
-            conflicts.append(found)
-            readings = widened(readings, found)
+            if slips and _lengths(clash) and not _explained(first, clash, options):
+                return _adjusted(ready, first, options, slips=False)
+            _check_lengths(clash, stated, alone=len(ready.contacts) == 1)
+            conflicts = [conflict for conflict in conflicts if conflict.names != clash.names]
+            conflicts.append(clash)
+            readings = widened(readings, clash)
             continue
-        at, x = at * np.exp(now.step), np.clip(x + best + slope @ now.step, *problem.limits)
+        at, x = at * np.exp(update.step), np.clip(x + best + slope @ update.step, *problem.limits)
         problem = problem.with_held(_moved(problem.held, at))
         try:
             evaluation = problem.evaluate(x)
         except StickslipError:  # the model does not follow the logs with constants that they ask for
-            return as_stated(made)
+            return as_stated(first)
     else:
-        return as_stated(made)
-    solution = made.solution
-    if problem is not made.problem:
+        return as_stated(first)
+    solution = first.solution
+    if problem is not first.problem:
         fixed = options.given.fixed(problem)
         solution = solve(problem, x, fixed=fixed, tolerance=TOLERANCE)
-    kept = tuple(
+    priors = tuple(
         replace(new, standard_uncertainty=float(value * s), source=_source(old, float(s)))
         for old, new, value, s in zip(stated, problem.held, at, sd, strict=True)
     )
-    estimate = replace(made, problem=problem.with_held(kept), solution=solution)
-    turned = tuple(Conflict(conflict, _steps(names, at, readings, said, conflict)) for conflict in conflicts)
-    return Adjusted(estimate, now.covariance, stated, turned)
+    estimate = replace(first, problem=problem.with_held(priors), solution=solution)
+    turned = tuple(Conflict(conflict, _steps(names, at, readings, pulled, conflict)) for conflict in conflicts)
+    return Adjusted(estimate, update.covariance, stated, turned)
 
 
 def _reading(prior: Prior) -> Reading:
@@ -161,24 +161,24 @@ def _source(stated: Prior, deviation: float) -> str:
     return stated.source if deviation >= KNOWN * before else f"{stated.source}; adjusted"
 
 
-def _moved(held: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
-    return tuple(replace(one, value=float(value)) for one, value in zip(held, at, strict=True))
+def _moved(priors: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
+    return tuple(replace(prior, value=float(value)) for prior, value in zip(priors, at, strict=True))
 
 
 def _said(
-    ready: Pool, problem: FrictionProblem, x: np.ndarray, here: Evaluation, free: np.ndarray, slips: bool
+    ready: Pool, problem: FrictionProblem, x: np.ndarray, evaluation: Evaluation, free: np.ndarray, slips: bool
 ) -> tuple[Pull, np.ndarray, np.ndarray]:
     """What the slips, if asked, say of the constants; how x (m,), of which some are free (m,), moves to its best (m,),
     and with the logarithms of the constants (m, n)."""
-    rest = problem if free.all() else Held(problem, x, free)
-    here = replace(here, gradient=here.gradient[:, free])
+    reduced = problem if free.all() else Held(problem, x, free)
+    evaluation = replace(evaluation, gradient=evaluation.gradient[:, free])
     best, slope = np.zeros(len(x)), np.zeros((len(x), len(problem.held)))
-    if not determines(information(rest, here)):
+    if not determines(information(reduced, evaluation)):
         return Pull.nothing(len(problem.held)), best, slope
     by = problem.by_held(x)
-    columns = np.stack([by[one.name] * one.value for one in problem.held], axis=1)
-    known = np.diag(ready.sensors.covariance) > 0
-    instruments = [place for place, name in enumerate(("gain", "delay")) if name in by and known[place]]
+    columns = np.stack([by[prior.name] * prior.value for prior in problem.held], axis=1)
+    measured = np.diag(ready.sensors.covariance) > 0
+    instruments = [index for index, name in enumerate(("gain", "delay")) if name in by and measured[index]]
     beside = np.zeros((len(columns), 0))
     if instruments:
         beside = np.stack([by[("gain", "delay")[instrument]] for instrument in instruments], axis=1)
@@ -186,20 +186,20 @@ def _said(
     if "R" in by and ready.laser_alone:
         # such a laser shows R times the angle with a gain of its own: slips tell R only by how sin bends, and so by
         # whatever else bends what is seen
-        place = [one.name for one in problem.held].index("R")
-        beside = np.column_stack([beside, columns[:, place]])
-        columns[:, place] = 0.0
-        spread = _reading(problem.held[place]).deviation ** 2
+        column = [prior.name for prior in problem.held].index("R")
+        beside = np.column_stack([beside, columns[:, column]])
+        columns[:, column] = 0.0
+        spread = _reading(problem.held[column]).deviation ** 2
         covariance = np.block([[covariance, np.zeros((len(covariance), 1))], [np.zeros(len(covariance)), spread]])
-    said, best[free], slope[free] = pull(rest, x[free], here, columns, beside, np.linalg.inv(covariance))
-    return said if slips else Pull.nothing(len(problem.held)), best, slope
+    pulled, best[free], slope[free] = pull(reduced, x[free], evaluation, columns, beside, np.linalg.inv(covariance))
+    return pulled if slips else Pull.nothing(len(problem.held)), best, slope
 
 
 def _steps(
     names: Sequence[str],
     at: np.ndarray,
     readings: Sequence[Reading],
-    said: Pull,
+    pulled: Pull,
     conflict: Contradiction,
 ) -> tuple[np.ndarray, ...]:
     """How the constants would move if each of the readings that contradict each other were right."""
@@ -216,46 +216,46 @@ def _steps(
             else reading
             for reading in readings
         ]
-        steps.append(adjusted(names, at, others, said).step)
+        steps.append(adjusted(names, at, others, pulled).step)
     return tuple(steps)
 
 
-def _lengths(found: Contradiction) -> dict[str, float]:
+def _lengths(clash: Contradiction) -> dict[str, float]:
     """R or r as all else asks for them, where one of them is off by more than its measurement can be."""
-    sides = zip(found.names, found.values, found.others, strict=True)
-    off = {name: (value, other) for name, value, other in sides if name in ("R", "r")}
-    refused = any(abs(other / value - 1) >= REFUSED for value, other in off.values())
-    return {name: other for name, (_, other) in off.items()} if refused else {}
+    sides = zip(clash.names, clash.values, clash.others, strict=True)
+    off = {name: (value, radius) for name, value, radius in sides if name in ("R", "r")}
+    refused = any(abs(radius / value - 1) >= REFUSED for value, radius in off.values())
+    return {name: radius for name, (_, radius) in off.items()} if refused else {}
 
 
-def _explained(made: Estimate, found: Contradiction, options: Options) -> bool:
+def _explained(first: Estimate, clash: Contradiction, options: Options) -> bool:
     """Whether what the model misses goes with a radius that the logs ask for. A law of the wrong form, or a
     disturbance, asks for one too, and misses as much with it."""
-    before = _missed(made)
-    for name, other in _lengths(found).items():
-        held = tuple(replace(one, value=other) if one.name == name else one for one in made.problem.held)
-        moved = made.problem.with_held(held)
+    before = _missed(first)
+    for name, radius in _lengths(clash).items():
+        priors = tuple(replace(prior, value=radius) if prior.name == name else prior for prior in first.problem.held)
+        moved = first.problem.with_held(priors)
         try:
-            x = solve(moved, made.solution.values, fixed=options.given.fixed(moved), tolerance=ROUGH).values
-            solution = replace(made.solution, values=x, evaluation=moved.evaluate(x))
+            x = solve(moved, first.solution.values, fixed=options.given.fixed(moved), tolerance=ROUGH).values
+            solution = replace(first.solution, values=x, evaluation=moved.evaluate(x))
         except StickslipError:
             continue
-        if _missed(replace(made, problem=moved, solution=solution)) < max(WRONG, EXPLAINED * before):
+        if _missed(replace(first, problem=moved, solution=solution)) < max(WRONG, EXPLAINED * before):
             return True
     return False
 
 
-def _check_lengths(found: Contradiction, stated: Sequence[Prior], alone: bool) -> None:
+def _check_lengths(clash: Contradiction, stated: Sequence[Prior], alone: bool) -> None:
     """R and r that contradict the logs are not widened: a wrong lever makes the law's form wrong too. alone: of one
     driving disc, whose disturbances can be estimated."""
-    off = _lengths(found)
+    off = _lengths(clash)
     if not off:
         return
-    values = {one.name: one.value for one in stated}
-    shown = " or ".join(f"{name} = {other:.4g} m instead of {values[name]:.4g}" for name, other in off.items())
+    values = {prior.name: prior.value for prior in stated}
+    demands = " or ".join(f"{name} = {radius:.4g} m instead of {values[name]:.4g}" for name, radius in off.items())
     raise ContradictedRadii(
         f"The radii R = {values['R']:.4g} m and r = {values['r']:.4g} m contradict the logs by "
-        f"{found.deviations:.3g} standard deviations: the motion asks for {shown}. Measure both again, and check the "
+        f"{clash.deviations:.3g} standard deviations: the motion asks for {demands}. Measure both again, and check the "
         "calibration of the laser and of the encoders."
         + (
             " A disturbance of the bench may look the same, as wear does: --disturbances auto seeks one, "

@@ -52,22 +52,22 @@ class _Fit:
 
     causes: tuple[str, ...]
     problem: RegressionProblem
-    found: Solution
+    solution: Solution
 
     @property
     def sum(self) -> float:
-        return self.found.evaluation.sum
+        return self.solution.evaluation.sum
 
     @property
     def effective(self) -> float:
         """How many independent residuals these are worth: as many as there are slips, or more."""
-        here = self.found.evaluation
-        if not determines(information(self.problem, here)):
+        evaluation = self.solution.evaluation
+        if not determines(information(self.problem, evaluation)):
             return 0.0
-        coloured = coloured_covariance(self.problem, self.found, "jackknife")
-        plain = plain_covariance(here.gradient, here.residual, prior=prior_precision(self.problem))
-        worth = len(here.residual) / inflation(plain, coloured)
-        return max(worth, float(len(np.unique(here.cluster))))
+        coloured = coloured_covariance(self.problem, self.solution, "jackknife")
+        plain = plain_covariance(evaluation.gradient, evaluation.residual, prior=prior_precision(self.problem))
+        worth = len(evaluation.residual) / inflation(plain, coloured)
+        return max(worth, float(len(np.unique(evaluation.cluster))))
 
 
 class _Search:
@@ -83,38 +83,38 @@ class _Search:
         """Whether there are more slips than unknowns with these causes."""
         return len(replace(self.bare, terms=terms_of(self.ready, causes)).unknowns) < self.slips
 
-    def fit(self, causes: Sequence[str], begin: _Fit | None = None) -> _Fit:
+    def fit(self, causes: Sequence[str], first: _Fit | None = None) -> _Fit:
         """With these causes, from the law's own guess and from another fit: the better of the two."""
         key = frozenset(causes)
         if key not in self.kept:
             problem = replace(self.bare, terms=terms_of(self.ready, causes))
-            starts = [problem.start()] if begin is None else [_carried(begin, problem), problem.start()]
+            starts = [problem.start()] if first is None else [_carried(first, problem), problem.start()]
             fits = [_Fit(tuple(causes), problem, solve(problem, start, tolerance=SEARCH)) for start in starts]
             self.kept[key] = min(fits, key=lambda fit: fit.sum)
         return self.kept[key]
 
-    def promising(self, now: _Fit, causes: Sequence[str]) -> list[str]:
+    def promising(self, current: _Fit, causes: Sequence[str]) -> list[str]:
         """The causes by which the sum of squares falls most to first order, per BIC."""
         falls = {}
-        for one in causes:
-            problem = replace(self.bare, terms=terms_of(self.ready, (*now.causes, one)))
-            evaluation = problem.evaluate(_carried(now, problem))
+        for cause in causes:
+            problem = replace(self.bare, terms=terms_of(self.ready, (*current.causes, cause)))
+            evaluation = problem.evaluate(_carried(current, problem))
             step = np.linalg.lstsq(evaluation.gradient, evaluation.residual, rcond=None)[0]
-            left = evaluation.residual - evaluation.gradient @ step
-            falls[one] = float(np.log(now.sum / (left @ left))) / len(problem.terms)
-        return sorted(causes, key=lambda one: -falls[one])[:TRIED]
+            remainder = evaluation.residual - evaluation.gradient @ step
+            falls[cause] = float(np.log(current.sum / (remainder @ remainder))) / len(problem.terms)
+        return sorted(causes, key=lambda cause: -falls[cause])[:TRIED]
 
-    def judged(self, less: _Fit, more: _Fit) -> tuple[float, float]:
+    def judged(self, simple: _Fit, rich: _Fit) -> tuple[float, float]:
         """Fall of BIC from one fit to a richer one, and the probability of its F by chance."""
         from scipy.special import fdtrc
 
-        terms, effective = len(more.problem.terms) - len(less.problem.terms), more.effective
-        if not effective or not more.found.converged:
+        terms, effective = len(rich.problem.terms) - len(simple.problem.terms), rich.effective
+        if not effective or not rich.solution.converged:
             return -np.inf, 1.0
-        freedom = max(effective - len(more.problem.unknowns), 1.0)
-        fall = max(less.sum - more.sum, 0.0)
-        gain = effective * float(np.log1p(fall / more.sum)) - terms * float(np.log(effective))
-        return gain, float(fdtrc(terms, freedom, fall / terms / (more.sum / freedom)))
+        freedom = max(effective - len(rich.problem.unknowns), 1.0)
+        fall = max(simple.sum - rich.sum, 0.0)
+        gain = effective * float(np.log1p(fall / rich.sum)) - terms * float(np.log(effective))
+        return gain, float(fdtrc(terms, freedom, fall / terms / (rich.sum / freedom)))
 
 
 def asked_for(disturbances: str | Sequence[str]) -> tuple[str, ...]:
@@ -141,48 +141,48 @@ def find_causes(
     search = _Search(ready, law, workers)
     disturbances = ranked()
     seen = [name for name, disturbance in disturbances.items() if not disturbance.hidden(ready)]
-    now, chosen = search.fit(()), list[str]()
+    current, chosen = search.fit(()), list[str]()
     progress(0.5)
     if named:
-        now = search.fit(named, now)
-        return tuple(_cause(search, now, cause) for cause in now.causes)
+        current = search.fit(named, current)
+        return tuple(_cause(search, current, cause) for cause in current.causes)
     while True:
         progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
         rivals = {rival for name in chosen for rival in _rivals(disturbances, name)}
         open_ = [name for name in seen if name not in rivals and search.judges((*chosen, name))]
-        tried = {one: search.fit((*chosen, one), now) for one in search.promising(now, open_)}
-        judged = {one: search.judged(now, fit) for one, fit in tried.items()}
+        tried = {cause: search.fit((*chosen, cause), current) for cause in search.promising(current, open_)}
+        judged = {cause: search.judged(current, fit) for cause, fit in tried.items()}
         # Holm: the least of the probabilities counts as often as there are causes left
-        sure = [one for one, (gain, chance) in judged.items() if gain > 0 and chance * len(open_) < CHANCE]
+        sure = [cause for cause, (gain, chance) in judged.items() if gain > 0 and chance * len(open_) < CHANCE]
         if not sure:
             break
-        best = max(sure, key=lambda one: judged[one][0])
+        best = max(sure, key=lambda cause: judged[cause][0])
         chosen.append(best)
-        now = tried[best]
+        current = tried[best]
     for mimic in seen:
         # slow changes of friction and of the zero look alike, and what has few terms is met first
         original = disturbances[mimic].mimics
-        rest = [name for name in chosen if name != original]
-        if original not in chosen or not search.judges((*rest, mimic)):
+        others = [name for name in chosen if name != original]
+        if original not in chosen or not search.judges((*others, mimic)):
             continue
-        other = search.fit((*rest, mimic), search.fit(rest, now))
-        terms = len(other.problem.terms) - len(now.problem.terms)
-        if other.effective * np.log(now.sum / other.sum) > terms * np.log(max(other.effective, 1.0)):
-            chosen, now = [*rest, mimic], other
-    for one in [*chosen[:-1]]:  # what came first may be explained by what came later
-        rest = tuple(name for name in chosen if name != one)
-        gain, chance = search.judged(search.fit(rest, now), now)
+        swapped = search.fit((*others, mimic), search.fit(others, current))
+        terms = len(swapped.problem.terms) - len(current.problem.terms)
+        if swapped.effective * np.log(current.sum / swapped.sum) > terms * np.log(max(swapped.effective, 1.0)):
+            chosen, current = [*others, mimic], swapped
+    for cause in [*chosen[:-1]]:  # what came first may be explained by what came later
+        others = tuple(name for name in chosen if name != cause)
+        gain, chance = search.judged(search.fit(others, current), current)
         if gain <= 0 or chance * len(chosen) >= CHANCE:
-            chosen.remove(one)
-            now = search.fit(rest, now)
-    return tuple(_cause(search, now, one) for one in chosen)
+            chosen.remove(cause)
+            current = search.fit(others, current)
+    return tuple(_cause(search, current, cause) for cause in chosen)
 
 
 def _rivals(disturbances: Mapping[str, Disturbance], chosen: str) -> set[str]:
     """The disturbance itself and those that do the same or look like it, of which the better one is taken."""
-    own = disturbances[chosen]
-    same = {name for name, other in disturbances.items() if chosen in (other.same_as, other.mimics)}
-    return {chosen, own.same_as, own.mimics, *same}
+    disturbance = disturbances[chosen]
+    same = {name for name, candidate in disturbances.items() if chosen in (candidate.same_as, candidate.mimics)}
+    return {chosen, disturbance.same_as, disturbance.mimics, *same}
 
 
 def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: Mapping[str, float]) -> bool:
@@ -195,31 +195,31 @@ def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: 
     from scipy.optimize import minimize_scalar
 
     plain = weak_form.estimate(ready, law, Options())
-    problem, begin = plain.problem, plain.solution.values
+    problem, start = plain.problem, plain.solution.values
     estimate = weak_form.estimate(ready, law, Options(disturbances=terms_found(ready, causes)))
     assert isinstance(problem, RegressionProblem) and isinstance(estimate.problem, RegressionProblem)
     with_causes = _Fit(tuple(cause.name for cause in causes), estimate.problem, estimate.solution)
     sums = []
-    for place, one in enumerate(problem.held):
-        if one.name not in radii:
+    for index, prior in enumerate(problem.held):
+        if prior.name not in radii:
             continue
 
-        def left(off: float, place: int = place, value: float = one.value) -> float:
-            held = (*problem.held[:place], replace(problem.held[place], value=value * float(np.exp(off))))
-            moved = problem.with_held((*held, *problem.held[place + 1 :]))
+        def misfit(off: float, index: int = index, value: float = prior.value) -> float:
+            priors = (*problem.held[:index], replace(problem.held[index], value=value * float(np.exp(off))))
+            moved = problem.with_held((*priors, *problem.held[index + 1 :]))
             try:
-                least = solve(moved, begin, tolerance=SEARCH).evaluation.sum
+                least = solve(moved, start, tolerance=SEARCH).evaluation.sum
             except StickslipError:
                 return np.inf
             # rows that a constant makes smaller are not better explained
             return least * (problem.regression.noise / moved.regression.noise) ** 2
 
-        ends = sorted((0.0, BEYOND * float(np.log(radii[one.name] / one.value))))
-        best = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": RADIUS})
+        ends = sorted((0.0, BEYOND * float(np.log(radii[prior.name] / prior.value))))
+        best = minimize_scalar(misfit, bounds=ends, method="bounded", options={"xatol": RADIUS})
         sums.append(float(best.fun))  # type: ignore[reportAttributeAccessIssue]  # the stubs know an object only
     effective = max(with_causes.effective, 1.0)
-    more = len(estimate.problem.terms) - 1
-    return effective * float(np.log(min(sums) / with_causes.sum)) > more * float(np.log(effective))
+    count = len(estimate.problem.terms) - 1
+    return effective * float(np.log(min(sums) / with_causes.sum)) > count * float(np.log(effective))
 
 
 def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[DisturbanceTerm, ...]:
@@ -227,13 +227,13 @@ def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[DisturbanceTerm, 
     return terms_of(ready, [cause.name for cause in causes], {cause.name: cause.size for cause in causes})
 
 
-def _cause(search: _Search, now: _Fit, name: str) -> Cause:
-    rest = tuple(cause for cause in now.causes if cause != name)
-    gain, chance = search.judged(search.fit(rest, now), now)
-    count, where = len(now.problem.law.parameters), now.problem.regression.where
+def _cause(search: _Search, current: _Fit, name: str) -> Cause:
+    others = tuple(cause for cause in current.causes if cause != name)
+    gain, chance = search.judged(search.fit(others, current), current)
+    count, where = len(current.problem.law.parameters), current.problem.regression.where
     assert where is not None
-    terms = tuple(term for term in now.problem.terms if term.cause == name)
-    values = dict(zip([term.name for term in now.problem.terms], now.found.values[count:], strict=True))
+    terms = tuple(term for term in current.problem.terms if term.cause == name)
+    values = dict(zip([term.name for term in current.problem.terms], current.solution.values[count:], strict=True))
     mine = np.array([values[term.name] for term in terms])
     sensor, disturbances = terms[0].effect.sensor, ranked([name])
     if sensor:
@@ -248,9 +248,9 @@ def _cause(search: _Search, now: _Fit, name: str) -> Cause:
     return Cause(name, words, size, SENSOR_UNITS.get(sensor, "1"), float(gain), min(chance * count, 1.0))
 
 
-def _carried(begin: _Fit, problem: RegressionProblem) -> np.ndarray:
+def _carried(fit: _Fit, problem: RegressionProblem) -> np.ndarray:
     """The solution of a fit as a start of another; 0 for what it does not have."""
-    names = [unknown.name for unknown in begin.problem.unknowns]
-    values = dict(zip(names, begin.found.values, strict=True))
+    names = [unknown.name for unknown in fit.problem.unknowns]
+    values = dict(zip(names, fit.solution.values, strict=True))
     first = {term.name: term.first for term in problem.terms}
-    return np.array([values.get(one.name, first.get(one.name, 0.0)) for one in problem.unknowns])
+    return np.array([values.get(unknown.name, first.get(unknown.name, 0.0)) for unknown in problem.unknowns])

@@ -53,7 +53,7 @@ FOLLOWED = 0.025
 def conclude(
     ready: Pool,
     solved: Adjusted,
-    asked: Inference,
+    settings: Inference,
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
@@ -75,7 +75,7 @@ def conclude(
     inference = infer(
         searched_problem,
         at_searched,
-        asked,
+        settings,
         count=of_law,
         logs=[motion.log.name for motion in ready.motions],
         instruments=_instruments(ready, shifts, free),
@@ -106,7 +106,7 @@ def conclude(
         constants_correlation=_correlations(solved.covariance[np.ix_(loose, loose)], loose),
         contradictions=contradictions,
         logs=summaries(ready, rows),
-        bins=tuple(b for place, contact in enumerate(ready.contacts) for b in bins(rows, place, contact)),
+        bins=tuple(b for number, contact in enumerate(ready.contacts) for b in bins(rows, number, contact)),
         sensors=sensors(ready),
         segments=segments,
         values=len(solution.evaluation.residual),
@@ -127,7 +127,7 @@ def conclude(
             *(releases.warnings if releases else ()),
         ),
         nuisance=nuisance,
-        covariance=asked.covariance,
+        covariance=settings.covariance,
         intervals=inference.intervals,
         collinearity=inference.collinearity,
         whiteness=inference.whiteness,
@@ -175,28 +175,28 @@ def _in_stick(
 def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
     """The stiffness of bristles in the LuGre model that follows some cycles of the logs, ringing and inertia in it;
     that of the sticks where there is none."""
-    made = solved.estimate
-    slips, x = made.problem, made.solution.values
-    if made.estimator.name != shooting.ESTIMATOR.name or made.solution.fixed:
+    estimate = solved.estimate
+    slips, x = estimate.problem, estimate.solution.values
+    if estimate.estimator.name != shooting.ESTIMATOR.name or estimate.solution.fixed:
         return elastic
     if not isinstance(slips, ShootingProblem) or slips.terms:
         return elastic
-    found = lugre.in_stick(slips, x, 1 / elastic.compliance)
-    if found is None:
+    fit = lugre.in_stick(slips, x, 1 / elastic.compliance)
+    if fit is None:
         return elastic
-    rest, seen, free = searched(*found)
-    known = coloured_covariance(rest, seen, "jackknife")
-    place = [unknown.name for unknown in rest.unknowns].index(STIFFNESS)
-    shifts = _shifts(found[0], found[1], rest, seen, free)
-    by = _by_logarithm(solved, shifts)[found[0].law.names.index(STIFFNESS)]
-    stiffness = float(seen.values[place])
-    noise, scale = np.sqrt(known[place, place]), np.sqrt(by @ solved.covariance @ by)
+    reduced, seen, free = searched(*fit)
+    covariance = coloured_covariance(reduced, seen, "jackknife")
+    index = [unknown.name for unknown in reduced.unknowns].index(STIFFNESS)
+    shifts = _shifts(fit[0], fit[1], reduced, seen, free)
+    by = _by_logarithm(solved, shifts)[fit[0].law.names.index(STIFFNESS)]
+    stiffness = float(seen.values[index])
+    noise, scale = np.sqrt(covariance[index, index]), np.sqrt(by @ solved.covariance @ by)
     compliance, per = 1 / stiffness, 1 / stiffness**2
     return PreSliding(
         compliance,
         float(noise) * per,
         float(scale) * per,
-        len(found[0].segments),
+        len(fit[0].segments),
         FOLLOWED * compliance,
         _unknown(solved, by),
     )
@@ -204,8 +204,8 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
 
 def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
     """Whether something is moved (n,) by constants of which nobody says how well they are known."""
-    held = solved.estimate.problem.held
-    return any(not one.stated and abs(slope) > 0 for one, slope in zip(held, by, strict=True))
+    priors = solved.estimate.problem.held
+    return any(not prior.stated and abs(slope) > 0 for prior, slope in zip(priors, by, strict=True))
 
 
 def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, ...]:
@@ -214,11 +214,11 @@ def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, .
         return ()
     least, greatest = float(np.abs(rows.least).min()), float(np.abs(rows.greatest).max())
     course = law.value(np.array([0.0, *np.linspace(least, greatest, 50)]), q)
-    rest, slow = course[:2]
-    if not abs(rest - slow) > UNSEEN * np.ptp(course) > 0:
+    static, slow = course[:2]
+    if not abs(static - slow) > UNSEEN * np.ptp(course) > 0:
         return ()
     return (
-        f"The law goes from {rest:.4g} to {slow:.4g} below {least:.3g} m/s, the smallest slip speed in the logs: "
+        f"The law goes from {static:.4g} to {slow:.4g} below {least:.3g} m/s, the smallest slip speed in the logs: "
         f"{law.names[law.at_rest]} is no measurement but what the form of the law makes of the rest. Record at lower "
         "drive speeds, or take the level at which sticks let go.",
     )
@@ -226,8 +226,8 @@ def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, .
 
 def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float, ...], ...]:
     """Of all parameters (m,), from the covariance of those searched; one that is held goes with no other."""
-    whole = among(correlation(covariance), free) + np.diag((~free).astype(float))
-    return tuple(tuple(float(x) for x in row) for row in whole)
+    matrix = among(correlation(covariance), free) + np.diag((~free).astype(float))
+    return tuple(tuple(float(x) for x in row) for row in matrix)
 
 
 def _held(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
@@ -240,10 +240,10 @@ def _finite(bound: float) -> float | None:
     return bound if np.isfinite(bound) else None
 
 
-def _check_determined(problem: Problem, found: Solution, law: FittableLaw) -> None:
-    if not determines(information(problem, found.evaluation)):
+def _check_determined(problem: Problem, solution: Solution, law: FittableLaw) -> None:
+    if not determines(information(problem, solution.evaluation)):
         names = [unknown.name for unknown in problem.unknowns if unknown.name in law.names]
-        values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=False))
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, solution.values, strict=False))
         raise StickslipError(
             f"The logs do not determine {', '.join(names)} of '{law.name}' one by one (found {values}): friction "
             "hardly changes over the slip speeds in them. Pool logs at more drive speeds, or take a simpler law."
@@ -252,7 +252,7 @@ def _check_determined(problem: Problem, found: Solution, law: FittableLaw) -> No
 
 def _parameters(
     problem: FrictionProblem,
-    found: Solution,
+    solution: Solution,
     covariances: tuple[np.ndarray, np.ndarray, np.ndarray | None],
     scale: np.ndarray,
 ) -> tuple[FittedParameter, ...]:
@@ -264,14 +264,14 @@ def _parameters(
     return tuple(
         FittedParameter(
             name=spec.name,
-            value=float(found.values[i]),
+            value=float(solution.values[i]),
             unit=spec.unit,
             standard_deviation=float(deviation[i]),
             plain_deviation=float(plain[i]),
             scale_deviation=float(scale[i]),
-            minimum=float(found.values[i]) if spec.name in found.fixed else _finite(spec.minimum),
-            maximum=float(found.values[i]) if spec.name in found.fixed else _finite(spec.maximum),
-            at_bound=found.at_bound[i],
+            minimum=float(solution.values[i]) if spec.name in solution.fixed else _finite(spec.minimum),
+            maximum=float(solution.values[i]) if spec.name in solution.fixed else _finite(spec.maximum),
+            at_bound=solution.at_bound[i],
             description=spec.description,
             bound=None if bound is None else float(bound[i]),
         )
@@ -279,39 +279,39 @@ def _parameters(
     )
 
 
-def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
+def white_covariance(problem: Problem, solution: Solution) -> np.ndarray:
     """Covariance (m, m) as if residuals were white: of unit variance where the noise is known (then it is the bound of
     Cramer and Rao), otherwise of the variance that they show."""
-    inverse = np.linalg.inv(information(problem, found.evaluation))
+    inverse = np.linalg.inv(information(problem, solution.evaluation))
     if problem.noise_known:
         return inverse
-    here = found.evaluation
-    return inverse * here.sum / (len(here.residual) - here.eliminated - len(found.values))
+    evaluation = solution.evaluation
+    return inverse * evaluation.sum / (len(evaluation.residual) - evaluation.eliminated - len(solution.values))
 
 
 def _shifts(
-    problem: FrictionProblem, found: Solution, rest: Problem, seen: Solution, free: np.ndarray
+    problem: FrictionProblem, solution: Solution, reduced: Problem, seen: Solution, free: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; rest, seen: what was
-    searched of it, the unknowns that are ``free`` (m,)."""
+    """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; reduced, seen: the
+    problem and solution of the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
-    roots = np.sqrt(prior_precision(rest))
+    roots = np.sqrt(prior_precision(reduced))
     stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
-    for name, slope in problem.by_held(found.values).items():
+    for name, slope in problem.by_held(solution.values).items():
         shift = np.zeros((len(free), *slope.shape[1:]))
-        known = np.zeros((len(roots), *slope.shape[1:]))
-        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, known]), rcond=None)[0]
+        zeros = np.zeros((len(roots), *slope.shape[1:]))
+        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, zeros]), rcond=None)[0]
         shifts[name] = shift
     return shifts
 
 
 def _constants(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> tuple[tuple[Constant, ...], np.ndarray]:
     """Constants with the sensitivities of the parameters, and the standard deviations (m,) that they pass on."""
-    made = solved.estimate
-    values, names = made.solution.values, [parameter.name for parameter in made.law.parameters]
+    estimate = solved.estimate
+    values, names = estimate.solution.values, [parameter.name for parameter in estimate.law.parameters]
     constants = []
-    for prior, before in zip(made.problem.held, solved.stated, strict=True):
+    for prior, before in zip(estimate.problem.held, solved.stated, strict=True):
         relative = {
             name: float(s * prior.value / v) if v else None
             for name, s, v in zip(names, shifts[prior.name], values, strict=False)
@@ -336,42 +336,42 @@ def _constants(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> tuple[tupl
 
 def _by_logarithm(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> np.ndarray:
     """Shifts (m, n) of the unknowns by the logarithms of the constants."""
-    held = solved.estimate.problem.held
-    return np.stack([shifts[one.name] * one.value for one in held], axis=1)
+    priors = solved.estimate.problem.held
+    return np.stack([shifts[prior.name] * prior.value for prior in priors], axis=1)
 
 
 def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray]) -> Iterator[StatedConstant]:
     """What each of the readings that contradict each other would make of the law."""
-    moves, made, found = _by_logarithm(solved, shifts), solved.estimate, conflict.found
-    units = {one.name: one.unit for one in made.problem.held}
-    for name, value, other, step in zip(found.names, found.values, found.others, conflict.steps, strict=True):
-        law = made.solution.values + moves @ step
-        parameters = {one.name: float(q) for one, q in zip(made.law.parameters, law, strict=False)}
+    moves, estimate, clash = _by_logarithm(solved, shifts), solved.estimate, conflict.contradiction
+    units = {prior.name: prior.unit for prior in estimate.problem.held}
+    for name, value, expected, step in zip(clash.names, clash.values, clash.others, conflict.steps, strict=True):
+        law = estimate.solution.values + moves @ step
+        parameters = {p.name: float(q) for p, q in zip(estimate.law.parameters, law, strict=False)}
         unit = units.get(name) or RIG_UNITS[name]
-        yield StatedConstant(name, value, unit, other, found.deviations, found.names, parameters)
+        yield StatedConstant(name, value, unit, expected, clash.deviations, clash.names, parameters)
 
 
 def _contradicting(readings: Sequence[StatedConstant], solved: Adjusted) -> Iterator[str]:
     """What is said of constants that contradict each other."""
     for together in dict.fromkeys(reading.together for reading in readings):
         mine = [reading for reading in readings if reading.together == together]
-        stated = " and ".join(f"{one.name} = {one.value:.4g} {one.unit}" for one in mine)
+        stated = " and ".join(f"{reading.name} = {reading.value:.4g} {reading.unit}" for reading in mine)
         verb = "agree" if len(mine) > 1 else "agrees"
-        sides = "; ".join(one.sentence for one in mine)
-        which = "Which of them is wrong cannot be known" if len(mine) > 1 else "It may be wrong, or the others"
+        sides = "; ".join(reading.sentence for reading in mine)
+        doubt = "Which of them is wrong cannot be known" if len(mine) > 1 else "It may be wrong, or the others"
         yield (
             f"Rig constants contradict each other: {stated} dis{verb} with all else that is known by "
-            f"{mine[0].deviations:.2g} standard deviations. {which}: {sides}. What disagrees was "
+            f"{mine[0].deviations:.2g} standard deviations. {doubt}: {sides}. What disagrees was "
             "taken as that many times less sure, so that the intervals hold it. Measure again."
         )
 
 
 def _warnings(
-    law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
+    law: FittableLaw, solution: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
-    warnings = list(law.warnings(found.values[: len(law.parameters)]))
-    if not found.converged:
-        warnings.append(f"The search did not converge: {found.message}. The values are its last ones.")
+    warnings = list(law.warnings(solution.values[: len(law.parameters)]))
+    if not solution.converged:
+        warnings.append(f"The search did not converge: {solution.message}. The values are its last ones.")
     for parameter in parameters:
         if parameter.at_bound and parameter.minimum is not None and parameter.maximum is not None:
             warnings.append(

@@ -87,7 +87,7 @@ def fit_friction(
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
-        fit = work.contested(made := work.without_causes(), work.concluded("end", made))
+        fit = work.contested(solved := work.without_causes(), work.concluded("end", solved))
     else:
         named = asked_for(disturbances)
         terms_of(ready, named)  # names are judged before the work
@@ -110,8 +110,8 @@ class _Work:
 
     def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
-        made, options = self.estimated(stage, by=by, terms=terms)
-        return adjust(self.ready, made, options)
+        estimate, options = self.estimated(stage, by=by, terms=terms)
+        return adjust(self.ready, estimate, options)
 
     def without_causes(self) -> Adjusted:
         """The solution without any; with constants as stated where a disturbance takes them off.
@@ -126,52 +126,52 @@ class _Work:
             causes = find_causes(self.ready, self.law, workers=self.options.workers) if self.ready.seen_well else ()
             if not causes or not explain_more(self.ready, self.law, causes, error.radii):
                 raise
-            asked = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
-            said = (
-                f"The motion asks for {asked}, which is not what was measured. A disturbance of the bench explains the "
+            radii = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
+            warning = (
+                f"The motion asks for {radii}, which is not what was measured. A disturbance of the bench explains the "
                 f"logs better ({' and '.join(cause.name for cause in causes)}): the rig constants are as stated. "
                 "Estimate it: --disturbances auto."
             )
-            return as_stated(replace(first, warnings=(*first.warnings, said)))
+            return as_stated(replace(first, warnings=(*first.warnings, warning)))
 
     def estimated(
         self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()
     ) -> tuple[Estimate, Options]:
         """The same with constants as they are stated, and the options that it was made with."""
         estimator = by or self.estimator
-        told = self.stages.of(stage)
-        progress = by_evaluations(estimator.searches, told, self.options.progress)
+        report = self.stages.of(stage)
+        progress = by_evaluations(estimator.searches, report, self.options.progress)
         options = replace(self.options, disturbances=terms or terms_of(self.ready, ()), progress=progress)
         estimate = estimator.estimate(self.ready, self.law, options)
-        told(1.0)
+        report(1.0)
         return estimate, options
 
-    def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
+    def concluded(self, stage: str, solved: Adjusted, rule: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""
-        asked = asked or self.inference
+        rule = rule or self.inference
         try:
-            return conclude(self.ready, made, asked, progress=self.stages.of(stage), wider=wider)
+            return conclude(self.ready, solved, rule, progress=self.stages.of(stage), wider=wider)
         except KeyboardInterrupt:
-            said = (
-                f"Interrupted: {asked.covariance} and intervals were not finished; the deviations are the jackknife's."
+            warning = (
+                f"Interrupted: {rule.covariance} and intervals were not finished; the deviations are the jackknife's."
             )
-            return conclude(self.ready, made, DEFAULT_INFERENCE, warnings=(said,), wider=wider)
+            return conclude(self.ready, solved, DEFAULT_INFERENCE, warnings=(warning,), wider=wider)
 
-    def contested(self, made: Adjusted, fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
+    def contested(self, solved: Adjusted, fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
         """The fit with the spread over laws; its law taken up again where it had not converged."""
         if self.law_spread == NONE or fit.interrupted:
             return fit
         try:
-            found = contest(self.ready, made.estimate, self.law_spread, progress=self.stages.of("laws"))
+            result = contest(self.ready, solved.estimate, self.law_spread, progress=self.stages.of("laws"))
         except KeyboardInterrupt:
             return replace(fit, warnings=("Interrupted: other laws were not asked.", *fit.warnings))
-        if found is None:
+        if result is None:
             return fit
-        better = found.fitted[found.own]
-        if better.found is not made.estimate.solution:
-            estimate = replace(made.estimate, problem=better.problem, solution=better.found)
-            fit = self.concluded("end", replace(made, estimate=estimate), wider=wider)
-        return with_spread(fit, found)
+        better = result.fitted[result.law]
+        if better.solution is not solved.estimate.solution:
+            estimate = replace(solved.estimate, problem=better.problem, solution=better.solution)
+            fit = self.concluded("end", replace(solved, estimate=estimate), wider=wider)
+        return with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
         """The fit with the disturbances that are named, or that its residuals ask for."""
@@ -179,47 +179,47 @@ class _Work:
         try:
             first, options = self.estimated("search")
             try:
-                made = adjust(self.ready, first, options)
+                bare = adjust(self.ready, first, options)
             except ContradictedRadii as error:
                 if len(self.ready.contacts) > 1:
                     raise
                 # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
-                failed, made, radii = error, as_stated(first), error.radii
-            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+                failed, bare, radii = error, as_stated(first), error.radii
+            plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
         except StickslipError as error:
             # without a strong disturbance the model may not follow the logs at all; the weak form runs none
             if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
                 raise
-            failed, made = error, as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
-            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+            failed, bare = error, as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
+            plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
         if plain.interrupted:
             return plain
         causes = ()
         if failed is not None or named or asks_for_causes(plain):
-            told, workers = self.stages.of("causes"), self.options.workers
+            report, workers = self.stages.of("causes"), self.options.workers
             # what constants that are off leave over looks like a disturbance
-            ready = self.ready.with_constants({one.name: one.value for one in made.estimate.problem.held})
+            ready = self.ready.with_constants({prior.name: prior.value for prior in bare.estimate.problem.held})
             try:
                 if named or not self.law.sticks or self.law.directed:
-                    causes = find_causes(ready, self.law, named=named, workers=workers, progress=told)
+                    causes = find_causes(ready, self.law, named=named, workers=workers, progress=report)
                 else:
-                    causes = causes_beside_law(ready, self.law, workers=workers, progress=told)
+                    causes = causes_beside_law(ready, self.law, workers=workers, progress=report)
             except KeyboardInterrupt:
                 return _ended(plain, "disturbances were not sought to the end", failed)
         unlikely = radii and not named and causes and not explain_more(self.ready, self.law, causes, radii)
         if failed is not None and (not causes or unlikely):
             raise failed
         if not causes:
-            return self.contested(made, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made))
+            return self.contested(bare, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", bare))
         try:
-            again = self.searched("search again", terms=terms_found(self.ready, causes))
+            second = self.searched("search again", terms=terms_found(self.ready, causes))
         except KeyboardInterrupt:
             words = ", ".join(cause.name for cause in causes)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
-        found = self.contested(again, self.concluded("end", again, wider=WIDER), WIDER)
-        said = (*(stuck(found, plain) if failed is None else ()), *found.warnings)
-        structure = (*found.structure, *_assumed(causes))
-        return replace(found, causes=causes, plain=plain.parameters, structure=structure, warnings=said)
+        fit = self.contested(second, self.concluded("end", second, wider=WIDER), WIDER)
+        warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
+        structure = (*fit.structure, *_assumed(causes))
+        return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)
 
 
 def stuck(rich: FrictionFit, nested: FrictionFit) -> tuple[str, ...]:

@@ -44,10 +44,10 @@ MODES = (NONE, AUTO, ALL)
 
 @dataclass(frozen=True, eq=False)
 class Contest:
-    """The law of a fit among others on the same residuals. own: its name; lead: by which the AIC of each exceeds the
+    """The law of a fit among others on the same residuals. law: its name; lead: by which the AIC of each exceeds the
     least."""
 
-    own: str
+    law: str
     fitted: Mapping[str, Rival]
     lead: Mapping[str, float]
 
@@ -61,13 +61,13 @@ def causes_beside_law(
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
     """
-    laws = {name: one for name, one in slip_laws().items() if one.reference != law.reference} | {law.name: law}
+    laws = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
     causes: tuple[Cause, ...] = ()
     tried: dict[str, tuple[Cause, ...]] = {}
     for turn in range(ROUNDS):
         weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [cause.name for cause in causes])))
-        near = _near(weak, law.name)
-        under = law.name if near[law.name] < NEAR else min(near, key=lambda name: near[name])
+        leads = _near(weak, law.name)
+        under = law.name if leads[law.name] < NEAR else min(leads, key=lambda name: leads[name])
         if under in tried:
             return tried[under]
         causes = tried[under] = find_causes(
@@ -79,51 +79,51 @@ def causes_beside_law(
 
 
 def contest(
-    ready: Pool, made: Estimate, mode: str, *, progress: Callable[[float], None] | None = None
+    ready: Pool, estimate: Estimate, mode: str, *, progress: Callable[[float], None] | None = None
 ) -> Contest | None:
     """The law of an estimate and those that the logs may not tell apart from it; None where that cannot be said: two
     discs, values held, a contact that does not stick, or friction by direction. mode: "auto" asks the laws that the
     weak form, which costs next to nothing, leaves within reach; "all" every law that is not far off."""
-    problem, found, law = made.problem, made.solution, made.law
+    problem, solution, law = estimate.problem, estimate.solution, estimate.law
     if (
         isinstance(law, JointLaw)
         or not law.sticks
-        or found.fixed
+        or solution.fixed
         or not isinstance(problem, ShootingProblem | RegressionProblem)
     ):
         return None
-    laws = {name: one for name, one in slip_laws().items() if one.reference != law.reference} | {law.name: law}
+    laws = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
     weak = weak_fits(ready, laws, Options(disturbances=problem.terms))
-    near = [*_near(weak, law.name)] if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
+    names = [*_near(weak, law.name)] if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
     fitted = fit_rivals(
-        made, {name: laws[name] for name in near}, lambda one: weak[one.name].law_values, progress=progress
+        estimate, {name: laws[name] for name in names}, lambda form: weak[form.name].law_values, progress=progress
     ).fitted
-    aic = criteria({name: (one.problem, one.found) for name, one in fitted.items()})
+    aic = criteria({name: (rival.problem, rival.solution) for name, rival in fitted.items()})
     least = min(aic.values())
     return Contest(law.name, fitted, {name: value - least for name, value in aic.items()})
 
 
-def _near(weak: Mapping[str, Rival], own: str) -> dict[str, float]:
+def _near(weak: Mapping[str, Rival], law: str) -> dict[str, float]:
     """Laws within reach of the best, and their own, with what their AIC exceeds the least by."""
-    aic = criteria({name: (one.problem, one.found) for name, one in weak.items()})
+    aic = criteria({name: (rival.problem, rival.solution) for name, rival in weak.items()})
     least = min(aic.values())
-    return {name: value - least for name, value in aic.items() if name == own or value < least + NEAR}
+    return {name: value - least for name, value in aic.items() if name == law or value < least + NEAR}
 
 
-def with_spread(fit: FrictionFit, found: Contest) -> FrictionFit:
+def with_spread(fit: FrictionFit, laws: Contest) -> FrictionFit:
     """A fit that carries the spread over laws, and says where another fits better."""
-    names = list(found.fitted)
-    weights = dict(zip(names, akaike_weights(np.array([found.lead[name] for name in names])), strict=True))
+    names = list(laws.fitted)
+    weights = dict(zip(names, akaike_weights(np.array([laws.lead[name] for name in names])), strict=True))
     wider = WIDER_ELASTIC if fit.presliding is not None and fit.presliding.elastic else WIDER
-    own = found.fitted[found.own]
+    fitted = laws.fitted[laws.law]
     parameters, seen = [], dict[str, dict[str, float]]()
-    for place, parameter in enumerate(fit.parameters):
-        mine = _quantity(own, own.law, place)
+    for index, parameter in enumerate(fit.parameters):
+        mine = _quantity(fitted, fitted.law, index)
         deviation = None
         if mine is not None:
             power, total = 0.0, 0.0
-            for name, one in found.fitted.items():
-                its = _quantity(one, own.law, place)
+            for name, rival in laws.fitted.items():
+                its = _quantity(rival, fitted.law, index)
                 if its is None:
                     continue
                 total += weights[name]
@@ -131,35 +131,35 @@ def with_spread(fit: FrictionFit, found: Contest) -> FrictionFit:
                 seen.setdefault(name, {})[parameter.name] = its[0]
             deviation = wider * float(np.sqrt(power / total)) if total > 0 else None
         parameters.append(replace(parameter, law_deviation=deviation))
-    rivals = tuple(RivalLaw(name, float(weights[name]), float(found.lead[name]), seen.get(name, {})) for name in names)
+    rivals = tuple(RivalLaw(name, float(weights[name]), float(laws.lead[name]), seen.get(name, {})) for name in names)
     fit = replace(fit, parameters=tuple(parameters), rivals=rivals)
-    if not (said := _said(found)):
+    if not (added := _said(laws)):
         return fit
-    kept, releases = fit.warnings, fit.breakaway
+    warnings, releases = fit.warnings, fit.breakaway
     if releases is not None:
         before, releases = releases.warnings, replace(releases, of_wrong_law=True)
-        kept = tuple(one for one in kept if one not in before or one in releases.warnings)
-    return replace(fit, breakaway=releases, warnings=(*kept, *said))
+        warnings = tuple(warning for warning in warnings if warning not in before or warning in releases.warnings)
+    return replace(fit, breakaway=releases, warnings=(*warnings, *added))
 
 
-def _said(found: Contest) -> tuple[str, ...]:
-    best = min(found.lead, key=lambda name: found.lead[name])
-    ahead = found.lead[found.own]
+def _said(laws: Contest) -> tuple[str, ...]:
+    best = min(laws.lead, key=lambda name: laws.lead[name])
+    ahead = laws.lead[laws.law]
     if ahead < BETTER:
         return ()
     return (
-        f"{best} fits these logs better than {found.own} (AIC lower by {ahead:.3g}): the values of {found.own} tell "
+        f"{best} fits these logs better than {laws.law} (AIC lower by {ahead:.3g}): the values of {laws.law} tell "
         f"friction at the speeds seen, not beyond them. Compare with `stickslip laws`, or fit --law {best}.",
     )
 
 
-def _quantity(one: Rival, law: FittableLaw, place: int) -> tuple[float, float] | None:
+def _quantity(rival: Rival, law: FittableLaw, index: int) -> tuple[float, float] | None:
     """Value and deviation, if noise were white, that a law gives the quantity which is a parameter of another; None if
     it has none."""
-    wanted = law.parameters[place]
-    names = {(p.name, p.unit, p.description): i for i, p in enumerate(one.law.parameters)}
-    mine = one.law.at_rest if law.at_rest == place else names.get((wanted.name, wanted.unit, wanted.description))
+    target = law.parameters[index]
+    names = {(p.name, p.unit, p.description): i for i, p in enumerate(rival.law.parameters)}
+    mine = rival.law.at_rest if law.at_rest == index else names.get((target.name, target.unit, target.description))
     if mine is None:
         return None
-    covariance = white_covariance(one.problem, one.found)
-    return float(one.found.values[mine]), float(np.sqrt(max(covariance[mine, mine], 0.0)))
+    covariance = white_covariance(rival.problem, rival.solution)
+    return float(rival.solution.values[mine]), float(np.sqrt(max(covariance[mine, mine], 0.0)))

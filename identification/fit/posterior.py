@@ -63,11 +63,11 @@ def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Targ
     )
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
     estimate = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
-    problem, found = estimate.problem, estimate.solution
-    covariance = _coloured(problem, found, WIDER if fit.causes else 1.0)
+    problem, solution = estimate.problem, estimate.solution
+    covariance = _coloured(problem, solution, WIDER if fit.causes else 1.0)
     names = [unknown.name for unknown in problem.unknowns]
     readings = [reading for reading in ready.readings if set(reading.powers) <= set(names)]
-    return Target(problem, found, covariance, readings)
+    return Target(problem, solution, covariance, readings)
 
 
 def check_samplable(estimator: str) -> None:
@@ -84,8 +84,8 @@ def check_samplable(estimator: str) -> None:
     load_emcee()
 
 
-def _coloured(problem: Problem, found: Solution, wider: float) -> np.ndarray:
+def _coloured(problem: Problem, solution: Solution, wider: float) -> np.ndarray:
     """Covariance (q, q) of the unknowns without a prior, the others held, that allows for coloured residuals."""
-    held = {u.name: value for u, value in zip(problem.unknowns, found.values, strict=True) if u.prior is not None}
-    rest, seen, _ = searched(problem, replace(found, fixed=tuple(held)))
-    return wider**2 * coloured_covariance(rest, seen, "jackknife")
+    fixed = {u.name: value for u, value in zip(problem.unknowns, solution.values, strict=True) if u.prior is not None}
+    reduced, seen, _ = searched(problem, replace(solution, fixed=tuple(fixed)))
+    return wider**2 * coloured_covariance(reduced, seen, "jackknife")

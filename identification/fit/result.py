@@ -152,13 +152,13 @@ class FrictionFit(Moving):
         )
 
     def _contents(self) -> Mapping[str, Any]:
-        found = {
+        contents = {
             parameter.name: f"{parameter.value:.6g} +- "
             f"{self.words_at_least(parameter.name)}{parameter.total_deviation:.2g}"
             + ("" if parameter.unit == "1" else f" {parameter.unit}")
             for parameter in self.parameters
         }
-        return found | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
+        return contents | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -169,8 +169,8 @@ class FrictionFit(Moving):
         for parameter in self.parameters:
             if parameter.name == name:
                 return parameter
-        known = [parameter.name for parameter in self.parameters]
-        raise StickslipError(f"The law '{self.law}' has no parameter '{name}'.{nearest(name, known)}")
+        names = [parameter.name for parameter in self.parameters]
+        raise StickslipError(f"The law '{self.law}' has no parameter '{name}'.{nearest(name, names)}")
 
     def constant(self, name: str) -> Constant:
         """A constant by name; errors as in `__getitem__`."""
@@ -277,12 +277,12 @@ class FrictionFit(Moving):
         del plain["solved"], plain["recorded"]
         if sampled is not None:
             del plain["posterior"]["samples"]
-        for one in plain["parameters"]:
-            ends = (end if np.isfinite(end) else None for end in self.interval(one["name"]))
-            first = {key: one.pop(key) for key in ("name", "value", "unit")}
+        for entry in plain["parameters"]:
+            ends = (end if np.isfinite(end) else None for end in self.interval(entry["name"]))
+            first = {key: entry.pop(key) for key in ("name", "value", "unit")}
             first |= dict(zip(WRITTEN, (*ends, self.at_least(first["name"])), strict=True))
-            one |= {**first, **{key: one.pop(key) for key in tuple(one)}}
-        plain |= {key: [_renamed(one, NAMES) for one in plain[key]] for key in LISTED}
+            entry |= {**first, **{key: entry.pop(key) for key in tuple(entry)}}
+        plain |= {key: [_renamed(entry, NAMES) for entry in plain[key]] for key in LISTED}
         return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
@@ -312,11 +312,11 @@ class FrictionFit(Moving):
             )
         values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved", "recorded")}
         if isinstance(values.get("parameters"), list):
-            values["parameters"] = [_without_written(one) for one in values["parameters"]]
-        kept = {written: name for name, written in NAMES.items()}
+            values["parameters"] = [_without_written(entry) for entry in values["parameters"]]
+        originals = {written: name for name, written in NAMES.items()}
         for key in LISTED:
             if isinstance(values.get(key), list):
-                values[key] = [_renamed(one, kept) for one in values[key]]
+                values[key] = [_renamed(entry, originals) for entry in values[key]]
         fit = from_plain(FrictionFit, values, "The fitted law")
         for reference in (fit.law_reference, fit.estimator, *(cause.name for cause in fit.causes)):
             admit(reference, Path(), trust=trust)
@@ -328,9 +328,9 @@ class FrictionFit(Moving):
         return fit
 
 
-def _renamed(one: Any, names: Mapping[str, str]) -> Any:
+def _renamed(entry: Any, names: Mapping[str, str]) -> Any:
     """A member of a list with other names of its fields."""
-    return {names.get(key, key): value for key, value in one.items()} if isinstance(one, dict) else one
+    return {names.get(key, key): value for key, value in entry.items()} if isinstance(entry, dict) else entry
 
 
 def _without_written(parameter: Any) -> Any:

@@ -39,17 +39,17 @@ class Rival:
 
     law: FittableLaw
     problem: FrictionProblem
-    found: Solution
+    solution: Solution
 
     @property
     def law_values(self) -> np.ndarray:
         """Of the law's parameters (m,)."""
-        return self.found.values[: len(self.law.parameters)]
+        return self.solution.values[: len(self.law.parameters)]
 
     @property
     def sum(self) -> float:
         """Of squares."""
-        return self.found.evaluation.sum
+        return self.solution.evaluation.sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,57 +72,57 @@ def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) ->
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
     """
-    before, found = _last.get(ready, {}), dict[str, Rival]()
-    rest = np.zeros(len(options.disturbances))
+    before, fits = _last.get(ready, {}), dict[str, Rival]()
+    zeros = np.zeros(len(options.disturbances))
     for name, law in laws.items():
         problem = weak_form.of_few_nodes(ready, law, options)
-        known = before.get(name)
-        if known is not None and known.law is law and _same_terms(known.problem, problem):
-            found[name] = known
+        last = before.get(name)
+        if last is not None and last.law is law and _same_terms(last.problem, problem):
+            fits[name] = last
             continue
-        begin = np.concatenate([problem.start()[: len(law.parameters)], rest])
-        found[name] = Rival(law, problem, solve(problem, begin, tolerance=WEAK))
-    _last[ready] = found
-    return found
+        start = np.concatenate([problem.start()[: len(law.parameters)], zeros])
+        fits[name] = Rival(law, problem, solve(problem, start, tolerance=WEAK))
+    _last[ready] = fits
+    return fits
 
 
 def not_far(weak: Mapping[str, Rival]) -> list[str]:
     """Laws that the weak form leaves worth more work."""
-    least = min(one.sum for one in weak.values())
-    return [name for name, one in weak.items() if one.sum <= FAR**2 * least]
+    least = min(rival.sum for rival in weak.values())
+    return [name for name, rival in weak.items() if rival.sum <= FAR**2 * least]
 
 
-def _same_terms(one: FrictionProblem, other: RegressionProblem) -> bool:
-    return isinstance(one, RegressionProblem) and one.terms == other.terms
+def _same_terms(problem: FrictionProblem, weak: RegressionProblem) -> bool:
+    return isinstance(problem, RegressionProblem) and problem.terms == weak.terms
 
 
 def fit_rivals(
     first: Estimate,
     laws: Mapping[str, FittableLaw],
-    begin: Callable[[FittableLaw], np.ndarray],
+    start: Callable[[FittableLaw], np.ndarray],
     *,
     progress: Callable[[float], None] | None = None,
 ) -> Rivals:
-    """Fit laws to the residuals of a solved estimate. begin: first values (m,) of a law's parameters; ``progress`` is
+    """Fit laws to the residuals of a solved estimate. start: first values (m,) of a law's parameters; ``progress`` is
     told the fraction done.
 
     Raises:
         StickslipError: the estimate is of two discs.
     """
-    own = Rival(first.law, first.problem, first.solution)
+    base = Rival(first.law, first.problem, first.solution)
     fitted, refused, nested = {}, {}, list[tuple[str, str]]()
-    for number, (name, law) in enumerate(sorted(laws.items(), key=lambda one: len(one[1].parameters))):
+    for number, (name, law) in enumerate(sorted(laws.items(), key=lambda item: len(item[1].parameters))):
         try:
-            one = own if law.reference == first.law.reference else _fitted(own, law, begin(law), fitted.values())
+            rival = base if law.reference == first.law.reference else _fitted(base, law, start(law), fitted.values())
         except StickslipError as error:
             refused[name] = str(error)
             continue
         for less_name, less in fitted.items():
-            inside = _inside(less, one.problem)
+            inside = _inside(less, rival.problem)
             if inside is not None:
                 nested.append((less_name, name))
-                one = _not_worse(one, less, inside)
-        fitted[name] = one
+                rival = _not_worse(rival, less, inside)
+        fitted[name] = rival
         if progress is not None:
             progress((number + 1) / len(laws))
     return Rivals({name: fitted[name] for name in laws if name in fitted}, refused, tuple(nested))
@@ -156,10 +156,10 @@ class _Begin:
     @property
     def stepped(self) -> _Begin:
         """After one Gauss-Newton step, as far as the bounds allow, if that is better."""
-        here = self.here
-        step = np.linalg.lstsq(here.gradient, -here.residual, rcond=None)[0]
+        evaluation = self.here
+        step = np.linalg.lstsq(evaluation.gradient, -evaluation.residual, rcond=None)[0]
         after = self.at(np.clip(self.x + step, *self.problem.limits))
-        return after if after.sum < here.sum else self
+        return after if after.sum < evaluation.sum else self
 
     @property
     def solved(self) -> Solution:
@@ -176,11 +176,11 @@ class _Begin:
 
         if not np.isfinite(self.sum):
             return None
-        unknowns, here = self.problem.unknowns, self.here
-        known = [(place, one.prior) for place, one in enumerate(unknowns) if one.prior is not None]
-        rows = [np.eye(len(unknowns))[place] / prior.standard_uncertainty for place, prior in known]
-        off = [(self.x[place] - prior.value) / prior.standard_uncertainty for place, prior in known]
-        slope, residual = np.vstack([here.gradient, *rows]), np.concatenate([here.residual, off])
+        unknowns, evaluation = self.problem.unknowns, self.here
+        priors = [(index, unknown.prior) for index, unknown in enumerate(unknowns) if unknown.prior is not None]
+        rows = [np.eye(len(unknowns))[index] / prior.standard_uncertainty for index, prior in priors]
+        off = [(self.x[index] - prior.value) / prior.standard_uncertainty for index, prior in priors]
+        slope, residual = np.vstack([evaluation.gradient, *rows]), np.concatenate([evaluation.residual, off])
         norms = np.linalg.norm(slope, axis=0)
         if not np.all(norms > 0):
             return None
@@ -190,49 +190,49 @@ class _Begin:
             return None
         at_bound = (self.x == low) | (self.x == high)
         toward = -basis.T @ residual
-        found = lsq_linear(triangle, toward, bounds=((low - self.x) * norms, (high - self.x) * norms))
-        fall = toward @ toward - np.sum((triangle @ found.x - toward) ** 2)
-        return tuple(bool(one) for one in at_bound) if fall < SEARCH * float(residual @ residual) else None
+        solution = lsq_linear(triangle, toward, bounds=((low - self.x) * norms, (high - self.x) * norms))
+        fall = toward @ toward - np.sum((triangle @ solution.x - toward) ** 2)
+        return tuple(bool(flag) for flag in at_bound) if fall < SEARCH * float(residual @ residual) else None
 
 
-def _fitted(own: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival]) -> Rival:
-    problem = _under(own, law, q)
-    first = _Begin(_under(own, law, q), np.concatenate([q, own.found.values[len(own.law.parameters) :]]))
-    begins = [first, *(one for less in simpler if (one := _inside(less, problem)) is not None)]
-    usable = [one for one in begins if np.isfinite(one.sum)] or [first]
+def _fitted(base: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival]) -> Rival:
+    problem = _under(base, law, q)
+    first = _Begin(_under(base, law, q), np.concatenate([q, base.solution.values[len(base.law.parameters) :]]))
+    starts = [first, *(start for less in simpler if (start := _inside(less, problem)) is not None)]
+    usable = [start for start in starts if np.isfinite(start.sum)] or [first]
     if isinstance(problem, ShootingProblem):  # a search costs as much as a fit
-        usable = [min((one.stepped for one in usable), key=lambda one: one.sum)]
-    return min((Rival(law, one.problem, one.solved) for one in usable), key=lambda rival: rival.sum)
+        usable = [min((start.stepped for start in usable), key=lambda start: start.sum)]
+    return min((Rival(law, start.problem, start.solved) for start in usable), key=lambda rival: rival.sum)
 
 
-def _under(own: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
-    if isinstance(own.problem, ShootingProblem):
-        return under(own.problem, own.found.values, law, q)
-    if type(own.problem) is RegressionProblem:
-        return replace(own.problem, law=law, again=None)
+def _under(base: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
+    if isinstance(base.problem, ShootingProblem):
+        return under(base.problem, base.solution.values, law, q)
+    if type(base.problem) is RegressionProblem:
+        return replace(base.problem, law=law, again=None)
     raise StickslipError("Laws are compared on logs of one driving disc. Fit the logs of each disc by itself.")
 
 
-def _inside(less: Rival, more: FrictionProblem) -> _Begin | None:
+def _inside(less: Rival, problem: FrictionProblem) -> _Begin | None:
     """Where a problem gives the residuals of a law with fewer parameters; None if that law is not nested in it."""
-    names = [unknown.name for unknown in more.unknowns]
-    values = {u.name: float(v) for u, v in zip(less.problem.unknowns, less.found.values, strict=True)}
+    names = [unknown.name for unknown in problem.unknowns]
+    values = {u.name: float(v) for u, v in zip(less.problem.unknowns, less.solution.values, strict=True)}
     if not set(values) < set(names):
         return None
-    if isinstance(more, ShootingProblem) and isinstance(less.problem, ShootingProblem):
-        more = replace(more, starts=tuple(Start(start.at(less.found.values)) for start in less.problem.starts))
-    begin = _Begin(more, np.array([values.get(name, 0.0) for name in names]))
+    if isinstance(problem, ShootingProblem) and isinstance(less.problem, ShootingProblem):
+        problem = replace(problem, starts=tuple(Start(start.at(less.solution.values)) for start in less.problem.starts))
+    start = _Begin(problem, np.array([values.get(name, 0.0) for name in names]))
     try:
-        here = more.evaluate(begin.x).residual
+        residual = problem.evaluate(start.x).residual
     except StickslipError:
         return None
-    there = less.found.evaluation.residual
-    same = np.sqrt(np.mean((here - there) ** 2)) < SAME * np.sqrt(np.mean(there**2))
-    return begin if same else None
+    expected = less.solution.evaluation.residual
+    same = np.sqrt(np.mean((residual - expected) ** 2)) < SAME * np.sqrt(np.mean(expected**2))
+    return start if same else None
 
 
-def _not_worse(one: Rival, less: Rival, inside: _Begin) -> Rival:
+def _not_worse(rival: Rival, less: Rival, inside: _Begin) -> Rival:
     """A law at least as good as one nested in it."""
-    if one.sum <= less.sum * (1 + SEARCH):
-        return one
-    return min((one, Rival(one.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)
+    if rival.sum <= less.sum * (1 + SEARCH):
+        return rival
+    return min((rival, Rival(rival.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)

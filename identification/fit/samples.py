@@ -28,24 +28,24 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     ready = ready.with_constants({constant.name: constant.value for constant in (*fit.constants, *fit.nuisance)})
     law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
-        found = _undisturbed(fit, ready)
-        assert found.sign is not None
-        return {ready.contacts[0]: replace(found, slip=law.along(found.slip, found.sign))}
+        samples = _undisturbed(fit, ready)
+        assert samples.sign is not None
+        return {ready.contacts[0]: replace(samples, slip=law.along(samples.slip, samples.sign))}
     from identification.estimators.two_discs import joint_rows
 
     rows = joint_rows(ready, law, fit.law_values)
-    found = {}
-    for place, contact in enumerate(ready.contacts):
-        mine = rows.place == place
-        there = law.single.value(rows.speed[mine], fit.law_values[law.of_disc(place)])
-        found[contact] = FrictionSamples(
+    by_disc = {}
+    for number, contact in enumerate(ready.contacts):
+        mine = rows.disc == number
+        friction = law.single.value(rows.speed[mine], fit.law_values[law.of_disc(number)])
+        by_disc[contact] = FrictionSamples(
             slip=rows.speed[mine],
-            coefficient=rows.measured[mine] - rows.fitted[mine] + there,
+            coefficient=rows.measured[mine] - rows.fitted[mine] + friction,
             cluster=rows.cluster[mine],
             log=rows.log[mine],
             weight=np.ones(np.count_nonzero(mine)),
         )
-    return found
+    return by_disc
 
 
 def _undisturbed(fit: FrictionFit, ready: Pool) -> FrictionSamples:
@@ -55,7 +55,7 @@ def _undisturbed(fit: FrictionFit, ready: Pool) -> FrictionSamples:
     if not terms:
         return samples
     assert samples.where is not None and samples.sign is not None
-    found = {one.name: one.value for one in fit.nuisance}
-    values = np.array([found[term.name] for term in terms])
-    factor, more = (of(terms, values, samples.where)[0] for of in (disturbed, misread))
-    return replace(samples, coefficient=(samples.coefficient - samples.sign * ready.values.spring * more) / factor)
+    nuisance = {parameter.name: parameter.value for parameter in fit.nuisance}
+    values = np.array([nuisance[term.name] for term in terms])
+    factor, added = (of(terms, values, samples.where)[0] for of in (disturbed, misread))
+    return replace(samples, coefficient=(samples.coefficient - samples.sign * ready.values.spring * added) / factor)

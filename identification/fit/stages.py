@@ -16,34 +16,34 @@ DRAW, PROFILES = 0.1, 4.0
 
 
 class Stages:
-    """Stages of a fit in their order. told: of the share of the whole that is done, or None."""
+    """Stages of a fit in their order. progress: called with the share of the whole that is done, or None."""
 
-    def __init__(self, told: Told | None, times: Mapping[str, float]) -> None:
-        self.told, self.times = told, times
+    def __init__(self, progress: Told | None, times: Mapping[str, float]) -> None:
+        self.progress, self.times = progress, times
 
     @classmethod
-    def of_fit(cls, told: Told | None, inference: Inference, causes: bool, laws: bool) -> Stages:
+    def of_fit(cls, progress: Told | None, inference: Inference, causes: bool, laws: bool) -> Stages:
         """Those of a fit that seeks, or estimates, disturbances or does not, and asks other laws or does not."""
         end = CONCLUSION + (inference.draws * DRAW if inference.covariance == "bootstrap" else 0.0)
         end += PROFILES if inference.profile else 0.0
         between = {"conclusion": CONCLUSION, "causes": CAUSES, "search again": AGAIN} if causes else {}
         after = {"laws": LAWS} if laws else {}
-        return cls(told, {"search": 1.0, **between, "end": end, **after})
+        return cls(progress, {"search": 1.0, **between, "end": end, **after})
 
     def of(self, name: str) -> Told:
         """What takes the share of one stage that is done."""
         every = list(self.times)
-        before = sum(self.times[one] for one in every[: every.index(name)])
+        before = sum(self.times[stage] for stage in every[: every.index(name)])
         total = sum(self.times.values())
 
-        def told(done: float) -> None:
-            if self.told is not None:
-                self.told((before + self.times[name] * done) / total)
+        def report(done: float) -> None:
+            if self.progress is not None:
+                self.progress((before + self.times[name] * done) / total)
 
-        return told
+        return report
 
 
-def by_evaluations(shares: Sequence[float], told: Told, also: Progress | None = None) -> Progress:
+def by_evaluations(shares: Sequence[float], progress: Told, also: Progress | None = None) -> Progress:
     """What searches call (see `inference.problem`), one after the other, each with a share of the time.
 
     also: called too, with the same.
@@ -55,7 +55,7 @@ def by_evaluations(shares: Sequence[float], told: Told, also: Progress | None = 
         if also is not None:
             also(count, squares)
         search, last = search + (count <= last), count
-        place = min(search, len(shares) - 1)
-        told(sum(shares[:place]) + shares[place] * count / (count + 0.5 * USUAL))
+        index = min(search, len(shares) - 1)
+        progress(sum(shares[:index]) + shares[index] * count / (count + 0.5 * USUAL))
 
     return evaluated

@@ -30,7 +30,7 @@ def summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
 def bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
     """Measured and fitted coefficient of one disc in ranges of slip speed of equal counts; standard errors over slip
     segments."""
-    mine = rows.place == disc
+    mine = rows.disc == disc
     if not mine.any():
         return []
     edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
@@ -57,13 +57,13 @@ def bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
 
 def sensors(ready: Pool) -> dict[str, float]:
     fit, velocity = ready.sensors, ready.sensors.velocity
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     if velocity is not None:
-        found = {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
+        values = {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
     if fit.lines == 0:
-        return found
+        return values
     deviation = np.sqrt(np.diag(fit.covariance))
-    return found | {
+    return values | {
         "laser_gain_correction": fit.gain,
         "laser_gain_correction_sd": float(deviation[0]),
         "laser_delay": fit.delay,

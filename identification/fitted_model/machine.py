@@ -32,18 +32,18 @@ def machine_with(mechanism: Mechanism, fit: MachineFit) -> Mechanism:
         StickslipError: the fit is of another machine or has friction that drives; or a law holds products of what was
             to be found.
     """
-    found = _Found(mechanism, fit)
+    result = _Found(mechanism, fit)
     efforts = zip(mechanism.coordinates, effort_inputs(mechanism), strict=True)
     return Mechanism(
         name=f"{mechanism.name}_found",
         title=f"{mechanism.title}, as logs show it",
         source=f"{mechanism.source}; values by {fit.method}",
         coordinates=mechanism.coordinates,
-        kinetic_energy=found.kept(mechanism.kinetic_energy),
-        potential_energy=found.kept(mechanism.potential_energy),
-        dissipation=found.kept(mechanism.dissipation),
-        applied={q: effort + found.kept(mechanism.applied[q] - effort) for q, effort in efforts},
-        contacts=[kept for friction in mechanism.frictions if (kept := found.contact(friction)) is not None],
+        kinetic_energy=result.kept(mechanism.kinetic_energy),
+        potential_energy=result.kept(mechanism.potential_energy),
+        dissipation=result.kept(mechanism.dissipation),
+        applied={q: effort + result.kept(mechanism.applied[q] - effort) for q, effort in efforts},
+        contacts=[contact for friction in mechanism.frictions if (contact := result.contact(friction)) is not None],
     )
 
 
@@ -67,8 +67,8 @@ class _Found:
         self.known: dict[Parameter, sympy.Expr] = {p: sympy.Float(fit.known[p.name]) for p in self.given}
         laws = [sympy.sympify(friction.law.force(SLIP, SIGN)) for friction in mechanism.frictions]
         energies = (mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation)
-        parts = [linear_parts(energy, self.unknown) for energy in (*energies, *mechanism.applied.values(), *laws)]
-        monomials = {monomial_name(monomial): monomial for part in parts for monomial in part}
+        sums = [linear_parts(energy, self.unknown) for energy in (*energies, *mechanism.applied.values(), *laws)]
+        monomials = {monomial_name(monomial): monomial for terms in sums for monomial in terms}
         if fit.machine != mechanism.name or not monomials.keys() >= self.values.keys():
             raise StickslipError(f"The fit is of '{fit.machine}', and not of {mechanism.name} as it is declared now.")
         # in the order of the fit
@@ -76,32 +76,32 @@ class _Found:
 
     def kept(self, expression: sympy.Expr) -> sympy.Expr:
         """An energy or a force."""
-        parts = linear_parts(expression, self.unknown).items()
-        own: dict[Monomial, sympy.Expr] = {**self.parameters, NOTHING: sympy.S.One}
-        kept = [own[monomial] * motion for monomial, motion in parts if monomial in own]
-        return substituted(sympy.Add(*kept), self.given)
+        terms = linear_parts(expression, self.unknown).items()
+        coefficients: dict[Monomial, sympy.Expr] = {**self.parameters, NOTHING: sympy.S.One}
+        summands = [coefficients[monomial] * motion for monomial, motion in terms if monomial in coefficients]
+        return substituted(sympy.Add(*summands), self.given)
 
     def _parameter(self, monomial: Monomial) -> Parameter:
         """A base parameter; friction that the declaration bounds stays bounded."""
-        one = self.values[monomial_name(monomial)]
-        minimum = monomial[0][0].minimum if one.frictional and len(monomial) == 1 else None
-        if minimum is not None and one.value < minimum:
+        p = self.values[monomial_name(monomial)]
+        minimum = monomial[0][0].minimum if p.frictional and len(monomial) == 1 else None
+        if minimum is not None and p.value < minimum:
             raise StickslipError(
-                f"{one.combination} = {one.value:.4g} {one.unit} is friction that drives: no machine moves so. "
+                f"{p.combination} = {p.value:.4g} {p.unit} is friction that drives: no machine moves so. "
                 f"Identify it with {monomial[0][0].name} = 0 as known."
             )
         return Parameter(
-            identifier(one.name), one.value, monomial_unit(monomial), one.meaning or one.combination, minimum=minimum
+            identifier(p.name), p.value, monomial_unit(monomial), p.meaning or p.combination, minimum=minimum
         )
 
     def contact(self, contact: Friction) -> Friction | None:
         """A contact; None where the fit has no friction for it."""
-        parts = linear_parts(sympy.sympify(contact.law.force(SLIP, SIGN)), self.unknown)
-        known = substituted(parts.pop(NOTHING, sympy.S.Zero), self.known)
-        if known == 0 and not parts.keys() & self.parameters.keys():
+        terms = linear_parts(sympy.sympify(contact.law.force(SLIP, SIGN)), self.unknown)
+        constant = substituted(terms.pop(NOTHING, sympy.S.Zero), self.known)
+        if constant == 0 and not terms.keys() & self.parameters.keys():
             return None
         at: dict[sympy.Basic, sympy.Basic] = {**self.given, **dict.fromkeys(self.unknown, sympy.S.Zero)}
-        for monomial in parts:
+        for monomial in terms:
             if len(monomial) != 1 or monomial[0][1] != 1:
                 raise StickslipError(
                     f"The law of contact '{contact.name}' of {self.name} holds {monomial_name(monomial)}, which cannot "
@@ -117,7 +117,7 @@ def _at(value: Any, at: Mapping[sympy.Basic, sympy.Basic]) -> Any:
     if isinstance(value, sympy.Basic):
         return value.xreplace(at)
     if isinstance(value, tuple):
-        return tuple(_at(one, at) for one in value)
+        return tuple(_at(item, at) for item in value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = [field.name for field in dataclasses.fields(value) if field.init]
         return dataclasses.replace(value, **{name: _at(getattr(value, name), at) for name in fields})

@@ -93,8 +93,8 @@ class FittedModel(Shown):
             output_times=[time],
         )
         states = {name: float(run[name][-1]) for name in self.fmu.states}
-        held = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}
-        return states | held, run.events
+        modes = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}
+        return states | modes, run.events
 
     def run(
         self,
@@ -124,10 +124,10 @@ class FittedModel(Shown):
             inputs=inputs(drive_speeds),
             output_times=times,
         )
-        shown = {contact: trajectory[f"{contact}_state"] for contact in self.contacts}
+        states = {contact: trajectory[f"{contact}_state"] for contact in self.contacts}
         events = tuple(replace(e, time=e.time - before) for e in trajectory.events if e.time >= before)
         end = {name: float(trajectory[name][-1]) for name in self.fmu.states}
-        return SimulatedMotion(times - before, trajectory["theta"], trajectory["omega"], shown, events, end)
+        return SimulatedMotion(times - before, trajectory["theta"], trajectory["omega"], states, events, end)
 
     def _begin(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
         """Stick on the first disc, near where it lets go, so that one release leads onto the cycle."""
@@ -144,10 +144,10 @@ class FittedModel(Shown):
             return None
         angle = 0.0
         for _ in range(3):  # the first is exact but where which disc touches depends on the angle
-            rest = self._acceleration(drive_speeds, angle, 0.0) * self.parameters["J"] / self.parameters["k"]
-            if abs(rest) <= AT_REST:
+            shift = self._acceleration(drive_speeds, angle, 0.0) * self.parameters["J"] / self.parameters["k"]
+            if abs(shift) <= AT_REST:
                 break
-            angle += rest
+            angle += shift
         else:
             return None
         above, below = (self._acceleration(drive_speeds, angle, sign * NUDGE) for sign in (1.0, -1.0))
@@ -192,9 +192,9 @@ def inputs(drive_speeds: Mapping[str, float]) -> dict[str, float]:
 
 def arrangement_of(fit: FrictionFit) -> Arrangement:
     """How two discs touch: the fit says it by the name of the angle at which contact changes."""
-    known = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
+    names = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
     for name, angle in CHANGEOVER.items():
-        if angle in known:
+        if angle in names:
             return name
     return "together"
 
@@ -221,7 +221,7 @@ def fitted_model(
     else:
         laws = dict.fromkeys(contacts, law.reference)
         fmu, start = _built(MODELS[arrangement], contacts, laws, fmi_version), {}
-    sticks = law.sticks and not (scene is not None and any(one in BRISTLES for one in scene.laws.values()))
+    sticks = law.sticks and not (scene is not None and any(name in BRISTLES for name in scene.laws.values()))
     values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
     pair = bristled(law)
     steady = pair[0].reference if pair and not law.sticks else ""
@@ -242,10 +242,10 @@ def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tupl
 
     used = ("disc0", "disc1") if scene.contacts is None else scene.contacts
     if used != contacts:
-        wanted = ", ".join(f'"{name}"' for name in contacts)
+        listed = ", ".join(f'"{name}"' for name in contacts)
         raise StickslipError(
             f"The fit is of {' and '.join(contacts)}, scene '{scene.name}' has as contacts in use: "
-            f"{', '.join(used) or 'none'}. Set contacts = [{wanted}] there."
+            f"{', '.join(used) or 'none'}. Set contacts = [{listed}] there."
         )
     values = fmu_parameters(fit)
     missing = [name for name in values if name not in scene.parameters]
@@ -272,16 +272,16 @@ def rig_constants(fit: FrictionFit) -> dict[str, float]:
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     """Parameters of the rig's FMU by name, in its units: fitted law and constants, for `simulate` or for an FMU to hand
     on."""
-    found, law = rig_constants(fit), find_law(fit.law_reference)
+    values, law = rig_constants(fit), find_law(fit.law_reference)
     contacts = fit.contacts
     for contact in contacts:
         number = contact[-1]
         # of two discs the names end in the number of theirs, as those of the FMU do
         suffix = number if len(contacts) > 1 else ""
-        found |= {f"{name}{number}": fit[f"{name}{suffix}"].value for name in law.names}
+        values |= {f"{name}{number}": fit[f"{name}{suffix}"].value for name in law.names}
         if fit.breakaway and fit.breakaway.growth is not None and law.reference == AGEING:
-            found[f"b{number}"] = max(fit.breakaway.growth, 0.0)
+            values[f"b{number}"] = max(fit.breakaway.growth, 0.0)
     for parameter in (*fit.parameters, *fit.constants, *fit.nuisance):
         if parameter.name in CHANGEOVER.values():
-            found[parameter.name] = parameter.value
-    return found
+            values[parameter.name] = parameter.value
+    return values

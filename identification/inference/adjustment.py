@@ -74,7 +74,7 @@ class Adjustment:
 
 
 def pull(
-    problem: Problem, x: np.ndarray, here: Evaluation, columns: np.ndarray, beside: np.ndarray, precision: np.ndarray
+    problem: Problem, x: np.ndarray, point: Evaluation, columns: np.ndarray, beside: np.ndarray, precision: np.ndarray
 ) -> tuple[Pull, np.ndarray, np.ndarray]:
     """What the residuals of a problem at x (m,) say of constants; and how x moves to its best (m,), and with the
     logarithms of the constants (m, k).
@@ -83,43 +83,41 @@ def pull(
     taken as given, of which the precision (j, j) is known.
     """
     count = len(x)
-    freedom = len(here.residual) - here.eliminated - count
-    scale = 1.0 if problem.noise_known else float(np.sqrt(here.residual @ here.residual / freedom))
-    known = np.zeros((count + len(precision),) * 2)
-    known[:count, :count], known[count:, count:] = prior_precision(problem), precision
-    priors = np.diag(known) > 0
-    roots = np.linalg.cholesky(known[np.ix_(priors, priors)]).T
-    off = np.array(
-        [0.0 if one.prior is None else v - one.prior.value for one, v in zip(problem.unknowns, x, strict=True)]
-    )
+    freedom = len(point.residual) - point.eliminated - count
+    scale = 1.0 if problem.noise_known else float(np.sqrt(point.residual @ point.residual / freedom))
+    prior = np.zeros((count + len(precision),) * 2)
+    prior[:count, :count], prior[count:, count:] = prior_precision(problem), precision
+    priors = np.diag(prior) > 0
+    roots = np.linalg.cholesky(prior[np.ix_(priors, priors)]).T
+    off = np.array([0.0 if u.prior is None else v - u.prior.value for u, v in zip(problem.unknowns, x, strict=True)])
     off = np.concatenate([off, np.zeros(len(precision))])[priors]
-    design = np.vstack([np.hstack([here.gradient, beside]) / scale, np.eye(len(known))[priors]])
+    design = np.vstack([np.hstack([point.gradient, beside]) / scale, np.eye(len(prior))[priors]])
     design[len(columns) :] = roots @ design[len(columns) :]
-    residual = np.concatenate([here.residual / scale, roots @ off])
-    whole = np.vstack([columns / scale, np.zeros((len(roots), columns.shape[1]))])
+    residual = np.concatenate([point.residual / scale, roots @ off])
+    stacked = np.vstack([columns / scale, np.zeros((len(roots), columns.shape[1]))])
     norms = np.linalg.norm(design, axis=0)
     basis, triangle = np.linalg.qr(design / norms)
-    left = whole - basis @ (basis.T @ whole)
-    rest = residual - basis @ (basis.T @ residual)
-    moved = -np.linalg.solve(triangle, basis.T @ np.column_stack([residual, whole])) / norms[:, None]
-    scores = left[: len(columns)] * rest[: len(columns), None]
-    labels, place = np.unique(here.cluster, return_inverse=True)
-    table = np.stack([np.bincount(place, column) for column in scores.T], axis=1)
+    across = stacked - basis @ (basis.T @ stacked)
+    remainder = residual - basis @ (basis.T @ residual)
+    moved = -np.linalg.solve(triangle, basis.T @ np.column_stack([residual, stacked])) / norms[:, None]
+    scores = across[: len(columns)] * remainder[: len(columns), None]
+    labels, index = np.unique(point.cluster, return_inverse=True)
+    table = np.stack([np.bincount(index, column) for column in scores.T], axis=1)
     table = table - table.mean(axis=0)
     # residuals of a fit are smaller than errors; priors scatter as they say
     fewer = len(labels) / max(len(labels) - count / 2, 1)
-    spread = fewer * table.T @ table + left[len(columns) :].T @ left[len(columns) :]
-    said = left.T @ left
+    spread = fewer * table.T @ table + across[len(columns) :].T @ across[len(columns) :]
+    fisher = across.T @ across
     # residuals that depend on one another are so many times fewer
-    colour = max(float(np.trace(spread)) / max(float(np.trace(said)), 1e-300), 1.0)
-    return Pull(said / colour, left.T @ residual / colour, spread / colour**2), moved[:count, 0], moved[:count, 1:]
+    colour = max(float(np.trace(spread)) / max(float(np.trace(fisher)), 1e-300), 1.0)
+    return Pull(fisher / colour, across.T @ residual / colour, spread / colour**2), moved[:count, 0], moved[:count, 1:]
 
 
 def _design(names: Sequence[str], readings: Sequence[Reading]) -> np.ndarray:
     return np.array([[float(reading.powers.get(name, 0)) for name in names] for reading in readings])
 
 
-def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull) -> Adjustment:
+def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], pulled: Pull) -> Adjustment:
     """Constants (n,) ``at`` their present values adjusted to readings and residuals.
 
     One of which nobody says how well it is known stays; the others are adjusted as if it could be anything.
@@ -128,45 +126,45 @@ def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], 
     weight = np.array([reading.deviation**-2 for reading in readings])
     off = np.array([np.log(reading.value) for reading in readings]) - design @ np.log(at)
     normal = (design.T * weight) @ design
-    inverse = np.linalg.inv(normal + said.information)
+    inverse = np.linalg.inv(normal + pulled.information)
     unknown = {reading.name for reading in readings if not reading.stated}
     moves = np.array([name not in unknown for name in names], dtype=float)
-    step = moves * (inverse @ ((design.T * weight) @ off - said.score))
-    return Adjustment(step, np.outer(moves, moves) * (inverse @ (normal + said.spread) @ inverse))
+    step = moves * (inverse @ ((design.T * weight) @ off - pulled.score))
+    return Adjustment(step, np.outer(moves, moves) * (inverse @ (normal + pulled.spread) @ inverse))
 
 
 def contradiction(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull
+    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], pulled: Pull
 ) -> Contradiction | None:
     """The readings that contradict the others most; None where none does."""
     design = _design(names, readings)
     variance = np.array([reading.deviation**2 for reading in readings])
     weighted = design.T / variance
-    inverse = np.linalg.inv(weighted @ design + said.information)
+    inverse = np.linalg.inv(weighted @ design + pulled.information)
     off = np.array([np.log(reading.value) for reading in readings]) - design @ np.log(at)
-    residual = off - design @ (inverse @ (weighted @ off - said.score))
-    kept = np.eye(len(readings)) - design @ inverse @ weighted
-    of_logs = inverse @ said.spread @ inverse
-    spread = (kept * variance) @ kept.T + design @ of_logs @ design.T
-    checked = (np.diag(kept) > CHECKED) & np.array([reading.stated for reading in readings])
+    residual = off - design @ (inverse @ (weighted @ off - pulled.score))
+    projector = np.eye(len(readings)) - design @ inverse @ weighted
+    of_logs = inverse @ pulled.spread @ inverse
+    spread = (projector * variance) @ projector.T + design @ of_logs @ design.T
+    checked = (np.diag(projector) > CHECKED) & np.array([reading.stated for reading in readings])
     sd = np.sqrt(np.where(checked, np.diag(spread), np.inf))
     ratio = np.abs(residual) / sd
     worst = int(np.argmax(ratio))
     if not ratio[worst] > SUSPECT:
         return None
     together = np.abs(spread[worst]) / (sd * sd[worst]) > TOGETHER
-    group = [place for place in range(len(readings)) if place == worst or (together[place] and ratio[place] > SUSPECT)]
+    group = [index for index in range(len(readings)) if index == worst or (together[index] and ratio[index] > SUSPECT)]
     return Contradiction(
-        tuple(readings[place].name for place in group),
+        tuple(readings[index].name for index in group),
         float(ratio[worst]),
-        tuple(readings[place].value for place in group),
-        tuple(float(readings[p].value * np.exp(-residual[p] / kept[p, p])) for p in group),
+        tuple(readings[index].value for index in group),
+        tuple(float(readings[p].value * np.exp(-residual[p] / projector[p, p])) for p in group),
     )
 
 
-def widened(readings: Sequence[Reading], found: Contradiction) -> tuple[Reading, ...]:
+def widened(readings: Sequence[Reading], clash: Contradiction) -> tuple[Reading, ...]:
     """The readings, those that contradict the others less sure."""
     return tuple(
-        replace(reading, deviation=reading.deviation * found.deviations) if reading.name in found.names else reading
+        replace(reading, deviation=reading.deviation * clash.deviations) if reading.name in clash.names else reading
         for reading in readings
     )

@@ -48,28 +48,28 @@ class Draws:
         """Of all unknowns, (m, m)."""
         return np.atleast_2d(np.cov(self.values, rowvar=False)) * self.blocks
 
-    def interval(self, place: int, name: str, level: float = 0.95) -> Interval:
-        """Percentile interval of the unknown number ``place``."""
-        low, high = np.quantile(self.values[:, place], [0.5 - level / 2, 0.5 + level / 2])
+    def interval(self, index: int, name: str, level: float = 0.95) -> Interval:
+        """Percentile interval of the unknown number ``index``."""
+        low, high = np.quantile(self.values[:, index], [0.5 - level / 2, 0.5 + level / 2])
         return Interval(name, level, float(low), float(high), "bootstrap")
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to say of draws that are missing."""
-        said = []
+        warnings = []
         if self.interrupted:
-            said.append(f"The bootstrap was stopped: {len(self.values)} of {self.asked} draws count.")
+            warnings.append(f"The bootstrap was stopped: {len(self.values)} of {self.asked} draws count.")
         if self.failed > 0.05 * (len(self.values) + self.failed):
-            said.append(
+            warnings.append(
                 f"{self.failed} of {len(self.values) + self.failed} draws of the bootstrap could not be fitted: the "
                 "standard deviations are those of the others."
             )
-        return tuple(said)
+        return tuple(warnings)
 
 
 def bootstrap(
     problem: Problem,
-    found: Solution,
+    solution: Solution,
     *,
     draws: int = DRAWS,
     seed: int = SEED,
@@ -85,8 +85,8 @@ def bootstrap(
     """
     if draws < LEAST:
         raise StickslipError(f"A bootstrap of {draws} draws gives no standard deviation; take 200.")
-    strata = _strata(found.evaluation)
-    work = _Work(problem, found.values, strata, seed)
+    strata = _strata(solution.evaluation)
+    work = _Work(problem, solution.values, strata, seed)
     estimates: dict[int, np.ndarray | None] = {}
     interrupted = False
     try:
@@ -95,10 +95,10 @@ def bootstrap(
             if progress is not None:
                 progress(len(estimates) / draws)
     except KeyboardInterrupt:
-        if sum(one is not None for one in estimates.values()) < LEAST:
+        if sum(estimate is not None for estimate in estimates.values()) < LEAST:
             raise
         interrupted = True
-    good = [one for _, one in sorted(estimates.items()) if one is not None]
+    good = [estimate for _, estimate in sorted(estimates.items()) if estimate is not None]
     if len(good) < LEAST:
         raise StickslipError(
             f"Only {len(good)} of {len(estimates)} draws of the bootstrap could be fitted: the logs hardly determine "
@@ -174,9 +174,9 @@ def _moved(unknown: Unknown, rng: np.random.Generator) -> Unknown:
 
 def _estimates(work: _Work, draws: int, processes: int | None) -> Iterator[tuple[int, np.ndarray | None]]:
     """Numbers and estimates of the draws as they are finished: the first here, the others in processes if these pay."""
-    begin = time.perf_counter()
+    start = time.perf_counter()
     yield 0, work.draw(0)
-    remaining = (time.perf_counter() - begin) * (draws - 1)
+    remaining = (time.perf_counter() - start) * (draws - 1)
     count = min(processes or os.cpu_count() or 1, draws - 1)
     if count < 2 or (processes is None and remaining < PATIENCE):
         for number in range(1, draws):

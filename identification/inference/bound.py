@@ -13,8 +13,8 @@ import numpy as np
 from identification.inference.problem import Problem, Solution, information
 
 
-def cramer_rao(problem: Problem, found: Solution) -> np.ndarray | None:
+def cramer_rao(problem: Problem, solution: Solution) -> np.ndarray | None:
     """Bound (m, m) of the covariance of all unknowns; None where the noise of the sensors is not known."""
     if not problem.noise_known:
         return None
-    return np.linalg.inv(information(problem, found.evaluation))
+    return np.linalg.inv(information(problem, solution.evaluation))

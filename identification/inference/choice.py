@@ -64,8 +64,8 @@ class Inferred:
 
 def infer(
     problem: Problem,
-    found: Solution,
-    asked: Inference,
+    solution: Solution,
+    rule: Inference,
     *,
     count: int,
     logs: Sequence[str],
@@ -73,7 +73,7 @@ def infer(
     tested: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Inferred:
-    """How well ``found`` is known.
+    """How well ``solution`` is known.
 
     count: number of parameters of the law, the first unknowns; logs: names of the logs by their numbers; instruments:
     (m, m) covariance that instruments add to that of the residuals; tested: whether the residuals tell anything.
@@ -81,22 +81,22 @@ def infer(
     Raises:
         StickslipError: as in `bootstrap`.
     """
-    share = 0.0 if asked.covariance != "bootstrap" else 0.5 if asked.profile else 1.0  # of the work: the bootstrap's
+    share = 0.0 if rule.covariance != "bootstrap" else 0.5 if rule.profile else 1.0  # of the work: the bootstrap's
     draws = None
-    if asked.covariance == "bootstrap":
+    if rule.covariance == "bootstrap":
         step = None if progress is None else lambda done: progress(share * done)
-        draws = bootstrap(problem, found, draws=asked.draws, seed=asked.seed, progress=step)
-    covariance = draws.covariance if draws else coloured_covariance(problem, found, asked.covariance)
+        draws = bootstrap(problem, solution, draws=rule.draws, seed=rule.seed, progress=step)
+    covariance = draws.covariance if draws else coloured_covariance(problem, solution, rule.covariance)
     covariance = covariance + instruments
     names = [unknown.name for unknown in problem.unknowns[:count]]
-    collinear = collinearity(problem, found, covariance)
-    white = whiteness(found.evaluation, logs) if tested else None
+    collinear = collinearity(problem, solution, covariance)
+    white = whiteness(solution.evaluation, logs) if tested else None
     warnings = [*collinear.warnings, *(white.warnings if white else ()), *(draws.warnings if draws else ())]
     intervals: tuple[Interval, ...] = ()
-    if asked.profile:
-        rest = None if progress is None else lambda done: progress(share + (1 - share) * done)
-        quantile = student(len(np.unique(found.evaluation.cluster)) - count, asked.level)
-        profiles = profile(problem, found, covariance, names, quantile=quantile, level=asked.level, progress=rest)
+    if rule.profile:
+        later = None if progress is None else lambda done: progress(share + (1 - share) * done)
+        quantile = student(len(np.unique(solution.evaluation.cluster)) - count, rule.level)
+        profiles = profile(problem, solution, covariance, names, quantile=quantile, level=rule.level, progress=later)
         intervals = profiles.intervals
         warnings += _open_ends(intervals)
         if profiles.lowest < 1 - BETTER:
@@ -105,28 +105,28 @@ def infer(
                 "had stopped in a local minimum. Start it elsewhere, with another estimator before it."
             )
     elif draws is not None and np.ndim(instruments) == 0:
-        intervals = tuple(draws.interval(place, name, asked.level) for place, name in enumerate(names))
-    return Inferred(covariance, cramer_rao(problem, found), intervals, collinear, white, tuple(warnings))
+        intervals = tuple(draws.interval(index, name, rule.level) for index, name in enumerate(names))
+    return Inferred(covariance, cramer_rao(problem, solution), intervals, collinear, white, tuple(warnings))
 
 
-def coloured_covariance(problem: Problem, found: Solution, kind: str) -> np.ndarray:
+def coloured_covariance(problem: Problem, solution: Solution, kind: str) -> np.ndarray:
     """Covariance (m, m) of all unknowns that allows for coloured residuals. kind: "jackknife" or "hac"."""
-    here, prior = found.evaluation, prior_precision(problem)
+    evaluation, prior = solution.evaluation, prior_precision(problem)
     if kind == "hac":
-        return newey_west(here.gradient, here.residual, log=here.log, prior=prior)
-    return clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior)
+        return newey_west(evaluation.gradient, evaluation.residual, log=evaluation.log, prior=prior)
+    return clustered_covariance(evaluation.gradient, evaluation.residual, evaluation.cluster, prior=prior)
 
 
 def _open_ends(intervals: Sequence[Interval]) -> list[str]:
-    said = []
+    warnings = []
     for interval in intervals:
         if interval.sides != "two-sided":
             ends = {"lower bound only": "from above", "upper bound only": "from below"}.get(
                 interval.sides, "on either side"
             )
-            said.append(
+            warnings.append(
                 f"The data do not bound {interval.name} {ends} (profile likelihood): any value up to the bound of the "
                 "search fits as well. Its standard deviation says nothing about that side; `stickslip design` names "
                 "experiments that would."
             )
-    return said
+    return warnings

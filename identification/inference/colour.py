@@ -36,28 +36,28 @@ class Autoregression:
 
     def filtered(self, rows: np.ndarray) -> np.ndarray:
         """Rows (n, ...) of one log, in order of time, as innovations, in units in which their power stays."""
-        found = rows.astype(float).copy()
+        innovations = rows.astype(float).copy()
         for k in range(min(self.order, len(rows))):
             past = rows[:k][::-1]
-            found[k] = (rows[k] - np.tensordot(self.predictors[k], past, 1)) / np.sqrt(self.variances[k])
+            innovations[k] = (rows[k] - np.tensordot(self.predictors[k], past, 1)) / np.sqrt(self.variances[k])
         for lag, by in enumerate(self.predictors[-1], start=1):
-            found[self.order :] -= by * rows[self.order - lag : len(rows) - lag]
-        return found
+            innovations[self.order :] -= by * rows[self.order - lag : len(rows) - lag]
+        return innovations
 
 
 def autoregression(residual: np.ndarray, fitted: np.ndarray | None = None) -> Autoregression:
     """Of residuals (n,) in order of time. fitted: (n, m), whose rows' products are the covariances of what the fit has
     taken off: without it slow noise, which a fit follows best, is missed."""
     count = len(residual)
-    most = min(HIGHEST, count // 10)
+    highest = min(HIGHEST, count // 10)
     missed = np.zeros((count, 1)) if fitted is None else fitted
-    lags = range(most + 1)
+    lags = range(highest + 1)
     centred = np.array([float(residual[: count - lag] @ residual[lag:]) for lag in lags]) / count
     centred += np.array([float(np.sum(missed[: count - lag] * missed[lag:])) for lag in lags]) / count
     predictors, variances = [np.zeros(0)], [centred[0]]
     if centred[0] <= 0:
         return Autoregression((np.zeros(0),), np.ones(1))
-    for k in range(1, most + 1):
+    for k in range(1, highest + 1):
         last = predictors[-1]
         reflection = (centred[k] - float(last @ centred[k - 1 : 0 : -1][: len(last)])) / variances[-1]
         predictors.append(np.append(last - reflection * last[::-1], reflection))
@@ -88,12 +88,12 @@ class Whitened(Problem):
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Innovations and their slopes."""
-        here = self.problem.evaluate(x)
-        residual, gradient = here.residual.copy(), here.gradient.copy()
+        evaluation = self.problem.evaluate(x)
+        residual, gradient = evaluation.residual.copy(), evaluation.gradient.copy()
         for number, filter_ in self.filters.items():
-            rows = here.log == number
+            rows = evaluation.log == number
             residual[rows], gradient[rows] = filter_.filtered(residual[rows]), filter_.filtered(gradient[rows])
-        return replace(here, residual=residual, gradient=gradient)
+        return replace(evaluation, residual=residual, gradient=gradient)
 
     def resampled(self, clusters: np.ndarray) -> Whitened:
         """As in `Problem`."""

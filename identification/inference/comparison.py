@@ -149,7 +149,7 @@ class _Candidate:
 
     name: str
     problem: Problem
-    found: Solution
+    solution: Solution
     covariance: np.ndarray | None
     warnings: tuple[str, ...]
     held_out: np.ndarray | None = None
@@ -157,11 +157,11 @@ class _Candidate:
 
     @property
     def sum(self) -> float:
-        return self.found.evaluation.sum
+        return self.solution.evaluation.sum
 
     @property
     def rows(self) -> int:
-        return len(self.found.evaluation.residual)
+        return len(self.solution.evaluation.residual)
 
     @property
     def count(self) -> int:
@@ -176,7 +176,7 @@ def compare_problems(
     logs: Sequence[str],
     *,
     solutions: Mapping[str, Solution] | None = None,
-    asked: Comparing = DEFAULT,
+    options: Comparing = DEFAULT,
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
     """Compare laws by their problems, which hold the same residuals (the same logs, reduced in the same way).
@@ -189,13 +189,13 @@ def compare_problems(
     """
     if len(problems) < 2:
         raise StickslipError("A comparison needs two laws or more.")
-    told = progress if progress is not None else lambda _: None
+    report = progress if progress is not None else lambda _: None
     candidates = []
     for number, (name, problem) in enumerate(problems.items()):
-        found = solutions[name] if solutions else solve(problem)
-        warnings = tuple(asked.warnings.get(name, ()))
-        candidates.append(_Candidate(name, problem, found, _covariance(problem, found, asked), warnings))
-        told(0.5 * (number + 1) / len(problems))
+        solution = solutions[name] if solutions else solve(problem)
+        warnings = tuple(options.warnings.get(name, ()))
+        candidates.append(_Candidate(name, problem, solution, _covariance(problem, solution, options), warnings))
+        report(0.5 * (number + 1) / len(problems))
     sizes = sorted({candidate.rows for candidate in candidates})
     if sizes[-1] > SAME * sizes[0]:
         raise StickslipError(
@@ -203,63 +203,63 @@ def compare_problems(
             "an estimator that reduces the logs in the same way for every law (weak-form)."
         )
     scale = _scale(candidates)
-    ranked = sorted(candidates, key=lambda one: (bool(one.warnings), scale.criteria(one)[2]))
+    ranked = sorted(candidates, key=lambda law: (bool(law.warnings), scale.criteria(law)[2]))
     least = scale.criteria(ranked[0])[2]
-    for place, one in enumerate(ranked):
-        if place < 2 or scale.criteria(one)[2] < least + BEHIND:
-            held_out, chance = _held_out(one.problem, one.found, asked)
-            ranked[place] = replace(one, held_out=held_out, chance=chance)
-        told(0.5 + 0.5 * (place + 1) / len(ranked))
+    for rank, law in enumerate(ranked):
+        if rank < 2 or scale.criteria(law)[2] < least + BEHIND:
+            held_out, chance = _held_out(law.problem, law.solution, options)
+            ranked[rank] = replace(law, held_out=held_out, chance=chance)
+        report(0.5 + 0.5 * (rank + 1) / len(ranked))
     scores = _scores(ranked, scale)
-    doubts = (*asked.doubts, *whiteness(ranked[0].found.evaluation, logs).warnings)
-    held = f"held-out {'logs' if len(logs) > 1 else 'parts of the log'}"
-    verdict = _verdict(scores, held, doubts, asked.nested)
+    doubts = (*options.doubts, *whiteness(ranked[0].solution.evaluation, logs).warnings)
+    folds = f"held-out {'logs' if len(logs) > 1 else 'parts of the log'}"
+    verdict = _verdict(scores, folds, doubts, options.nested)
     return LawComparison(scores, scale.rows, scale.effective, doubts, verdict)
 
 
 def single_law(
-    name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
+    name: str, problem: Problem, solution: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
 ) -> LawComparison:
     """What there is to say of a law that no other comes near. doubts: what speaks against it."""
-    one = _Candidate(name, problem, found, _covariance(problem, found, DEFAULT), ())
-    held_out, chance = _held_out(problem, found, DEFAULT)
-    one, scale = replace(one, held_out=held_out, chance=chance), _scale([one])
-    doubts = (*doubts, *whiteness(found.evaluation, logs).warnings)
+    law = _Candidate(name, problem, solution, _covariance(problem, solution, DEFAULT), ())
+    held_out, chance = _held_out(problem, solution, DEFAULT)
+    law, scale = replace(law, held_out=held_out, chance=chance), _scale([law])
+    doubts = (*doubts, *whiteness(solution.evaluation, logs).warnings)
     verdict += f" But even {name} is not the whole truth, see below." if doubts else ""
-    return LawComparison(_scores([one], scale), scale.rows, scale.effective, doubts, verdict)
+    return LawComparison(_scores([law], scale), scale.rows, scale.effective, doubts, verdict)
 
 
-def _covariance(problem: Problem, found: Solution, asked: Comparing) -> np.ndarray | None:
+def _covariance(problem: Problem, solution: Solution, options: Comparing) -> np.ndarray | None:
     """Covariance (m, m); None where the data do not determine the unknowns one by one."""
-    if not determines(information(problem, found.evaluation)):
+    if not determines(information(problem, solution.evaluation)):
         return None
-    return coloured_covariance(problem, found, asked.covariance)
+    return coloured_covariance(problem, solution, options.covariance)
 
 
-def _held_out(problem: Problem, found: Solution, asked: Comparing) -> tuple[np.ndarray, float]:
+def _held_out(problem: Problem, solution: Solution, options: Comparing) -> tuple[np.ndarray, float]:
     """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds; and the
     variance of their sum by chance of these fits: with covariance C of a fit and H = G'G of what it predicts, the
     variance 2 tr (C H)^2 of the prediction's own square."""
-    cluster, log = found.evaluation.cluster, found.evaluation.log
+    cluster, log = solution.evaluation.cluster, solution.evaluation.log
     labels, first = np.unique(cluster, return_index=True)
     fold = log[first]
     if len(np.unique(fold)) == 1:
-        if len(labels) < max(FEWEST, asked.parts):
+        if len(labels) < max(FEWEST, options.parts):
             raise StickslipError(
                 f"The logs hold {len(labels)} slips, too few to fit some and predict the others. Record longer, or at "
                 "more drive speeds."
             )
-        edges = [len(labels) * part // asked.parts for part in range(1, asked.parts)]
+        edges = [len(labels) * i // options.parts for i in range(1, options.parts)]
         fold = np.searchsorted(edges, np.arange(len(labels)), side="right")
     sums, chance = np.zeros(len(labels)), 0.0
     for number in np.unique(fold):
-        others = solve(problem.resampled(labels[fold != number]), found.values, tolerance=SEARCH)
+        others = solve(problem.resampled(labels[fold != number]), solution.values, tolerance=SEARCH)
         predicted = np.zeros((len(problem.unknowns),) * 2)
-        for place in np.flatnonzero(fold == number):
-            seen = problem.resampled(labels[place : place + 1]).evaluate(others.values)
-            sums[place] = seen.residual @ seen.residual
+        for index in np.flatnonzero(fold == number):
+            seen = problem.resampled(labels[index : index + 1]).evaluate(others.values)
+            sums[index] = seen.residual @ seen.residual
             predicted = predicted + seen.gradient.T @ seen.gradient
-        covariance = _covariance(problem, others, asked)
+        covariance = _covariance(problem, others, options)
         if covariance is not None:
             spread = covariance @ predicted
             chance += 2 * float(np.sum(spread * spread.T))
@@ -276,35 +276,35 @@ class _Scale:
     effective: float
     variance: float | None
 
-    def criteria(self, one: _Candidate) -> tuple[float, float, float]:
+    def criteria(self, law: _Candidate) -> tuple[float, float, float]:
         """AIC, AICc and BIC; a variance that is estimated counts as a parameter."""
         if self.variance is not None:
-            misfit, count = float(self.effective / self.rows * one.sum / self.variance), one.count
+            misfit, count = float(self.effective / self.rows * law.sum / self.variance), law.count
             aic = misfit + 2 * count
             return aic, aic, misfit + count * float(np.log(self.effective))
-        count, misfit = one.count + 1, self.effective * float(np.log(one.sum / one.rows))
+        count, misfit = law.count + 1, self.effective * float(np.log(law.sum / law.rows))
         aic = misfit + 2 * count
         spare = max(self.effective - count - 1, 1.0)
         return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(self.effective))
 
 
 def _scale(candidates: Sequence[_Candidate]) -> _Scale:
-    best = min(candidates, key=lambda one: (one.covariance is None, one.sum))
-    here, effective = best.found.evaluation, float(best.rows)
+    best = min(candidates, key=lambda law: (law.covariance is None, law.sum))
+    evaluation, effective = best.solution.evaluation, float(best.rows)
     if best.covariance is not None:
-        plain = plain_covariance(here.gradient, here.residual, prior=prior_precision(best.problem))
+        plain = plain_covariance(evaluation.gradient, evaluation.residual, prior=prior_precision(best.problem))
         effective /= inflation(plain, best.covariance)
     variance = None
     if all(candidate.problem.noise_known for candidate in candidates):
-        variance = max(best.sum / max(best.rows - here.eliminated - best.count, 1), 1.0)
+        variance = max(best.sum / max(best.rows - evaluation.eliminated - best.count, 1), 1.0)
     return _Scale(best.sum, best.rows, effective, variance)
 
 
 def criteria(solved: Mapping[str, tuple[Problem, Solution]]) -> dict[str, float]:
     """AIC of laws that are fitted to the same residuals."""
-    made = [_Candidate(name, one, found, _covariance(one, found, DEFAULT), ()) for name, (one, found) in solved.items()]
-    scale = _scale(made)
-    return {one.name: scale.criteria(one)[0] for one in made}
+    candidates = [_Candidate(name, p, s, _covariance(p, s, DEFAULT), ()) for name, (p, s) in solved.items()]
+    scale = _scale(candidates)
+    return {law.name: scale.criteria(law)[0] for law in candidates}
 
 
 def akaike_weights(aic: np.ndarray) -> np.ndarray:
@@ -314,49 +314,49 @@ def akaike_weights(aic: np.ndarray) -> np.ndarray:
 
 
 def _scores(ranked: Sequence[_Candidate], scale: _Scale) -> tuple[LawScore, ...]:
-    trusted = np.array([not one.warnings for one in ranked])
+    trusted = np.array([not law.warnings for law in ranked])
     weights = akaike_weights(
-        np.where(trusted, [scale.criteria(one)[0] for one in ranked], np.inf if trusted.any() else 0)
+        np.where(trusted, [scale.criteria(law)[0] for law in ranked], np.inf if trusted.any() else 0)
     )
-    return tuple(_score(one, ranked[0], scale, float(weight)) for one, weight in zip(ranked, weights, strict=True))
+    return tuple(_score(law, ranked[0], scale, float(weight)) for law, weight in zip(ranked, weights, strict=True))
 
 
-def _score(one: _Candidate, best: _Candidate, scale: _Scale, weight: float) -> LawScore:
-    aic, aicc, bic = scale.criteria(one)
-    names = [unknown.name for unknown in one.problem.unknowns]
-    deviations = np.full(len(names), np.nan) if one.covariance is None else np.sqrt(np.diag(one.covariance))
+def _score(law: _Candidate, best: _Candidate, scale: _Scale, weight: float) -> LawScore:
+    aic, aicc, bic = scale.criteria(law)
+    names = [unknown.name for unknown in law.problem.unknowns]
+    deviations = np.full(len(names), np.nan) if law.covariance is None else np.sqrt(np.diag(law.covariance))
     return LawScore(
-        law=one.name,
-        values=dict(zip(names, map(float, one.found.values), strict=True)),
+        law=law.name,
+        values=dict(zip(names, map(float, law.solution.values), strict=True)),
         deviations=dict(zip(names, map(float, deviations), strict=True)),
-        units={unknown.name: unknown.unit for unknown in one.problem.unknowns},
-        rms=float(np.sqrt(one.sum / one.rows)),
+        units={unknown.name: unknown.unit for unknown in law.problem.unknowns},
+        rms=float(np.sqrt(law.sum / law.rows)),
         aic=aic,
         aicc=aicc,
         bic=bic,
         weight=weight,
-        held_out=None if one.held_out is None else float(np.sqrt(np.sum(one.held_out) / scale.sum)),
-        worse=_worse(one, best) if one is not best else 0.0,
-        bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
-        warnings=one.warnings,
+        held_out=None if law.held_out is None else float(np.sqrt(np.sum(law.held_out) / scale.sum)),
+        worse=_worse(law, best) if law is not best else 0.0,
+        bounds=tuple(name for name, at in zip(names, law.solution.at_bound, strict=True) if at),
+        warnings=law.warnings,
     )
 
 
-def _worse(one: _Candidate, best: _Candidate) -> float | None:
+def _worse(law: _Candidate, best: _Candidate) -> float | None:
     """Difference of held-out sums in standard errors: their scatter from cluster to cluster, and the chance of fits."""
-    sums, least = one.held_out, best.held_out
+    sums, least = law.held_out, best.held_out
     if sums is None or least is None:
         return None
     if len(sums) == len(least):
         scatter = len(sums) * float(np.var(sums - least, ddof=1))
     else:
         scatter = len(sums) * float(np.var(sums, ddof=1)) + len(least) * float(np.var(least, ddof=1))
-    error = float(np.sqrt(scatter + one.chance + best.chance))
+    error = float(np.sqrt(scatter + law.chance + best.chance))
     return float(np.sum(sums) - np.sum(least)) / error if error > 0 else 0.0
 
 
 def _verdict(
-    scores: Sequence[LawScore], parts: str, doubts: Sequence[str], nested: Collection[tuple[str, str]] | None
+    scores: Sequence[LawScore], folds: str, doubts: Sequence[str], nested: Collection[tuple[str, str]] | None
 ) -> str:
     best, second = scores[:2]
     if best.warnings:
@@ -364,17 +364,17 @@ def _verdict(
     if second.warnings:
         return f"{best.law}: it alone has values that mean what it says."
     lead, worse = second.bic - best.bic, second.worse or 0.0
-    held = (
-        f"{parts} agree ({worse:.1f} standard errors)"
+    agreement = (
+        f"{folds} agree ({worse:.1f} standard errors)"
         if worse > SURE
-        else f"{parts} speak for {second.law} ({-worse:.1f} standard errors)"
+        else f"{folds} speak for {second.law} ({-worse:.1f} standard errors)"
         if worse < -SURE
-        else f"{parts} do not tell the two apart ({worse:+.1f} standard errors)"
+        else f"{folds} do not tell the two apart ({worse:+.1f} standard errors)"
     )
-    words = f"{best.law} before {second.law} by {lead:.3g} in BIC; {held}."
+    words = f"{best.law} before {second.law} by {lead:.3g} in BIC; {agreement}."
     if doubts:
         return f"{words} But even {best.law} is not the whole truth, see below."
-    simple = min(scores[:2], key=lambda one: len(one.values))
+    simple = min(scores[:2], key=lambda score: len(score.values))
     inside = set(second.values) > set(best.values) if nested is None else (best.law, second.law) in nested
     if worse < -SURE:
         sure = "Undecided: the two criteria disagree."

@@ -70,16 +70,16 @@ class Collinearity:
         )
 
 
-def collinearity(problem: Problem, found: Solution, covariance: np.ndarray) -> Collinearity:
+def collinearity(problem: Problem, solution: Solution, covariance: np.ndarray) -> Collinearity:
     """Of the unknowns without a prior, those with one projected out. covariance: (m, m) of all unknowns."""
     free = np.array([u.prior is None for u in problem.unknowns])
-    gradient = np.vstack([found.evaluation.gradient, np.sqrt(prior_precision(problem))])
-    rest = gradient[:, ~free]
+    gradient = np.vstack([solution.evaluation.gradient, np.sqrt(prior_precision(problem))])
+    others = gradient[:, ~free]
     columns = gradient[:, free]
-    if rest.shape[1]:
-        columns = columns - rest @ np.linalg.lstsq(rest, columns, rcond=None)[0]
+    if others.shape[1]:
+        columns = columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
     names = [u.name for u in problem.unknowns if u.prior is None]
-    return of_gradient(columns, names, found.values[free], covariance[np.ix_(free, free)])
+    return of_gradient(columns, names, solution.values[free], covariance[np.ix_(free, free)])
 
 
 def of_gradient(columns: np.ndarray, names: Sequence[str], values: np.ndarray, covariance: np.ndarray) -> Collinearity:
@@ -88,14 +88,14 @@ def of_gradient(columns: np.ndarray, names: Sequence[str], values: np.ndarray, c
     norms = np.where(norms > 0, norms, np.finfo(float).tiny)
     _, singular, right = np.linalg.svd(columns / norms, full_matrices=False)
     # a step of the scaled problem, back in parameters
-    part = np.abs(right[-1]) >= TAKES_PART * np.max(np.abs(right[-1]))
-    step = np.where(part, right[-1] * np.min(norms) / norms, 0.0)
+    involved = np.abs(right[-1]) >= TAKES_PART * np.max(np.abs(right[-1]))
+    step = np.where(involved, right[-1] * np.min(norms) / norms, 0.0)
     seen = float(step @ np.linalg.lstsq(covariance, step, rcond=None)[0])
     step = step / np.sqrt(seen) if seen > 0 else step * HIGHEST
     percent = np.clip(100 * step / np.maximum(np.abs(values), 1 / HIGHEST), -HIGHEST, HIGHEST)
     first = int(np.argmax(np.abs(percent)))
     step, percent = step * np.sign(percent[first]), percent * np.sign(percent[first])
-    order = [int(i) for i in np.argsort(-np.abs(percent)) if part[i]]
+    order = [int(i) for i in np.argsort(-np.abs(percent)) if involved[i]]
     return Collinearity(
         index=float(min(1 / max(singular[-1], 1 / HIGHEST), HIGHEST)),
         direction={names[i]: float(step[i]) for i in order},

@@ -51,11 +51,11 @@ class Given:
         Raises:
             StickslipError: which name is unknown.
         """
-        known = [identifier(name) for name in names]
+        identifiers = [identifier(name) for name in names]
         for name in self.bounds:
-            if name not in known:
+            if name not in identifiers:
                 raise StickslipError(
-                    f"The fit has no unknown '{name}'; it has {', '.join(known)}.{nearest(name, known)}"
+                    f"The fit has no unknown '{name}'; it has {', '.join(identifiers)}.{nearest(name, identifiers)}"
                 )
 
     def fixed(self, problem: Problem) -> dict[str, float]:
@@ -67,10 +67,10 @@ class Given:
         """First values (m,) of the unknowns of a problem; its own where nothing is said."""
         return self.put([unknown.name for unknown in problem.unknowns], problem.start(), self.first)
 
-    def put(self, names: Sequence[str], values: np.ndarray, said: Mapping[str, float] | None = None) -> np.ndarray:
-        """Values (m,) of these unknowns with those that are held (or ``said``) in place."""
-        said = self.held if said is None else said
-        return np.array([said.get(identifier(name), value) for name, value in zip(names, values, strict=True)])
+    def put(self, names: Sequence[str], values: np.ndarray, held: Mapping[str, float] | None = None) -> np.ndarray:
+        """Values (m,) of these unknowns with ``held`` (those of the user if None) in place."""
+        held = self.held if held is None else held
+        return np.array([held.get(identifier(name), value) for name, value in zip(names, values, strict=True)])
 
     def bounded(self, unknowns: Iterable[Some]) -> tuple[Some, ...]:
         """Unknowns with the bounds that both sides allow.
@@ -78,7 +78,7 @@ class Given:
         Raises:
             StickslipError: there is nothing between them.
         """
-        found = []
+        limited = []
         for unknown in unknowns:
             low, high = self.bounds.get(identifier(unknown.name), (-np.inf, np.inf))
             low, high = max(low, unknown.minimum), min(high, unknown.maximum)
@@ -88,8 +88,8 @@ class Given:
                     f"[{unknown.minimum:g}, {unknown.maximum:g}]. Widen them, or hold it (vary=False) at a value."
                 )
             is_bounded = identifier(unknown.name) in self.bounds
-            found.append(replace(unknown, minimum=low, maximum=high) if is_bounded else unknown)  # type: ignore[type-var]
-        return tuple(found)
+            limited.append(replace(unknown, minimum=low, maximum=high) if is_bounded else unknown)  # type: ignore[type-var]
+        return tuple(limited)
 
 
 NOTHING = Given()
@@ -101,21 +101,21 @@ def given(parameters: Parameters | None) -> Given:
     Raises:
         StickslipError: a parameter is an expression of others, or has no finite value though it is held.
     """
-    first, bounds, held = {}, {}, {}
-    for name, one in (parameters or {}).items():
-        if one.expr is not None:
+    first, bounds, fixed = {}, {}, {}
+    for name, p in (parameters or {}).items():
+        if p.expr is not None:
             raise StickslipError(
-                f"The parameter '{name}' is the expression '{one.expr}', whose derivative is not known here. Give it "
+                f"The parameter '{name}' is the expression '{p.expr}', whose derivative is not known here. Give it "
                 "a value, or bounds."
             )
-        bounds[name] = (float(one.min), float(one.max)) if one.vary else (-np.inf, np.inf)
-        if one.vary and np.isfinite(one.value):
-            first[name] = float(one.value)
-        elif not one.vary:
-            if not np.isfinite(one.value):
+        bounds[name] = (float(p.min), float(p.max)) if p.vary else (-np.inf, np.inf)
+        if p.vary and np.isfinite(p.value):
+            first[name] = float(p.value)
+        elif not p.vary:
+            if not np.isfinite(p.value):
                 raise StickslipError(f"The parameter '{name}' is held (vary=False) without a value. Give it one.")
-            held[name] = float(one.value)
-    return Given(first, bounds, held)
+            fixed[name] = float(p.value)
+    return Given(first, bounds, fixed)
 
 
 def lmfit_alone() -> Any:
@@ -166,7 +166,7 @@ class Solved:
             return search.at(values_of(p))[0]
 
         def gradient(p: Any) -> np.ndarray:
-            return search.at(values_of(p))[1][:, [one.vary for one in p.values()]]
+            return search.at(values_of(p))[1][:, [parameter.vary for parameter in p.values()]]
 
         parameters = lmfit_parameters(problem, self.solution.values, free)
         minimizer = lmfit_alone().Minimizer(
@@ -176,11 +176,11 @@ class Solved:
         result.covar = self.covariance[np.ix_(free, free)]
         deviations = dict(zip(result.var_names, np.sqrt(np.diag(result.covar)), strict=True))
         for i, name in enumerate(result.var_names):
-            one = result.params[name]
-            one.stderr = float(deviations[name])
-            one.correl = {
-                other: float(result.covar[i, j] / (deviations[name] * deviations[other]))
-                for j, other in enumerate(result.var_names)
+            parameter = result.params[name]
+            parameter.stderr = float(deviations[name])
+            parameter.correl = {
+                partner: float(result.covar[i, j] / (deviations[name] * deviations[partner]))
+                for j, partner in enumerate(result.var_names)
                 if j != i
             }
         result.errorbars = True

@@ -165,7 +165,7 @@ def _posterior(problem: Problem, sampler: Any, lengths: np.ndarray, seed: int) -
             unknown.unit,
             float(np.mean(values)),
             float(np.std(values)),
-            tuple(float(one) for one in np.quantile(values, QUANTILES)),
+            tuple(float(quantile) for quantile in np.quantile(values, QUANTILES)),
             float(length),
             _open_side(values, unknown.minimum, unknown.maximum),
         )
@@ -177,10 +177,10 @@ def _posterior(problem: Problem, sampler: Any, lengths: np.ndarray, seed: int) -
 
 def _open_side(values: np.ndarray, low: float, high: float) -> str:
     """Where samples (n,) crowd at a finite bound of the search."""
-    near = AT_EDGE * np.ptp(values)
+    edge = AT_EDGE * np.ptp(values)
     sides = (
-        ("below", np.isfinite(low) and np.mean(values - low < near) > AT_EDGE / 2),
-        ("above", np.isfinite(high) and np.mean(high - values < near) > AT_EDGE / 2),
+        ("below", np.isfinite(low) and np.mean(values - low < edge) > AT_EDGE / 2),
+        ("above", np.isfinite(high) and np.mean(high - values < edge) > AT_EDGE / 2),
     )
     return " and ".join(name for name, reached in sides if reached)
 
@@ -199,26 +199,26 @@ class Target:
     def __init__(
         self,
         problem: Problem,
-        found: Solution,
+        solution: Solution,
         covariance: np.ndarray | None = None,
         readings: Sequence[Reading] = (),
     ) -> None:
-        if found.fixed:
+        if solution.fixed:
             raise StickslipError(
-                f"A posterior of unknowns that are held ({', '.join(found.fixed)}) is none. Free them, or take "
+                f"A posterior of unknowns that are held ({', '.join(solution.fixed)}) is none. Free them, or take "
                 "--profile."
             )
-        self.problem, self.at = problem, found.values
+        self.problem, self.at = problem, solution.values
         self.readings = _Readings(readings, [unknown.name for unknown in problem.unknowns])
         self.squares = problem.squares()
-        here = found.evaluation
-        self.least = here.sum
-        self.noise = 1.0 if problem.noise_known else here.sum / (len(here.residual) - here.eliminated - len(self.at))
+        point = solution.evaluation
+        self.least = point.sum
+        self.noise = 1.0 if problem.noise_known else point.sum / (len(point.residual) - point.eliminated - len(self.at))
         precision = prior_precision(problem)
         self.known = np.diag(precision)
         self.prior = np.array([0.0 if u.prior is None else u.prior.value for u in problem.unknowns])
         self.flat = self.known == 0.0
-        curvature = here.gradient.T @ here.gradient / self.noise
+        curvature = point.gradient.T @ point.gradient / self.noise
         self.stretch = _stretch(curvature, self.flat, covariance)
         low, high = problem.limits
         # where nothing bounds an unknown but its search, proposals are as wide as that
@@ -265,8 +265,8 @@ class Target:
         """ln, up to a constant."""
         count = len(self.at)
         squares = np.sum(np.linalg.solve(self.root, (x - self.at).T) ** 2, axis=0) / FREEDOM
-        near, far = (-0.5 * (FREEDOM + count) * np.log1p(squares / width**2) for width in (1.0, WIDER))
-        return np.logaddexp(np.log(1 - WIDE) + near, np.log(WIDE) - count * np.log(WIDER) + far)
+        narrow, wide = (-0.5 * (FREEDOM + count) * np.log1p(squares / width**2) for width in (1.0, WIDER))
+        return np.logaddexp(np.log(1 - WIDE) + narrow, np.log(WIDE) - count * np.log(WIDER) + wide)
 
 
 class _Readings:
@@ -274,7 +274,7 @@ class _Readings:
 
     def __init__(self, readings: Sequence[Reading], names: Sequence[str]) -> None:
         used = sorted({names.index(name) for reading in readings for name in reading.powers})
-        rows = [[reading.powers.get(names[place], 0) / reading.deviation for place in used] for reading in readings]
+        rows = [[reading.powers.get(names[index], 0) / reading.deviation for index in used] for reading in readings]
         self.used, self.rows = used, np.array(rows).reshape(len(readings), len(used))
         self.values = np.array([np.log(reading.value) / reading.deviation for reading in readings])
 
@@ -295,10 +295,10 @@ def _stretch(curvature: np.ndarray, flat: np.ndarray, covariance: np.ndarray | N
     stretch = np.eye(len(flat))
     if covariance is None or not flat.any():
         return stretch
-    own = curvature[np.ix_(flat, flat)]
-    ridge = -np.linalg.solve(own, curvature[np.ix_(flat, ~flat)])  # dq^/dc
-    lower, wanted = np.linalg.cholesky(own), np.linalg.cholesky(np.linalg.inv(covariance))
-    adjusted = np.linalg.solve(lower.T, wanted.T)
+    block = curvature[np.ix_(flat, flat)]
+    ridge = -np.linalg.solve(block, curvature[np.ix_(flat, ~flat)])  # dq^/dc
+    lower, target = np.linalg.cholesky(block), np.linalg.cholesky(np.linalg.inv(covariance))
+    adjusted = np.linalg.solve(lower.T, target.T)
     stretch[np.ix_(flat, flat)] = adjusted
     stretch[np.ix_(flat, ~flat)] = ridge - adjusted @ ridge
     return stretch

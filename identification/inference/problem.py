@@ -106,6 +106,10 @@ class Problem(ABC):
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Residuals and gradient at x (m,)."""
 
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Residuals (n,) at x (m,) alone."""
+        return self.evaluate(x).residual
+
     def squares(self) -> Callable[[np.ndarray], float]:
         """What gives the sum of squares at x (m,), for those who want no gradient; near where it was evaluated last.
 
@@ -142,7 +146,7 @@ class Held(Problem):
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those left
-        return tuple(one for one, free in zip(self.problem.unknowns, self.free, strict=True) if free)
+        return tuple(unknown for unknown, free in zip(self.problem.unknowns, self.free, strict=True) if free)
 
     @property
     def noise_known(self) -> bool:  # type: ignore[override]  # that of the problem
@@ -150,9 +154,9 @@ class Held(Problem):
 
     def full(self, x: np.ndarray) -> np.ndarray:
         """All unknowns (m,) from those left."""
-        whole = self.values.copy()
-        whole[self.free] = x
-        return whole
+        result = self.values.copy()
+        result[self.free] = x
+        return result
 
     def start(self) -> np.ndarray:
         """Where the problem was solved."""
@@ -168,28 +172,28 @@ class Held(Problem):
         return replace(self, problem=self.problem.resampled(clusters))
 
 
-def searched(problem: Problem, found: Solution) -> tuple[Problem, Solution, np.ndarray]:
+def searched(problem: Problem, solution: Solution) -> tuple[Problem, Solution, np.ndarray]:
     """A solved problem without the unknowns that were held, and which (m,) were not: what can be uncertain."""
-    free = np.array([unknown.name not in found.fixed for unknown in problem.unknowns])
+    free = np.array([unknown.name not in solution.fixed for unknown in problem.unknowns])
     if free.all():
-        return problem, found, free
-    here = found.evaluation
-    at_bound = tuple(at for at, one in zip(found.at_bound, free, strict=True) if one)
-    rest = replace(found, values=found.values[free], evaluation=replace(here, gradient=here.gradient[:, free]))
-    return Held(problem, found.values, free), replace(rest, at_bound=at_bound, fixed=()), free
+        return problem, solution, free
+    point = solution.evaluation
+    at_bound = tuple(at for at, is_free in zip(solution.at_bound, free, strict=True) if is_free)
+    core = replace(solution, values=solution.values[free], evaluation=replace(point, gradient=point.gradient[:, free]))
+    return Held(problem, solution.values, free), replace(core, at_bound=at_bound, fixed=()), free
 
 
 def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
     """A matrix of the unknowns that were searched among all (m, m), 0 for those held."""
-    whole = np.zeros((len(free),) * 2)
-    whole[np.ix_(free, free)] = matrix
-    return whole
+    full = np.zeros((len(free),) * 2)
+    full[np.ix_(free, free)] = matrix
+    return full
 
 
 def prior_precision(problem: Problem) -> np.ndarray:
     """What is known beforehand, (m, m): 1/sd^2 on the diagonal, 0 where there is no prior."""
-    known = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty**2 for u in problem.unknowns]
-    return np.diag(known)
+    precisions = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty**2 for u in problem.unknowns]
+    return np.diag(precisions)
 
 
 def information(problem: Problem, evaluation: Evaluation) -> np.ndarray:
@@ -207,8 +211,8 @@ def determines(information: np.ndarray) -> bool:
 def identifier(name: str) -> str:
     """The name of an unknown as lmfit takes it: k/J is k_per_J, F+ is F_plus."""
     words = name.replace("/", "_per_").replace("+", "_plus").replace("-", "_minus")
-    found = re.sub(r"\W", "_", words)
-    return f"x_{found}" if not found.isidentifier() or keyword.iskeyword(found) else found
+    cleaned = re.sub(r"\W", "_", words)
+    return f"x_{cleaned}" if not cleaned.isidentifier() or keyword.iskeyword(cleaned) else cleaned
 
 
 def solve(
@@ -235,18 +239,23 @@ def solve(
         if name not in names:
             raise StickslipError(f"The problem has no unknown '{name}'.{nearest(name, names)}")
     search = Search(problem, [name not in fixed for name in names], progress)
-    begin = np.array(problem.start() if start is None else start, dtype=float)
-    begin[[names.index(name) for name in fixed]] = list(fixed.values())
+    initial = np.array(problem.start() if start is None else start, dtype=float)
+    initial[[names.index(name) for name in fixed]] = list(fixed.values())
     if not search.free.any():
-        evaluation = problem.evaluate(begin)
-        return Solution(begin, evaluation, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
-    values, converged, message = search.run(begin, tolerance, evaluations, loss)
-    low, high = problem.limits
-    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
-    at_bound = search.free & ((values - low < edge) | (high - values < edge))
+        evaluation = problem.evaluate(initial)
+        return Solution(initial, evaluation, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
+    values, converged, message = search.run(initial, tolerance, evaluations, loss)
+    at_bound = search.free & at_bounds(problem, values)
     return Solution(
         values, problem.evaluate(values), converged, message, tuple(bool(b) for b in at_bound), tuple(fixed)
     )
+
+
+def at_bounds(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """(m,) which unknowns ended on a bound of the search."""
+    low, high = problem.limits
+    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
+    return (values - low < edge) | (high - values < edge)
 
 
 class Search:
@@ -259,14 +268,14 @@ class Search:
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
     def run(
-        self, begin: np.ndarray, tolerance: float, evaluations: int, loss: str = "linear"
+        self, start: np.ndarray, tolerance: float, evaluations: int, loss: str = "linear"
     ) -> tuple[np.ndarray, bool, str]:
         from scipy.optimize import least_squares
 
         low, high = self.problem.limits
         room = np.where(np.isfinite(high - low), INSIDE * (high - low), INSIDE)
-        begin = np.where(self.free, np.clip(begin, low + room, high - room), begin)
-        rows = len(self.at(begin)[0])
+        start = np.where(self.free, np.clip(start, low + room, high - room), start)
+        rows = len(self.at(start)[0])
         if rows <= int(self.free.sum()):
             names = ", ".join(u.name for u, free in zip(self.problem.unknowns, self.free, strict=True) if free)
             raise StickslipError(
@@ -275,7 +284,7 @@ class Search:
             )
 
         def whole(free: np.ndarray) -> np.ndarray:
-            every = begin.copy()
+            every = start.copy()
             every[self.free] = free
             return every
 
@@ -284,7 +293,7 @@ class Search:
         with np.errstate(invalid="ignore", divide="ignore"):
             solution = least_squares(
                 lambda free: self.at(whole(free))[0],
-                begin[self.free],
+                start[self.free],
                 jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
                 bounds=(low[self.free], high[self.free]),
                 x_scale="jac",

@@ -63,7 +63,7 @@ class Profiles:
 
 def profile(
     problem: Problem,
-    found: Solution,
+    solution: Solution,
     covariance: np.ndarray,
     names: Sequence[str],
     *,
@@ -76,53 +76,53 @@ def profile(
     Raises:
         StickslipError: an unknown is not there.
     """
-    profiled = [_Profile(problem, found, covariance, name, quantile) for name in names]
+    profiled = [_Profile(problem, solution, covariance, name, quantile) for name in names]
     intervals = []
-    for number, (name, one) in enumerate(zip(names, profiled, strict=True)):
+    for number, (name, curve) in enumerate(zip(names, profiled, strict=True)):
         ends = []
         for side in (-1, 1):
-            ends.append(one.end(side))
+            ends.append(curve.end(side))
             if progress is not None:
                 progress((2 * number + len(ends)) / (2 * len(profiled)))
         intervals.append(Interval(name, level, ends[0], ends[1], "profile"))
-    least = _sum(problem, found)
-    lowest = min((one.lowest for one in profiled), default=least)
+    least = _sum(problem, solution)
+    lowest = min((curve.lowest for curve in profiled), default=least)
     return Profiles(tuple(intervals), lowest / least if least > 0 else 1.0)
 
 
-def _sum(problem: Problem, found: Solution) -> float:
+def _sum(problem: Problem, solution: Solution) -> float:
     """Sum of squares, priors included."""
     priors = sum(
         ((value - u.prior.value) / u.prior.standard_uncertainty) ** 2
-        for u, value in zip(problem.unknowns, found.values, strict=True)
+        for u, value in zip(problem.unknowns, solution.values, strict=True)
         if u.prior is not None
     )
-    return found.evaluation.sum + float(priors)
+    return solution.evaluation.sum + float(priors)
 
 
 class _Profile:
     """The profile of one unknown: sums of squares found so far."""
 
-    def __init__(self, problem: Problem, found: Solution, covariance: np.ndarray, name: str, quantile: float) -> None:
+    def __init__(self, problem: Problem, solved: Solution, covariance: np.ndarray, name: str, quantile: float) -> None:
         names = [u.name for u in problem.unknowns]
         if name not in names:
             raise StickslipError(f"The problem has no unknown '{name}'; it has {', '.join(names)}.")
-        self.problem, self.found, self.name, self.place = problem, found, name, names.index(name)
-        self.least = self.lowest = _sum(problem, found)
-        normal = information(problem, found.evaluation)
-        naive = np.linalg.inv(normal + RIDGE * np.diag(np.diag(normal)))[self.place, self.place]
-        variance = covariance[self.place, self.place]
+        self.problem, self.solution, self.name, self.index = problem, solved, name, names.index(name)
+        self.least = self.lowest = _sum(problem, solved)
+        normal = information(problem, solved.evaluation)
+        naive = np.linalg.inv(normal + RIDGE * np.diag(np.diag(normal)))[self.index, self.index]
+        variance = covariance[self.index, self.index]
         usable = np.isfinite(variance) and variance > 0
-        white = 1.0 if problem.noise_known else self.least / len(found.evaluation.residual)
+        white = 1.0 if problem.noise_known else self.least / len(solved.evaluation.residual)
         self.limit = quantile**2 * max(variance / naive if usable else white, np.finfo(float).tiny)
-        self.step = quantile * float(np.sqrt(variance)) if usable else 0.1 * max(abs(found.values[self.place]), 1e-3)
-        self.near = found.values  # all unknowns at the last fit, where the next begins
+        self.step = quantile * float(np.sqrt(variance)) if usable else 0.1 * max(abs(solved.values[self.index]), 1e-3)
+        self.near = solved.values  # all unknowns at the last fit, where the next begins
 
     def end(self, side: int) -> float | None:
         """The end of the interval below (-1) or above (+1) the estimate; None if it is open."""
-        unknown, value = self.problem.unknowns[self.place], float(self.found.values[self.place])
+        unknown, value = self.problem.unknowns[self.index], float(self.solution.values[self.index])
         bound = unknown.minimum if side < 0 else unknown.maximum
-        self.near = self.found.values
+        self.near = self.solution.values
         # the root of the excess is nearly linear in x, and known at the estimate without a fit
         inside, below = value, -1.0
         for doubling in range(DOUBLINGS + 1):
@@ -146,23 +146,23 @@ class _Profile:
         middle, last = inside, 0
         for _ in range(ROUNDS):
             middle = (inside * above - outside * below) / (above - below)
-            here = self.excess(middle)
-            if abs(here) < ACCURACY:
+            excess = self.excess(middle)
+            if abs(excess) < ACCURACY:
                 break
-            if here > 0:
-                outside, above, below = middle, here, below / 2 if last > 0 else below
+            if excess > 0:
+                outside, above, below = middle, excess, below / 2 if last > 0 else below
             else:
-                inside, below, above = middle, here, above / 2 if last < 0 else above
-            last = 1 if here > 0 else -1
+                inside, below, above = middle, excess, above / 2 if last < 0 else above
+            last = 1 if excess > 0 else -1
         return float(middle)
 
     def excess(self, x: float) -> float:
         """Root of what the sum of squares with the unknown at x has above the least, relative to that of the limit,
         less one; large where no fit is possible."""
-        begin = self.near.copy()
-        begin[self.place] = x
+        start = self.near.copy()
+        start[self.index] = x
         try:
-            solution = solve(self.problem, begin, fixed={self.name: x}, tolerance=SEARCH)
+            solution = solve(self.problem, start, fixed={self.name: x}, tolerance=SEARCH)
         except StickslipError:
             return REFUSED
         total = _sum(self.problem, solution)

@@ -82,13 +82,13 @@ def newey_west(
     prior: (m, m) precisions.
     """
     log = np.zeros(len(residual)) if log is None else log
-    known = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
-    inverse = inverse_information(gradient, known)
+    precision = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
+    inverse = inverse_information(gradient, precision)
     count, lags = len(residual), lag_count(len(residual)) if reach is None else reach
     share = (lags + 1) / count if reach is None else 0.0
     widened = np.polynomial.polynomial.polyval(share, QUANTILE) / QUANTILE[0]
     spread = bartlett(gradient * residual[:, None], lags, log) * count / (count - gradient.shape[1])
-    return inverse @ (float(widened) ** 2 * spread + known) @ inverse
+    return inverse @ (float(widened) ** 2 * spread + precision) @ inverse
 
 
 def lag_count(count: int) -> int:
@@ -115,23 +115,23 @@ def clustered_covariance(
     wide where the plain sandwich is too narrow. gradient: (n, m); residual: (n,); cluster: (n,) labels, two or more
     of them; prior: (m, m) precisions.
     """
-    known = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
+    precision = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
     # in units of their own: beside coefficients of friction a stiffness in N/m is smaller than rounding
-    units = np.sqrt(np.sum(gradient**2, axis=0) + np.diag(known))
+    units = np.sqrt(np.sum(gradient**2, axis=0) + np.diag(precision))
     units[units == 0] = 1.0
-    gradient, known = gradient / units, known / np.outer(units, units)
-    normal = gradient.T @ gradient + known
+    gradient, precision = gradient / units, precision / np.outer(units, units)
+    normal = gradient.T @ gradient + precision
     shifts = []
     order = np.argsort(cluster, kind="stable")
     for inside in np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1):
-        part = gradient[inside]
+        rows = gradient[inside]
         # least squares: without a cluster some direction may be lost, along which the estimate then stays
-        shifts.append(np.linalg.lstsq(normal - part.T @ part, part.T @ residual[inside], rcond=None)[0])
+        shifts.append(np.linalg.lstsq(normal - rows.T @ rows, rows.T @ residual[inside], rcond=None)[0])
     table = np.array(shifts)
     table = table - table.mean(axis=0)
     inverse = np.linalg.inv(normal)
-    found = (len(table) - 1) / len(table) * table.T @ table + inverse @ known @ inverse
-    return found / np.outer(units, units)
+    covariance = (len(table) - 1) / len(table) * table.T @ table + inverse @ precision @ inverse
+    return covariance / np.outer(units, units)
 
 
 def student(freedom: float, level: float) -> float:

@@ -81,39 +81,39 @@ class Whiteness:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences where the residuals show that the model is wrong."""
-        said = []
+        warnings = []
         if self.beyond:
-            worst = max(self.beyond, key=lambda one: abs(one.deviations))
-            where = ", ".join(f"{one.slip:.3g}" for one in self.beyond)
-            said.append(
+            worst = max(self.beyond, key=lambda speed: abs(speed.deviations))
+            where = ", ".join(f"{speed.slip:.3g}" for speed in self.beyond)
+            warnings.append(
                 f"The law misses the data at slip speeds of {where} m/s (by up to {abs(worst.deviations):.1f} standard "
                 "errors): its form is wrong there, and the stated deviations leave that out. Compare laws with "
                 "`stickslip laws`."
             )
         if self.repeated and self.beyond:
-            said.append(
+            warnings.append(
                 f"The residuals of {' and '.join(self.repeated)} take the same course in every slip, as they do under "
                 "a law of the wrong form. Only what the right law leaves of it has another cause (micro-slip, a wrong "
                 "constant of the rig)."
             )
         elif self.repeated:
-            said.append(
+            warnings.append(
                 f"The residuals of {' and '.join(self.repeated)} take the same course in every slip: something is "
                 "missing from the model (the law's form, micro-slip, a wrong constant of the rig). Compare laws with "
                 "`stickslip laws`."
             )
-        return tuple(said)
+        return tuple(warnings)
 
 
 def whiteness(evaluation: Evaluation, logs: Sequence[str]) -> Whiteness:
     """Tests of the residuals at a solution. logs: names by the numbers in ``evaluation.log``."""
-    found = []
+    by_log = []
     for number in np.unique(evaluation.log):
         rows = evaluation.log == number
         residual, cluster = evaluation.residual[rows], evaluation.cluster[rows]
         first, chance = colour(residual, cluster)
-        found.append(LogResiduals(logs[int(number)], int(rows.sum()), first, chance, _course(residual, cluster)))
-    return Whiteness(tuple(found), _by_speed(evaluation))
+        by_log.append(LogResiduals(logs[int(number)], int(rows.sum()), first, chance, _course(residual, cluster)))
+    return Whiteness(tuple(by_log), _by_speed(evaluation))
 
 
 def colour(residual: np.ndarray, cluster: np.ndarray) -> tuple[float, float]:
@@ -144,9 +144,9 @@ def _course(residual: np.ndarray, cluster: np.ndarray) -> float | None:
 
     means = []
     for label in np.unique(cluster):
-        part = residual[cluster == label]
-        if len(part) > COURSE:
-            means.append(legvander(np.linspace(-1, 1, len(part)), COURSE - 1).T @ part / np.sqrt(len(part)))
+        rows = residual[cluster == label]
+        if len(rows) > COURSE:
+            means.append(legvander(np.linspace(-1, 1, len(rows)), COURSE - 1).T @ rows / np.sqrt(len(rows)))
     table = np.array(means)
     if len(table) < COURSE + FEWEST:
         return None
@@ -162,16 +162,16 @@ def _course(residual: np.ndarray, cluster: np.ndarray) -> float | None:
 def _by_speed(evaluation: Evaluation) -> tuple[SpeedResidual, ...]:
     from scipy.special import ndtri, stdtr
 
-    known = np.isfinite(evaluation.slip)
-    slip, residual, cluster = evaluation.slip[known], evaluation.residual[known], evaluation.cluster[known]
+    slipping = np.isfinite(evaluation.slip)
+    slip, residual, cluster = evaluation.slip[slipping], evaluation.residual[slipping], evaluation.cluster[slipping]
     if not len(slip):
         return ()
     scale = float(np.sqrt(np.mean(residual**2))) or 1.0
     edges = np.quantile(slip, np.linspace(0, 1, BINS + 1))
-    place = np.clip(np.searchsorted(edges, slip, side="right") - 1, 0, BINS - 1)
-    found = []
-    for number in np.unique(place):
-        inside = place == number
+    bins = np.clip(np.searchsorted(edges, slip, side="right") - 1, 0, BINS - 1)
+    residuals = []
+    for number in np.unique(bins):
+        inside = bins == number
         labels, where = np.unique(cluster[inside], return_inverse=True)
         sums = np.bincount(where, residual[inside])
         spread = float(np.std(sums, ddof=1)) if len(labels) >= FEWEST else 0.0
@@ -181,5 +181,5 @@ def _by_speed(evaluation: Evaluation) -> tuple[SpeedResidual, ...]:
         # as many deviations of a normal variable as are equally rare; of the tail, which keeps its digits
         deviations = -float(ndtri(max(float(stdtr(len(labels) - 1, -abs(student))), 1e-300)))
         mean = float(np.mean(residual[inside])) / scale
-        found.append(SpeedResidual(float(np.mean(slip[inside])), mean, float(np.copysign(deviations, student))))
-    return tuple(found)
+        residuals.append(SpeedResidual(float(np.mean(slip[inside])), mean, float(np.copysign(deviations, student))))
+    return tuple(residuals)

@@ -97,8 +97,8 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
         ),
         *([] if named is None else [_CHANGEOVERS[named]]),
     )
-    made = {"parameters": parameters, "value": value, "gradient": gradient}
-    return JointLaw(**vars(single) | made, single=single, arrangement=arrangement)
+    changes = {"parameters": parameters, "value": value, "gradient": gradient}
+    return JointLaw(**vars(single) | changes, single=single, arrangement=arrangement)
 
 
 def _again(single: FittableLaw, arrangement: Arrangement, parameters: tuple[LawParameter, ...]) -> JointLaw:

@@ -26,11 +26,11 @@ class FittableLaw(LawFunctions):
     @property
     def at_rest(self) -> int | None:
         """Which parameter is the friction coefficient at zero slip speed; None if none is."""
-        q = np.array([0.5 + 0.1 * place for place in range(len(self.parameters))])
-        rest = np.zeros(1)
-        slope, value = self.gradient(rest, q)[:, 0], self.value(rest, q)[0]
-        place = np.flatnonzero(np.isclose(slope, 1.0) & np.isclose(q, value))
-        return int(place[0]) if len(place) == 1 and np.count_nonzero(slope) == 1 else None
+        q = np.array([0.5 + 0.1 * index for index in range(len(self.parameters))])
+        zero = np.zeros(1)
+        slope, value = self.gradient(zero, q)[:, 0], self.value(zero, q)[0]
+        matches = np.flatnonzero(np.isclose(slope, 1.0) & np.isclose(q, value))
+        return int(matches[0]) if len(matches) == 1 and np.count_nonzero(slope) == 1 else None
 
     def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:
         """First guess (m,) from slip speeds v (n,) and rough coefficients mu (n,).
@@ -42,25 +42,25 @@ class FittableLaw(LawFunctions):
 
         free = np.array(self.linear)
         best, least = np.zeros(0), np.inf
-        for guess in product(*(self._candidates(place, np.max(np.abs(v))) for place in range(len(self.parameters)))):
+        for guess in product(*(self._candidates(index, np.max(np.abs(v))) for index in range(len(self.parameters)))):
             q = np.where(free, 0.0, guess)
             # the triangle of a tall system has the same solution and misfit
             triangle = np.asarray(
                 np.linalg.qr(np.column_stack([*self.gradient(v, q)[free], mu - self.value(v, q)]), mode="r")
             )
-            found, misfit = nnls(triangle[:, :-1], triangle[:, -1])
+            solution, misfit = nnls(triangle[:, :-1], triangle[:, -1])
             if misfit < least:
-                q[free] = found
+                q[free] = solution
                 best, least = q, misfit
         return best
 
-    def _candidates(self, place: int, fastest: float) -> np.ndarray:
+    def _candidates(self, index: int, fastest: float) -> np.ndarray:
         """Values that a parameter may start at."""
-        one = self.parameters[place]
+        parameter = self.parameters[index]
         scales = {"s/m": CANDIDATES / fastest, "m/s": fastest / CANDIDATES}
-        if self.linear[place] or one.unit not in scales:
-            return np.array([one.value])
-        return np.clip(scales[one.unit], one.minimum, one.maximum)
+        if self.linear[index] or parameter.unit not in scales:
+            return np.array([parameter.value])
+        return np.clip(scales[parameter.unit], parameter.minimum, parameter.maximum)
 
 
 def fittable(reference: str) -> FittableLaw:

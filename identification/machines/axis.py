@@ -28,13 +28,13 @@ Shape = Callable[[sympy.Expr, sympy.Expr], sympy.Expr]
 @final
 @dataclass(frozen=True)
 class SummedFriction(DryFriction):
-    """lambda = -sum_i F_i shape_i(v, sgn v); parts: F_i and shape_i, a force over F_i by slip speed and its sign."""
+    """lambda = -sum_i F_i shape_i(v, sgn v); summands: F_i and shape_i, a force over F_i by slip speed and its sign."""
 
-    parts: tuple[tuple[Parameter, Shape], ...]
+    summands: tuple[tuple[Parameter, Shape], ...]
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
-        return -sum((parameter * shape(slip, sign) for parameter, shape in self.parts), sympy.S.Zero)
+        return -sum((parameter * shape(slip, sign) for parameter, shape in self.summands), sympy.S.Zero)
 
     def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force, N, for a slip speed without sign, m/s, and its sign."""

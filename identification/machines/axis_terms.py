@@ -210,27 +210,27 @@ def check_terms(recipe: Recipe, turning: bool, terms: tuple[Term, ...]) -> None:
 def _term(recipe: Recipe, name: str) -> Term:
     document = recipe.document
     raw = document.table("terms")[name]
-    place: tuple[str, ...] = ("terms", name)
+    keys: tuple[str, ...] = ("terms", name)
     over = None
     if isinstance(raw, dict):
-        document.check_keys(TERM_KEYS, *place)
-        kind = document.text("term", *place)
+        document.check_keys(TERM_KEYS, *keys)
+        kind = document.text("term", *keys)
         if "speed" in raw:
-            over = speed(document, raw["speed"], *place, "speed")
+            over = speed(document, raw["speed"], *keys, "speed")
     elif isinstance(raw, str):
         kind = raw
     else:
         raise document.fault(
-            f"term '{name}' must be the name of a term, such as \"viscous\", or a table with it; found {raw!r}.", *place
+            f"term '{name}' must be the name of a term, such as \"viscous\", or a table with it; found {raw!r}.", *keys
         )
     if kind not in KINDS:
-        raise document.fault(f"'{kind}' is not a term.{nearest(kind, KINDS)}", *place)
+        raise document.fault(f"'{kind}' is not a term.{nearest(kind, KINDS)}", *keys)
     if KINDS[kind].smoothed != (over is not None) or (over is not None and over.value <= 0):
-        what = "needs 'speed', the speed over which it turns, above 0" if KINDS[kind].smoothed else "has no 'speed'"
-        raise document.fault(f"term '{name}' ({kind}) {what}.", *place)
+        demand = "needs 'speed', the speed over which it turns, above 0" if KINDS[kind].smoothed else "has no 'speed'"
+        raise document.fault(f"term '{name}' ({kind}) {demand}.", *keys)
     if not identifier(name).isascii():
         raise document.fault(
-            f"'{name}' cannot name a parameter of a machine: use letters from a to z, digits and underscores.", *place
+            f"'{name}' cannot name a parameter of a machine: use letters from a to z, digits and underscores.", *keys
         )
     return Term(name, kind, over)
 

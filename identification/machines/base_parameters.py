@@ -26,7 +26,7 @@ SEED = 20
 class BaseParameter(Shown):
     """One of them: the monomial that it is named after and the others that it takes up, with their factors."""
 
-    place: int
+    index: int
     name: str
     unit: str
     others: tuple[tuple[str, float], ...]
@@ -35,8 +35,8 @@ class BaseParameter(Shown):
     @property
     def combination(self) -> str:
         """In words, such as "I1 + 0.04 m2 - 0.2 m1 r1"."""
-        parts = [f"{'-' if factor < 0 else '+'} {_factor(abs(factor))}{name}" for name, factor in self.others]
-        return " ".join([self.name, *parts])
+        terms = [f"{'-' if factor < 0 else '+'} {_factor(abs(factor))}{name}" for name, factor in self.others]
+        return " ".join([self.name, *terms])
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Base:
     @property
     def places(self) -> list[int]:
         """Of their columns in the regressor."""
-        return [parameter.place for parameter in self.parameters]
+        return [parameter.index for parameter in self.parameters]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,11 +61,11 @@ class Base:
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """Values (m,) of all monomials: these (b,) of the base parameters, 1 of what is given, 0 of the others."""
-        found = np.zeros(self.combine.shape[1])
-        found[self.places] = values
+        monomials = np.zeros(self.combine.shape[1])
+        monomials[self.places] = values
         if self.given is not None:
-            found[self.given] = 1.0
-        return found
+            monomials[self.given] = 1.0
+        return monomials
 
 
 def base_parameters(regressor: Regressor) -> Base:
@@ -83,38 +83,38 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
     basis = np.zeros((len(columns), 0))
     taken: list[int] = []
     combine = np.zeros((0, columns.shape[1]))
-    for place, size in enumerate(sizes):
-        if size == 0 or regressor.names[place] == GIVEN:
+    for index, size in enumerate(sizes):
+        if size == 0 or regressor.names[index] == GIVEN:
             continue
-        unit = columns[:, place] / size
-        rest = unit - basis @ (basis.T @ unit)
-        rest -= basis @ (basis.T @ rest)  # once more, for what rounding left
-        length = float(np.linalg.norm(rest))
+        unit = columns[:, index] / size
+        residual = unit - basis @ (basis.T @ unit)
+        residual -= basis @ (basis.T @ residual)  # once more, for what rounding left
+        length = float(np.linalg.norm(residual))
         if length > DEPENDENT:
-            basis = np.column_stack([basis, rest / length])
-            taken.append(place)
+            basis = np.column_stack([basis, residual / length])
+            taken.append(index)
             combine = np.vstack([combine, np.zeros(columns.shape[1])])
-            combine[-1, place] = 1.0
+            combine[-1, index] = 1.0
         else:
-            combine[:, place] = np.linalg.lstsq(columns[:, taken], columns[:, place], rcond=None)[0]
+            combine[:, index] = np.linalg.lstsq(columns[:, taken], columns[:, index], rcond=None)[0]
     combine[np.abs(combine) < DEPENDENT] = 0.0
     parameters = tuple(
         BaseParameter(
-            place,
-            regressor.names[place],
-            regressor.units[place],
-            _others(regressor.names, row, place),
-            bool(regressor.frictional[place]),
+            index,
+            regressor.names[index],
+            regressor.units[index],
+            _others(regressor.names, row, index),
+            bool(regressor.frictional[index]),
         )
-        for place, row in zip(taken, combine, strict=True)
+        for index, row in zip(taken, combine, strict=True)
     )
     silent = tuple(n for n, size in zip(regressor.names, sizes, strict=True) if size == 0 and n != GIVEN)
-    given = regressor.names.index(GIVEN) if GIVEN in regressor.names else None
-    return Base(parameters, combine, silent, given)
+    column = regressor.names.index(GIVEN) if GIVEN in regressor.names else None
+    return Base(parameters, combine, silent, column)
 
 
-def _others(names: Sequence[str], row: np.ndarray, place: int) -> tuple[tuple[str, float], ...]:
-    return tuple((names[i], float(row[i])) for i in map(int, np.flatnonzero(row)) if i != place)
+def _others(names: Sequence[str], row: np.ndarray, index: int) -> tuple[tuple[str, float], ...]:
+    return tuple((names[i], float(row[i])) for i in map(int, np.flatnonzero(row)) if i != index)
 
 
 def _factor(value: float) -> str:

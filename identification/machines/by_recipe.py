@@ -56,7 +56,7 @@ class RecipeMachine(Machine):
         recipe, table = self.recipe, read_columns(path, reader=reader)
         prepared = prepare(recipe, table, repair)
         # what cutoffs are given for has one low-pass for all signals, and derivatives of its own
-        bare = {name: replace(one, filter=None) for name, one in recipe.signals.items()}
+        bare = {name: replace(signal, filter=None) for name, signal in recipe.signals.items()}
         plain = prepare(replace(recipe, signals=bare), table, repair)
         ready = motions_of(recipe, prepared)
         time, effort = _joined(plain, TIME), _joined(plain, EFFORT)
@@ -65,26 +65,26 @@ class RecipeMachine(Machine):
 
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
         """As in `Machine`, and with instruments beside the recipe's own filters."""
-        asked, model = self.model.laws or laws, self.model
-        told = replace(fit, verdicts=(*fit.verdicts, *self._beside_instruments(fit, logs)))
-        return with_laws(self.mechanism, told, logs, asked, normal_force=model.normal_force, sign=model.sign)
+        names, model = self.model.laws or laws, self.model
+        judged = replace(fit, verdicts=(*fit.verdicts, *self._beside_instruments(fit, logs)))
+        return with_laws(self.mechanism, judged, logs, names, normal_force=model.normal_force, sign=model.sign)
 
     def _beside_instruments(self, fit: MachineFit, logs: Sequence[MachineLog]) -> list[str]:
         """Whether least squares with the recipe's own filters is biased: noise is in columns of accelerations that are
         derivatives."""
-        found, acceleration = fit.identified, self.recipe.signals.get(ACCELERATION)
-        if fit.cutoff is not None or found is None or found.said != NOTHING:
+        result, acceleration = fit.identified, self.recipe.signals.get(ACCELERATION)
+        if fit.cutoff is not None or result is None or result.limits != NOTHING:
             return []
         if acceleration is None or acceleration.column is not None:
             return []
         try:
-            other = solve_machine(found.regressor, found.base, logs, Cutoffs(CHECKED, CHECKED)).best
+            check = solve_machine(result.regressor, result.base, logs, Cutoffs(CHECKED, CHECKED)).best
         except StickslipError:
             return []  # no instruments, no second opinion
-        apart = np.abs(other.values - found.best.values) > BIASED * np.maximum(other.deviation, found.best.deviation)
-        values = zip(fit.parameters, other.values, other.deviation, strict=True)
-        told = [f"{p.name} = {value_with_sd(value, sd, p.unit)}" for p, value, sd in values]
-        named = ", ".join(one for one, far in zip(told, apart, strict=True) if far)
+        biased = np.abs(check.values - result.best.values) > BIASED * np.maximum(check.deviation, result.best.deviation)
+        values = zip(fit.parameters, check.values, check.deviation, strict=True)
+        estimates = [f"{p.name} = {value_with_sd(value, sd, p.unit)}" for p, value, sd in values]
+        named = ", ".join(estimate for estimate, differs in zip(estimates, biased, strict=True) if differs)
         if not named:
             return []
         return [
@@ -133,7 +133,7 @@ def inverse_dynamics(
     """
     machine = recipe_machine(recipe)
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    seen, others = (machine.logs(part, reader=reader, repair=repair) for part in (paths, held_out))
+    seen, others = (machine.logs(group, reader=reader, repair=repair) for group in (paths, held_out))
     fit = identify_machine(
         machine.mechanism,
         seen,
@@ -150,9 +150,9 @@ def inverse_dynamics(
 def _check_apart(recipe: Recipe, terms: Sequence[Term], mechanism: Mechanism) -> None:
     regressor = regressor_of(mechanism)
     base = base_parameters(regressor)
-    for place in set(range(len(regressor.names))) - set(base.places):
-        alike = {place, *(base.places[row] for row in np.flatnonzero(base.combine[:, place]))}
-        names = ", ".join(term.name for term in terms if regressor.names.index(identifier(term.name)) in alike)
+    for column in set(range(len(regressor.names))) - set(base.places):
+        dependent = {column, *(base.places[row] for row in np.flatnonzero(base.combine[:, column]))}
+        names = ", ".join(term.name for term in terms if regressor.names.index(identifier(term.name)) in dependent)
         raise StickslipError(
             f"{recipe.name} cannot tell the terms {names} apart, whatever the log: each is a sum of the others. Leave "
             "one out."
@@ -165,10 +165,10 @@ def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[Motion, ...]:
     Raises:
         StickslipError: none of its samples is fast enough.
     """
-    found = tuple(piece for one in prepared.pieces if len((piece := _motion(recipe, prepared, one)).kept))
-    if not found:
+    motions = tuple(piece for candidate in prepared.pieces if len((piece := _motion(recipe, prepared, candidate)).kept))
+    if not motions:
         raise StickslipError(f"{prepared.source}: no sample is as fast as 'least_speed' of {recipe.name}. Lower it.")
-    return found
+    return motions
 
 
 def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> Motion:
@@ -178,12 +178,12 @@ def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> Motion:
     position, velocity, acceleration, effort = (
         values.get(name, none)[:, None] for name in (POSITION, VELOCITY, ACCELERATION, EFFORT)
     )
-    kept = decimated(len(none), every)
+    rows = decimated(len(none), every)
     if recipe.sampling.least_speed.value > 0:
-        kept = kept[np.abs(decimating(velocity[:, 0], every)[kept]) >= recipe.sampling.least_speed.value]
+        rows = rows[np.abs(decimating(velocity[:, 0], every)[rows]) >= recipe.sampling.least_speed.value]
     weight = values.get(WEIGHT, none + 1.0)[:, None]
     smooth = partial(decimating, every=every)
-    return Motion(0, prepared.step, values[TIME], position, velocity, acceleration, effort, weight, smooth, kept)
+    return Motion(0, prepared.step, values[TIME], position, velocity, acceleration, effort, weight, smooth, rows)
 
 
 def _joined(prepared: Prepared, name: str) -> np.ndarray:

@@ -20,19 +20,19 @@ SURE = 5.0  # deviations
 STEPS = 0.5  # of the logs: less is within what a clock leaves open
 
 
-def effort_delay(found: Identified, moving: Rows, without: Estimated) -> tuple[float, float] | None:
+def effort_delay(identified: Identified, moving: Rows, without: Estimated) -> tuple[float, float] | None:
     """Delay of all efforts behind the positions and its deviation, s; None if there is none for sure. moving: as
     `standstill.moving` gives them; without: least squares of these, without a delay."""
-    regressor = found.regressor
-    values = found.base.whole(without.values)
+    regressor = identified.regressor
+    values = identified.base.whole(without.values)
 
-    def rate(one: Motion) -> np.ndarray:
-        efforts = regressor(one.position, one.velocity, one.acceleration) @ values
-        return np.gradient(efforts, one.step, axis=0)
+    def rate(motion: Motion) -> np.ndarray:
+        efforts = regressor(motion.position, motion.velocity, motion.acceleration) @ values
+        return np.gradient(efforts, motion.step, axis=0)
 
     late = Unknown("delay", "s", description="delay of the efforts")
-    columns = np.column_stack([moving.columns, -stacked(found.pieces, rate)])
+    columns = np.column_stack([moving.columns, -stacked(identified.pieces, rate)])
     with_delay = least_squares(balanced(replace(moving, columns=columns, unknowns=(*moving.unknowns, late))))
     delay, deviation = float(with_delay.values[-1]), float(with_delay.deviation[-1])
-    sure = abs(delay) > max(SURE * deviation, STEPS * found.pieces[0].step)
+    sure = abs(delay) > max(SURE * deviation, STEPS * identified.pieces[0].step)
     return (delay, deviation) if sure else None

@@ -65,7 +65,7 @@ class Excitation(Tabular):
         time = np.arange(round(self.period * self.rate)) / self.rate
         columns = {"time": time}
         for name, values in zip(("", "_velocity", "_acceleration"), self.at(time), strict=True):
-            columns |= {f"{joint}{name}": values[:, place] for place, joint in enumerate(self.joints)}
+            columns |= {f"{joint}{name}": values[:, column] for column, joint in enumerate(self.joints)}
         return pandas.DataFrame(columns)
 
     def _heading(self) -> str:
@@ -101,13 +101,13 @@ def excite(
     regressor = regressor_of(mechanism, known)
     room = _Room(mechanism, regressor, limits)
     design = _Design(regressor, base_parameters(regressor).places, room, period, harmonics)
-    found, first = design.best(seed, progress if progress is not None else lambda _: None)
+    optimum, first = design.best(seed, progress if progress is not None else lambda _: None)
     base = base_parameters(regressor)
-    columns, efforts = design.columns(found)
+    columns, efforts = design.columns(optimum)
     noise = NOISE * float(np.sqrt(np.mean(efforts**2)))
     count = period * rate / GRID
     spread = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns * count))) * noise
-    middle, sines, cosines = design.coefficients(found)
+    middle, sines, cosines = design.coefficients(optimum)
     return Excitation(
         mechanism.name,
         regressor.joints,
@@ -118,7 +118,7 @@ def excite(
         rate,
         NOISE,
         _condition(columns),
-        design.cost(first) - design.cost(found),
+        design.cost(first) - design.cost(optimum),
         dict(zip(base.names, spread.tolist(), strict=True)),
         {parameter.name: parameter.unit for parameter in base.parameters},
     )
@@ -149,11 +149,11 @@ class _Room:
             [q.v.name for q in mechanism.coordinates],
             [effort_input.name for effort_input in effort_inputs(mechanism)],
         ]
-        known = [name for group in names for name in group]
+        quantities = [name for group in names for name in group]
         for name, (low, high) in limits.items():
-            if name not in known:
+            if name not in quantities:
                 raise StickslipError(
-                    f"{mechanism.name} has no coordinate, velocity or effort '{name}'.{nearest(name, known)}"
+                    f"{mechanism.name} has no coordinate, velocity or effort '{name}'.{nearest(name, quantities)}"
                 )
             if not low < high:
                 raise StickslipError(f"The limits of '{name}', {low:g} to {high:g}, leave nothing.")
@@ -212,8 +212,8 @@ class _Design:
     def columns(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Columns of the base parameters over a period (GRID joints, b), and the declared efforts."""
         q, v, a = _motion(*self.coefficients(x), self.period, self.grid)
-        whole = self.regressor(q, v, a)
-        return whole[:, :, self.places].reshape(-1, len(self.places)), whole @ self.regressor.declared
+        regressor = self.regressor(q, v, a)
+        return regressor[:, :, self.places].reshape(-1, len(self.places)), regressor @ self.regressor.declared
 
     def cost(self, x: np.ndarray) -> float:
         """- ln det of the information."""
@@ -221,7 +221,7 @@ class _Design:
         sign, value = np.linalg.slogdet(columns.T @ columns)
         return -float(value) if sign > 0 else 1e6
 
-    def best(self, seed: int, told: Callable[[float], None]) -> tuple[np.ndarray, np.ndarray]:
+    def best(self, seed: int, progress: Callable[[float], None]) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of the best motion, and of the best random one."""
         from scipy.optimize import minimize
 
@@ -229,9 +229,9 @@ class _Design:
         falling = 1 / np.arange(1, self.shape[2] + 1)
         draws = [(rng.normal(size=self.shape) * falling).ravel() for _ in range(DRAWS)]
         ranked = sorted(draws, key=self.cost)
-        told(0.2)
-        found = []
-        for number, begin in enumerate(ranked[:SEARCHES]):
-            found.append(minimize(self.cost, begin, method="Powell", options={"maxfev": EVALUATIONS, "xtol": 1e-2}).x)
-            told(0.2 + 0.8 * (number + 1) / SEARCHES)
-        return min(found, key=self.cost), ranked[0]
+        progress(0.2)
+        optima = []
+        for number, start in enumerate(ranked[:SEARCHES]):
+            optima.append(minimize(self.cost, start, method="Powell", options={"maxfev": EVALUATIONS, "xtol": 1e-2}).x)
+            progress(0.2 + 0.8 * (number + 1) / SEARCHES)
+        return min(optima, key=self.cost), ranked[0]

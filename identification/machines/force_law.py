@@ -34,10 +34,10 @@ class ForceLaw(FittableLaw):
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
         """Those of the coefficients, which compare parameters of one kind, whatever its unit, by the names of here."""
-        said = self.coefficients.warnings(q)
+        warnings = self.coefficients.warnings(q)
         for p in self.coefficients.parameters:
-            said = tuple(one.replace(f"{p.name} =", f"{_force_name(p.name)} =") for one in said)
-        return said
+            warnings = tuple(warning.replace(f"{p.name} =", f"{_force_name(p.name)} =") for warning in warnings)
+        return warnings
 
 
 def force_law(law: FittableLaw, scale: float, turning: bool) -> ForceLaw:
@@ -55,12 +55,12 @@ def force_law(law: FittableLaw, scale: float, turning: bool) -> ForceLaw:
         )
         for p, by in zip(law.parameters, factor, strict=True)
     )
-    made: dict[str, Any] = {
+    changes: dict[str, Any] = {
         "parameters": parameters,
         "value": lambda v, q: scale * law.value(v, q / factor),
         "gradient": lambda v, q: scale * law.gradient(v, q / factor) / factor.reshape(shape),
     }
-    return ForceLaw(**vars(law) | made, coefficients=law, scale=scale, factor=factor)
+    return ForceLaw(**vars(law) | changes, coefficients=law, scale=scale, factor=factor)
 
 
 def _force_name(name: str) -> str:

@@ -62,13 +62,13 @@ class Estimated:
     @property
     def deviation(self) -> np.ndarray:
         """(b,), the larger of the two."""
-        found = np.sqrt(np.diag(self.covariance))
-        return found if self.jackknife is None else np.maximum(found, np.sqrt(np.diag(self.jackknife)))
+        deviation = np.sqrt(np.diag(self.covariance))
+        return deviation if self.jackknife is None else np.maximum(deviation, np.sqrt(np.diag(self.jackknife)))
 
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """Both estimates of the same rows, what is behind them, and what was said of the parameters. instruments: None if
+    """Both estimates of the same rows, what is behind them, and limits set to the parameters. instruments: None if
     they were not asked for; solved: the rows that they were found from, and the columns (rows, b) that stand for Z;
     low: Hz, a cutoff that passes the motion, 0 of least squares alone."""
 
@@ -77,7 +77,7 @@ class Identified:
     pieces: list[Motion]
     rows: Rows
     least_squares: Estimated
-    said: Given = NOTHING
+    limits: Given = NOTHING
     instruments: Estimated | None = None
     solved: tuple[Rows, np.ndarray] | None = None
     low: float = 0.0
@@ -87,12 +87,12 @@ class Identified:
         """That of the method that was asked for."""
         return self.instruments or self.least_squares
 
-    def from_rows(self, kept: np.ndarray) -> np.ndarray:
+    def from_rows(self, chosen: np.ndarray) -> np.ndarray:
         """Values (b,) from some of the rows (rows,)."""
         if self.solved is None:
-            return _solved(self.rows.where(kept), self.said).values
+            return _solved(self.rows.where(chosen), self.limits).values
         rows, columns = self.solved
-        return _by_instruments(rows.where(kept), columns[kept])
+        return _by_instruments(rows.where(chosen), columns[chosen])
 
     def lmfit(self) -> lmfit_exchange.Solved:
         """For lmfit, with the stated deviations.
@@ -102,12 +102,12 @@ class Identified:
         """
         if self.instruments is not None:
             raise StickslipError("lmfit minimises squares: ask for method='least squares'.")
-        found = self.least_squares
-        smaller = np.sqrt(np.diag(found.covariance))
-        wider = np.divide(found.deviation, smaller, out=np.ones_like(smaller), where=smaller > 0)
-        solution = _solved(self.rows, self.said)
-        problem = replace(machine_problem(self.rows), unknowns=self.said.bounded(self.rows.unknowns))
-        return lmfit_exchange.Solved(problem, solution, found.covariance * np.outer(wider, wider))
+        squares = self.least_squares
+        smaller = np.sqrt(np.diag(squares.covariance))
+        wider = np.divide(squares.deviation, smaller, out=np.ones_like(smaller), where=smaller > 0)
+        solution = _solved(self.rows, self.limits)
+        problem = replace(machine_problem(self.rows), unknowns=self.limits.bounded(self.rows.unknowns))
+        return lmfit_exchange.Solved(problem, solution, squares.covariance * np.outer(wider, wider))
 
 
 def solve_machine(
@@ -117,7 +117,7 @@ def solve_machine(
     cutoffs: Cutoffs | None,
     *,
     method: str = METHODS[0],
-    said: Given = NOTHING,
+    limits: Given = NOTHING,
     progress: Callable[[float], None] | None = None,
 ) -> Identified:
     """Both estimates, or least squares alone. cutoffs: None: logs as their recipe filters them, for least squares.
@@ -126,16 +126,16 @@ def solve_machine(
         StickslipError: as in `motions`; the logs do not tell the base parameters apart; instruments are asked for
             without cutoffs or with bounds; or simulated motion leaves the logs with every round.
     """
-    told = progress if progress is not None else lambda _: None
+    on_progress = progress if progress is not None else lambda _: None
     pieces = motions(logs, regressor.joints, cutoffs)
     rows = balanced(rows_of(regressor, base, pieces))
-    said.check(rows.names)
+    limits.check(rows.names)
     check_excited(rows, ", ".join(log.name for log in logs))
-    squares = least_squares(rows, said)
-    told(0.2)
+    squares = least_squares(rows, limits)
+    on_progress(0.2)
     if method != METHODS[0]:
-        return Identified(regressor, base, pieces, rows, squares, said)
-    if cutoffs is None or said != NOTHING:
+        return Identified(regressor, base, pieces, rows, squares, limits)
+    if cutoffs is None or limits != NOTHING:
         raise StickslipError(
             "Instruments need a cutoff and have no bounds: give a cutoff, take parameters as known, or ask for "
             "method='least squares'."
@@ -146,37 +146,37 @@ def solve_machine(
     slowly = motions(logs, regressor.joints, slow)
     if len(slowly) < len(pieces):
         # between gaps there are pieces too short for the low cutoff
-        begins = [(one.log, one.time[0]) for one in slowly]
-        pieces = [piece for piece in pieces if (piece.log, piece.time[0]) in begins]
+        starts = [(piece.log, piece.time[0]) for piece in slowly]
+        pieces = [piece for piece in pieces if (piece.log, piece.time[0]) in starts]
         rows = balanced(rows_of(regressor, base, pieces))
         squares = least_squares(rows)
     first = least_squares(balanced(rows_of(regressor, base, slowly))).values
-    asked = _Asked(regressor, base, pieces, slowly, slow.parallel, band)
-    slow_friction = _with_slow_friction(asked, rows)
-    found, columns = _instrumented(asked, slow_friction, first, lambda done: told(0.2 + 0.8 * done))
+    setup = _Asked(regressor, base, pieces, slowly, slow.parallel, band)
+    slow_friction = _with_slow_friction(setup, rows)
+    best, columns = _instrumented(setup, slow_friction, first, lambda done: on_progress(0.2 + 0.8 * done))
     return Identified(
-        regressor, base, pieces, rows, squares, instruments=found, solved=(slow_friction, columns), low=low
+        regressor, base, pieces, rows, squares, instruments=best, solved=(slow_friction, columns), low=low
     )
 
 
-def least_squares(rows: Rows, said: Given = NOTHING) -> Estimated:
-    """Weighted, with deviations that allow for coloured residuals. said: bounds of parameters, and which are held."""
-    found = _solved(rows, said)
-    free = np.array([name not in found.fixed for name in rows.names], dtype=bool)
+def least_squares(rows: Rows, limits: Given = NOTHING) -> Estimated:
+    """Weighted, with deviations that allow for coloured residuals. limits: bounds of parameters, and which are held."""
+    solution = _solved(rows, limits)
+    free = np.array([name not in solution.fixed for name in rows.names], dtype=bool)
     columns, effort = rows.weighted
-    at_bound = tuple(name for name, at in zip(rows.names, found.at_bound, strict=True) if at)
-    residual = effort - columns @ found.values
-    judged = _judged(METHODS[1], rows, found.values, columns[:, free], residual, free)
-    return replace(judged, at_bound=at_bound, held=found.fixed)
+    at_bound = tuple(name for name, at in zip(rows.names, solution.at_bound, strict=True) if at)
+    residual = effort - columns @ solution.values
+    judged = _judged(METHODS[1], rows, solution.values, columns[:, free], residual, free)
+    return replace(judged, at_bound=at_bound, held=solution.fixed)
 
 
-def _solved(rows: Rows, said: Given) -> Solution:
+def _solved(rows: Rows, limits: Given) -> Solution:
     problem = machine_problem(rows)
-    if said == NOTHING:
+    if limits == NOTHING:
         values = problem.start()
         return Solution(values, problem.evaluate(values), True, "", (False,) * len(values))
-    problem = replace(problem, unknowns=said.bounded(rows.unknowns))
-    return solve(problem, said.start(problem), fixed=said.fixed(problem))
+    problem = replace(problem, unknowns=limits.bounded(rows.unknowns))
+    return solve(problem, limits.start(problem), fixed=limits.fixed(problem))
 
 
 def _by_instruments(rows: Rows, instruments: np.ndarray) -> np.ndarray:
@@ -226,37 +226,37 @@ class _Asked:
 
 
 def _instrumented(
-    asked: _Asked, rows: Rows, first: np.ndarray, told: Callable[[float], None]
+    setup: _Asked, rows: Rows, first: np.ndarray, progress: Callable[[float], None]
 ) -> tuple[Estimated, np.ndarray]:
-    values, found, columns = first, None, rows.columns
+    values, estimate, columns = first, None, rows.columns
     for number in range(ROUNDS):
-        simulated = instruments(asked, values)
+        simulated = instruments(setup, values)
         if simulated is None:
             break
-        found, columns = _prefiltered(rows, simulated, values, asked.band)
-        found = replace(found, rounds=number + 1)
-        moved = np.max(np.abs(found.values - values) / found.deviation)
-        values = found.values
-        told((number + 1) / ROUNDS)
+        estimate, columns = _prefiltered(rows, simulated, values, setup.band)
+        estimate = replace(estimate, rounds=number + 1)
+        moved = np.max(np.abs(estimate.values - values) / estimate.deviation)
+        values = estimate.values
+        progress((number + 1) / ROUNDS)
         if moved < SAME:
             break
-    if found is None:
+    if estimate is None:
         raise StickslipError(
             "With the values that least squares gives the simulated machine leaves the logs: there are no instruments. "
             "Lower the cutoff, check signs and units of efforts and positions, or ask for least squares."
         )
-    return found, columns
+    return estimate, columns
 
 
-def _with_slow_friction(asked: _Asked, rows: Rows) -> Rows:
+def _with_slow_friction(setup: _Asked, rows: Rows) -> Rows:
     """With columns of friction of the slow pieces: the mean of sgn(v + noise) is not sgn v, and instruments keep out
     additive noise alone."""
-    frictional = np.array([parameter.frictional for parameter in asked.base.parameters])
+    frictional = np.array([parameter.frictional for parameter in setup.base.parameters])
     slowly = {
-        id(piece): asked.regressor(one.position, one.velocity, one.acceleration)[:, :, asked.base.places]
-        for piece, one in zip(asked.pieces, asked.slow, strict=True)
+        id(piece): setup.regressor(slow.position, slow.velocity, slow.acceleration)[:, :, setup.base.places]
+        for piece, slow in zip(setup.pieces, setup.slow, strict=True)
     }
-    columns = stacked(asked.pieces, lambda one: slowly[id(one)])
+    columns = stacked(setup.pieces, lambda piece: slowly[id(piece)])
     return replace(rows, columns=np.where(frictional, columns, rows.columns))
 
 
@@ -267,29 +267,29 @@ def _prefiltered(rows: Rows, instruments: np.ndarray, values: np.ndarray, band: 
     used = rows.used
     residual = rows.residual(values) * used
     calm = prefilter(residual, rows.series, rows.joint, band)
-    kept, left = calm.settled, calm(residual)
+    settled, filtered = calm.settled, calm(residual)
     joints = range(len(rows.deviation))
-    deviation = np.array([np.std(left[kept & used & (rows.joint == joint)]) for joint in joints])
+    deviation = np.array([np.std(filtered[settled & used & (rows.joint == joint)]) for joint in joints])
     signals = {name: calm((getattr(rows, name).T * used).T) for name in ("columns", "given", "effort")}
     smooth = replace(rows, **signals, deviation=deviation, trust=np.where(used, rows.trust, 1.0))
-    inside = calm((instruments.T * used).T) * kept[:, None]
+    inside = calm((instruments.T * used).T) * settled[:, None]
     return (
-        _estimated(smooth.where(kept), inside[kept]),
+        _estimated(smooth.where(settled), inside[settled]),
         calm.transposed(inside) * (rows.deviation / deviation)[rows.joint, None] ** 2,
     )
 
 
-def instruments(asked: _Asked, values: np.ndarray) -> np.ndarray | None:
+def instruments(setup: _Asked, values: np.ndarray) -> np.ndarray | None:
     """Columns (rows, b) on simulated motion; None where that is not finite."""
-    regressor, base, pieces = asked.regressor, asked.base, asked.pieces
+    regressor, base, pieces = setup.regressor, setup.base, setup.pieces
     try:
-        found = follow(regressor, base.whole(values), asked.slow, asked.cutoff)
+        runs = follow(regressor, base.whole(values), setup.slow, setup.cutoff)
     except np.linalg.LinAlgError:
         return None
-    if not all(np.all(np.isfinite(one)) for motion in found for one in motion):
+    if not all(np.all(np.isfinite(signal)) for motion in runs for signal in motion):
         return None
-    simulated = {id(piece): regressor(*motion)[:, :, base.places] for piece, motion in zip(pieces, found, strict=True)}
-    return stacked(pieces, lambda one: simulated[id(one)])
+    simulated = {id(piece): regressor(*motion)[:, :, base.places] for piece, motion in zip(pieces, runs, strict=True)}
+    return stacked(pieces, lambda piece: simulated[id(piece)])
 
 
 def follow(
@@ -302,29 +302,29 @@ def follow(
     grids = [np.arange(piece.time[0], piece.time[-1] + step, step) for piece in pieces]
     settle = int(1 / (OBSERVER * step))
     used = int(HOLD * settle)
-    begins = [(place, at) for place, grid in enumerate(grids) for at in range(0, len(grid), used)]
+    starts = [(number, at) for number, grid in enumerate(grids) for at in range(0, len(grid), used)]
     reach = np.arange(-settle, used)
-    rows = [np.clip(at + reach, 0, len(grids[place]) - 1) for place, at in begins]
+    rows = [np.clip(at + reach, 0, len(grids[number]) - 1) for number, at in starts]
 
     def taken(of: Callable[[Motion], np.ndarray]) -> np.ndarray:
-        whole = [_between(grid, piece.time, of(piece)) for grid, piece in zip(grids, pieces, strict=True)]
-        return np.stack([whole[place][at] for (place, _), at in zip(begins, rows, strict=True)])
+        signals = [_between(grid, piece.time, of(piece)) for grid, piece in zip(grids, pieces, strict=True)]
+        return np.stack([signals[number][at] for (number, _), at in zip(starts, rows, strict=True)])
 
     stretches = Stretches(
         step,
-        taken(lambda one: one.position),
-        taken(lambda one: one.velocity),
-        taken(lambda one: one.smooth(one.effort)),
+        taken(lambda piece: piece.position),
+        taken(lambda piece: piece.velocity),
+        taken(lambda piece: piece.smooth(piece.effort)),
     )
     with np.errstate(over="ignore", invalid="ignore"):
         motion = run(regressor, values, stretches, OBSERVER)
-    found = []
+    paths = []
     for number, (grid, piece) in enumerate(zip(grids, pieces, strict=True)):
-        mine = [i for i, (place, _) in enumerate(begins) if place == number]
-        joined = [one[mine, settle:].reshape(-1, one.shape[-1])[: len(grid)] for one in motion]
-        q, v, a = (_between(piece.time, grid, one) for one in joined)
-        found.append((q, v, a))
-    return found
+        mine = [i for i, (owner, _) in enumerate(starts) if owner == number]
+        joined = [values[mine, settle:].reshape(-1, values.shape[-1])[: len(grid)] for values in motion]
+        q, v, a = (_between(piece.time, grid, values) for values in joined)
+        paths.append((q, v, a))
+    return paths
 
 
 def _between(at: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -340,8 +340,8 @@ def _band(pieces: Sequence[Motion], cutoff: float) -> Band:
 
     step = float(np.diff(pieces[0].time[pieces[0].kept[:2]])[0])
     spectra = [periodogram(piece.thinned(piece.velocity), 1 / step, window="hann", axis=0) for piece in pieces]
-    frequency = np.concatenate([one for one, _ in spectra])
-    power = np.concatenate([one * len(piece.kept) for piece, (_, one) in zip(pieces, spectra, strict=True)])
+    frequency = np.concatenate([grid for grid, _ in spectra])
+    power = np.concatenate([density * len(piece.kept) for piece, (_, density) in zip(pieces, spectra, strict=True)])
     order = np.argsort(frequency)
     order = order[frequency[order] < NOISY[1] * cutoff]
     frequency, power = frequency[order], power[order]

@@ -60,22 +60,22 @@ def identify_machine(
     regressor = regressor_of(mechanism, known)
     base = base_parameters(regressor)
     cutoffs = _cutoffs(cutoff, parallel_cutoff, still)
-    found = solve_machine(regressor, base, logs, cutoffs, method=method, said=given(parameters), progress=progress)
+    result = solve_machine(regressor, base, logs, cutoffs, method=method, limits=given(parameters), progress=progress)
     joints = joint_scores(
-        found,
+        result,
         _others(regressor, base, held_out, cutoffs),
         [input_.unit for input_ in _inputs(mechanism, regressor)],
     )
-    listed = _parameters(mechanism, base, found)
-    quality = _quality(found, oversampled=cutoffs is not None)
+    listed = _parameters(mechanism, base, result)
+    quality = _quality(result, oversampled=cutoffs is not None)
     at_rest, late = {}, None
-    rows = None if cutoffs is None or parameters is not None else moving(found, cutoffs)
+    rows = None if cutoffs is None or parameters is not None else moving(result, cutoffs)
     if rows is not None:
         without = least_squares(rows)
-        at_rest = {} if still else pulled(found, without)
-        late = effort_delay(found, rows, without)
+        at_rest = {} if still else pulled(result, without)
+        late = effort_delay(result, rows, without)
     names = tuple(log.name for log in logs)
-    said = [*on_logs(found, names), *verdicts(mechanism, found, listed, joints, quality, at_rest, late)]
+    remarks = [*on_logs(result, names), *verdicts(mechanism, result, listed, joints, quality, at_rest, late)]
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,
@@ -88,15 +88,15 @@ def identify_machine(
         cutoff=cutoffs and cutoffs.kinematic,
         parallel_cutoff=cutoffs and cutoffs.parallel,
         logs=names,
-        samples=int(np.count_nonzero(found.rows.used)),
+        samples=int(np.count_nonzero(result.rows.used)),
         condition=quality.condition,
-        raw_condition=float(np.linalg.cond(found.rows.weighted[0])),
+        raw_condition=float(np.linalg.cond(result.rows.weighted[0])),
         neighbour_correlation=quality.neighbour_correlation,
         effective_samples=quality.effective_samples,
-        rounds=found.best.rounds,
+        rounds=result.best.rounds,
         still=still,
-        verdicts=(*said, *dict.fromkeys(note for log in (*logs, *held_out) for note in log.notes)),
-        identified=found,
+        verdicts=(*remarks, *dict.fromkeys(note for log in (*logs, *held_out) for note in log.notes)),
+        identified=result,
     )
 
 
@@ -112,14 +112,14 @@ def _cutoffs(cutoff: float | None, parallel: float | None, still: float) -> Cuto
     return Cutoffs(cutoff, parallel or cutoff, still)
 
 
-def _quality(found: Identified, *, oversampled: bool) -> Quality:
-    columns, effort = found.rows.weighted
-    best = found.best
-    neighbours = autocorrelation(effort - columns @ best.values, found.rows.series)
+def _quality(result: Identified, *, oversampled: bool) -> Quality:
+    columns, effort = result.rows.weighted
+    best = result.best
+    neighbours = autocorrelation(effort - columns @ best.values, result.rows.series)
     return Quality(
-        *together(found.rows),
+        *together(result.rows),
         neighbours,
-        np.count_nonzero(found.rows.used) / inflation(best.white, best.covariance),
+        np.count_nonzero(result.rows.used) / inflation(best.white, best.covariance),
         oversampled,
     )
 
@@ -128,12 +128,12 @@ def _others(
     regressor: Regressor, base: Base, held_out: Sequence[MachineLog], cutoffs: Cutoffs | None
 ) -> dict[str, Rows]:
     """Rows of each of these logs by its name, which several may have."""
-    found: dict[str, Rows] = {}
+    rows: dict[str, Rows] = {}
     for log in held_out:
-        again = sum(name.partition(" (")[0] == log.name for name in found)
-        name = f"{log.name} ({again + 1})" if again else log.name
-        found[name] = rows_of(regressor, base, motions([log], regressor.joints, cutoffs))
-    return found
+        count = sum(name.partition(" (")[0] == log.name for name in rows)
+        name = f"{log.name} ({count + 1})" if count else log.name
+        rows[name] = rows_of(regressor, base, motions([log], regressor.joints, cutoffs))
+    return rows
 
 
 def _inputs(mechanism: Mechanism, regressor: Regressor) -> list[Input]:
@@ -141,8 +141,8 @@ def _inputs(mechanism: Mechanism, regressor: Regressor) -> list[Input]:
     return [by_name[name] for name in regressor.efforts]
 
 
-def _parameters(mechanism: Mechanism, base: Base, found: Identified) -> tuple[MachineParameter, ...]:
-    best, squares = found.best, found.least_squares
+def _parameters(mechanism: Mechanism, base: Base, result: Identified) -> tuple[MachineParameter, ...]:
+    best, squares = result.best, result.least_squares
     meanings = {p.name: p.description for p in mechanism.parameters}
     white = np.sqrt(np.diag(best.white))
     shift = np.divide(
@@ -150,17 +150,17 @@ def _parameters(mechanism: Mechanism, base: Base, found: Identified) -> tuple[Ma
     )
     return tuple(
         MachineParameter(
-            one.name,
-            one.combination,
-            meanings.get(one.combination, ""),
-            float(best.values[place]),
-            one.unit,
-            float(best.deviation[place]),
-            float(white[place]),
-            float(squares.values[place]),
-            float(squares.deviation[place]),
-            float(shift[place]),
-            one.frictional,
+            parameter.name,
+            parameter.combination,
+            meanings.get(parameter.combination, ""),
+            float(best.values[index]),
+            parameter.unit,
+            float(best.deviation[index]),
+            float(white[index]),
+            float(squares.values[index]),
+            float(squares.deviation[index]),
+            float(shift[index]),
+            parameter.frictional,
         )
-        for place, one in enumerate(base.parameters)
+        for index, parameter in enumerate(base.parameters)
     )

@@ -48,49 +48,49 @@ def compare_joint_laws(
     """
     regressor = regressor_of(mechanism, fit.known)
     pieces = motions(logs, regressor.joints, cutoffs_of(fit))
-    whole = rows_of(regressor, base_parameters(regressor), pieces)
-    found = {}
-    for place, joint in enumerate(fit.joints):
-        rows = _beside_friction(fit, whole.where(whole.joint == place), joint.unit, len(fit.joints) == 1)
+    stacked = rows_of(regressor, base_parameters(regressor), pieces)
+    comparisons = {}
+    for number, joint in enumerate(fit.joints):
+        rows = _beside_friction(fit, stacked.where(stacked.joint == number), joint.unit, len(fit.joints) == 1)
         problems: dict[str, MachineProblem] = {}
         for name in laws:
-            made = _by_direction(rows, pieces, place, joint.unit) if name == BY_DIRECTION else rows
-            check_excited(made, ", ".join(fit.logs))
+            candidates = _by_direction(rows, pieces, number, joint.unit) if name == BY_DIRECTION else rows
+            check_excited(candidates, ", ".join(fit.logs))
             force = None if name == BY_DIRECTION else _force_law(name, rows, normal_force, joint.unit)
-            problems[name] = machine_problem(made, force and JointFriction(force, pieces, place, sign))
-        found[joint.joint] = _compared(problems, joint.joint)
-    return found
+            problems[name] = machine_problem(candidates, force and JointFriction(force, pieces, number, sign))
+        comparisons[joint.joint] = _compared(problems, joint.joint)
+    return comparisons
 
 
 def with_laws(
-    mechanism: Mechanism, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str], **how: Any
+    mechanism: Mechanism, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str], **options: Any
 ) -> MachineFit:
-    """The fit with laws compared by joint, where any are asked for. how: as in `compare_joint_laws`.
+    """The fit with laws compared by joint, where any are asked for. options: as in `compare_joint_laws`.
 
     Raises:
         StickslipError: as in `compare_joint_laws`.
     """
-    known = _known_friction(mechanism, fit)
+    assumed = _known_friction(mechanism, fit)
     if not laws:
         return fit
-    if known:
-        said = [f"Friction laws were not compared, for {', '.join(known)} is taken as known: leave it to be found."]
-        return replace(fit, verdicts=(*fit.verdicts, *said))
-    found, said = compare_joint_laws(mechanism, fit, logs, laws, **how), []
-    for joint, one in found.items():
+    if assumed:
+        notes = [f"Friction laws were not compared, for {', '.join(assumed)} is taken as known: leave it to be found."]
+        return replace(fit, verdicts=(*fit.verdicts, *notes))
+    comparisons, notes = compare_joint_laws(mechanism, fit, logs, laws, **options), []
+    for joint, comparison in comparisons.items():
         aside = [
             f"{score.law} is put aside on '{joint}': {' '.join(score.warnings)}"
-            for score in one.scores
+            for score in comparison.scores
             if score.warnings
         ]
-        said += [f"Friction laws of '{joint}': {one.verdict}", *aside]
-    return replace(fit, laws=found, verdicts=(*fit.verdicts, *said))
+        notes += [f"Friction laws of '{joint}': {comparison.verdict}", *aside]
+    return replace(fit, laws=comparisons, verdicts=(*fit.verdicts, *notes))
 
 
 def _known_friction(mechanism: Mechanism, fit: MachineFit) -> list[str]:
     forces = [friction.law.force(SLIP, SIGN) for friction in mechanism.frictions]
-    held = {symbol for force in (*forces, mechanism.dissipation) for symbol in sympy.sympify(force).free_symbols}
-    return [p.name for p in mechanism.parameters if p in held and fit.known.get(p.name, 0.0) != 0]
+    symbols = {symbol for force in (*forces, mechanism.dissipation) for symbol in sympy.sympify(force).free_symbols}
+    return [p.name for p in mechanism.parameters if p in symbols and fit.known.get(p.name, 0.0) != 0]
 
 
 def _force_law(name: str, rows: Rows, normal_force: float | None, unit: str) -> ForceLaw:
@@ -102,13 +102,13 @@ def _beside_friction(fit: MachineFit, rows: Rows, unit: str, alone: bool) -> Row
     """Rows of a joint with columns of what is no friction, or with an offset in place of what is known by the fit: an
     offset of the machine's own is half the difference of friction by direction, and left to the laws."""
     rows = replace(rows, joint=np.zeros_like(rows.joint), deviation=np.ones(1))
-    rest = np.array([not fit[name].frictional for name in rows.names])
+    smooth = np.array([not fit[name].frictional for name in rows.names])
     if alone:
-        unknowns = tuple(one for one, keep in zip(rows.unknowns, rest, strict=True) if keep)
-        return replace(rows, unknowns=unknowns, columns=rows.columns[:, rest])
+        unknowns = tuple(unknown for unknown, keep in zip(rows.unknowns, smooth, strict=True) if keep)
+        return replace(rows, unknowns=unknowns, columns=rows.columns[:, smooth])
     values = np.array([fit[name].value for name in rows.names])
-    rest &= ~_steady(rows)
-    effort, none = rows.residual(values * rest), np.zeros_like(rows.effort)
+    smooth &= ~_steady(rows)
+    effort, none = rows.residual(values * smooth), np.zeros_like(rows.effort)
     offset = (Unknown("offset", unit, description="offset of the effort"),)
     return replace(rows, unknowns=offset, columns=np.ones((len(effort), 1)), given=none, effort=effort)
 
@@ -121,7 +121,7 @@ def _steady(rows: Rows) -> np.ndarray:
 def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:
     """With friction of each direction, which holds an offset already: half their difference."""
     steady = _steady(rows)
-    rest = tuple(one for one, constant in zip(rows.unknowns, steady, strict=True) if not constant)
+    free = tuple(unknown for unknown, constant in zip(rows.unknowns, steady, strict=True) if not constant)
     viscous = "N m s/rad" if unit == "N m" else "N s/m"
 
     def of(v: np.ndarray) -> np.ndarray:
@@ -130,30 +130,30 @@ def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -
         return np.stack(shapes, axis=1)
 
     names = ("F_c+", "F_c-", "F_v+", "F_v-")
-    both = tuple(Unknown(name, viscous if name.startswith("F_v") else unit) for name in names)
+    terms = tuple(Unknown(name, viscous if name.startswith("F_v") else unit) for name in names)
     columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint])) for piece in pieces])
-    return replace(rows, unknowns=(*rest, *both), columns=np.concatenate([rows.columns[:, ~steady], columns], axis=1))
+    return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, ~steady], columns], axis=1))
 
 
 def _compared(problems: Mapping[str, MachineProblem], log: str) -> LawComparison:
     """Laws by their problems; friction that drives is put aside."""
     solutions = {name: solve(problem) for name, problem in problems.items()}
     warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
-    asked = Comparing("hac", PARTS, warnings)
-    return compare_problems(problems, [log], solutions=solutions, asked=asked)
+    options = Comparing("hac", PARTS, warnings)
+    return compare_problems(problems, [log], solutions=solutions, options=options)
 
 
-def _meaning(problem: MachineProblem, found: Solution) -> tuple[str, ...]:
+def _meaning(problem: MachineProblem, solution: Solution) -> tuple[str, ...]:
     """Why the values of a law mean nothing."""
     if problem.friction is None:
         friction = [
             (u.name, value)
-            for u, value in zip(problem.unknowns, found.values, strict=True)
+            for u, value in zip(problem.unknowns, solution.values, strict=True)
             if u.name.startswith(("F_c", "F_v"))
         ]
         wrong = [f"{name} = {value:.4g}" for name, value in friction if value < 0]
         return (f"{', '.join(wrong)} below zero: friction that drives.",) if wrong else ()
-    named = zip(problem.unknowns, found.values, found.at_bound, strict=True)
+    named = zip(problem.unknowns, solution.values, solution.at_bound, strict=True)
     ends = [f"{unknown.name} = {value:.3g} at the end of its range" for unknown, value, at in named if at]
-    said = problem.friction.law.warnings(found.values[len(problem.rows.unknowns) :])
-    return (*said, *((f"{', '.join(ends)}.",) if ends else ()))
+    warnings = problem.friction.law.warnings(solution.values[len(problem.rows.unknowns) :])
+    return (*warnings, *((f"{', '.join(ends)}.",) if ends else ()))

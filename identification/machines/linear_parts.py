@@ -35,38 +35,38 @@ def linear_parts(expression: sympy.Expr, unknown: Set[sympy.Basic]) -> Parts:
 
 def _parts(expression: sympy.Expr, unknown: Set[sympy.Basic], shared: Derivatives) -> Parts:
     """shared: knows the symbols of every part, which SymPy would gather anew for each."""
-    held = shared.symbols(expression) & unknown
-    if not held:
+    unknowns = shared.symbols(expression) & unknown
+    if not unknowns:
         return {NOTHING: expression}
     if isinstance(expression, Parameter):
         return {((expression, 1),): sympy.S.One}
     if isinstance(expression, sympy.Add):
-        found: Parts = {}
-        for part in expression.args:
-            for monomial, motion in _parts(part, unknown, shared).items():
-                found[monomial] = found.get(monomial, sympy.S.Zero) + motion
-        return found
+        sums: Parts = {}
+        for summand in expression.args:
+            for monomial, motion in _parts(summand, unknown, shared).items():
+                sums[monomial] = sums.get(monomial, sympy.S.Zero) + motion
+        return sums
     if isinstance(expression, sympy.Mul):
         return reduce(_product, (_parts(arg, unknown, shared) for arg in expression.args))
     if isinstance(expression, sympy.Pow) and expression.exp.is_Integer and expression.exp > 0:
         return reduce(_product, [_parts(expression.base, unknown, shared)] * int(expression.exp))
-    names = ", ".join(sorted(str(one.name) for one in held))  # type: ignore[attr-defined]
+    names = ", ".join(sorted(str(symbol.name) for symbol in unknowns))  # type: ignore[attr-defined]
     raise StickslipError(
         f"'{sympy.sstr(expression)}' is not linear in {names} or in products of parameters: what is to be found must "
         f"stand outside functions and denominators. Take {names} as known."
     )
 
 
-def _product(one: Parts, other: Parts) -> Parts:
-    found: Parts = {}
-    for a, x in one.items():
-        for b, y in other.items():
+def _product(left: Parts, right: Parts) -> Parts:
+    product: Parts = {}
+    for a, x in left.items():
+        for b, y in right.items():
             powers: dict[Parameter, int] = dict(a)
             for parameter, power in b:
                 powers[parameter] = powers.get(parameter, 0) + power
             monomial = tuple(sorted(powers.items(), key=lambda pair: pair[0].declared))
-            found[monomial] = found.get(monomial, sympy.S.Zero) + x * y
-    return found
+            product[monomial] = product.get(monomial, sympy.S.Zero) + x * y
+    return product
 
 
 def monomial_name(monomial: Monomial) -> str:

@@ -15,9 +15,9 @@ ALIKE = 0.9  # cosine of an effort and what the other logs lead to expect, from 
 ODD = 5.0  # times and more: less may be another load or temperature, or noise in the columns
 
 
-def on_logs(found: Identified, names: Sequence[str]) -> list[str]:
+def on_logs(result: Identified, names: Sequence[str]) -> list[str]:
     """Verdicts on logs, a sentence for each joint; none of one log alone. names: of the logs, by their number."""
-    rows, joints = found.rows, found.regressor.joints
+    rows, joints = result.rows, result.regressor.joints
     numbers = np.unique(rows.log)
     if len(numbers) < 2:
         return []
@@ -25,10 +25,10 @@ def on_logs(found: Identified, names: Sequence[str]) -> list[str]:
     for log in numbers:
         columns, effort = rows.where(rows.log != log).weighted
         expected = rows.given + rows.columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
-        for place, joint in enumerate(joints):
-            mine = rows.used & (rows.log == log) & (rows.joint == place)
-            gain, alike = _gain(rows.effort[mine], expected[mine])
-            if abs(alike) > ALIKE and not 1 / ODD < gain < ODD:
+        for number, joint in enumerate(joints):
+            mine = rows.used & (rows.log == log) & (rows.joint == number)
+            gain, cosine = _gain(rows.effort[mine], expected[mine])
+            if abs(cosine) > ALIKE and not 1 / ODD < gain < ODD:
                 odd[joint].append(f"{gain:.3g} times in {names[log]}")
     return [
         f"The effort of '{joint}' is not what the other logs lead to expect of the motion but {', '.join(gains)}: "
@@ -43,5 +43,5 @@ def _gain(effort: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
     size, length = float(np.linalg.norm(expected)), float(np.linalg.norm(effort))
     if not size * length > 0:
         return 1.0, 0.0
-    both = float(effort @ expected)
-    return both / size**2, both / (size * length)
+    product = float(effort @ expected)
+    return product / size**2, product / (size * length)

@@ -101,14 +101,14 @@ class MachineFit(Pictured):
         Raises:
             StickslipError: there is none.
         """
-        for one in self.parameters:
-            if one.name == name:
-                return one
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
         names = [parameter.name for parameter in self.parameters]
         raise StickslipError(f"{self.machine} has no base parameter '{name}'.{nearest(name, names)}")
 
     def _heading(self) -> str:
-        worst = max(self.joints, key=lambda one: one.seen.relative_error)
+        worst = max(self.joints, key=lambda joint: joint.seen.relative_error)
         error = f"relative error {100 * worst.seen.relative_error:.2f} %"
         return f"MachineFit: {self.title}, {len(self.parameters)} base parameters by {self.method}, {error}"
 
@@ -122,7 +122,7 @@ class MachineFit(Pictured):
         """As plain values."""
         plain = dataclasses.asdict(dataclasses.replace(self, identified=None, laws={}))
         del plain["identified"]
-        return {**plain, "laws": {joint: found.to_dict() for joint, found in self.laws.items()}}
+        return {**plain, "laws": {joint: comparison.to_dict() for joint, comparison in self.laws.items()}}
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.

@@ -92,15 +92,15 @@ def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs 
     if cutoffs is None:
         return [replace(piece, log=number) for number, log in enumerate(logs) for piece in _as_recipe(log)]
     step = max(float(np.median(np.diff(log.time))) for log in logs)
-    found = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
-    travel = np.max([np.ptp(piece.position, axis=0) for piece in found], axis=0)
+    pieces = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
+    travel = np.max([np.ptp(piece.position, axis=0) for piece in pieces], axis=0)
     still = [name for name, reach in zip(joints, travel, strict=True) if reach < LEAST_TRAVEL]
     if still:
         raise StickslipError(
             f"{', '.join(still)} never moves in the logs: nothing of it can be found. Record a motion of every joint, "
             "or declare the machine without it."
         )
-    return weighed(found, cutoffs) if cutoffs.still > 0 else found
+    return weighed(pieces, cutoffs) if cutoffs.still > 0 else pieces
 
 
 def weighed(pieces: Sequence[Motion], cutoffs: Cutoffs) -> list[Motion]:
@@ -112,8 +112,8 @@ def weighed(pieces: Sequence[Motion], cutoffs: Cutoffs) -> list[Motion]:
     reach = int(0.5 / (cutoffs.parallel * pieces[0].step))
     slowest = (minimum_filter1d(np.abs(piece.velocity), 2 * reach + 1, axis=0) for piece in pieces)
     return [
-        replace(piece, weight=piece.weight * (one >= cutoffs.still * usual))
-        for piece, one in zip(pieces, slowest, strict=True)
+        replace(piece, weight=piece.weight * (speed >= cutoffs.still * usual))
+        for piece, speed in zip(pieces, slowest, strict=True)
     ]
 
 
@@ -131,9 +131,9 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
         )
     steps = np.diff(log.time)
     if not np.all(steps > 0):
-        place = int(np.argmax(steps <= 0))
+        index = int(np.argmax(steps <= 0))
         raise StickslipError(
-            f"The time of '{log.name}' does not rise at {log.time[place]:g} s (row {place + 2}). Mend the log, or join "
+            f"The time of '{log.name}' does not rise at {log.time[index]:g} s (row {index + 2}). Mend the log, or join "
             "its parts as logs of their own."
         )
     for name, cutoff in (("positions", cutoffs.kinematic), ("efforts", cutoffs.parallel)):
@@ -143,17 +143,17 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
                 f"'{log.name}', {0.5 / step:.4g} Hz. Choose another, and check that its time is in s."
             )
     ends = np.flatnonzero(steps > GAP * float(np.median(steps))) + 1
-    found = []
+    pieces = []
     for rows in np.split(np.arange(len(log.time)), ends):
         time = np.arange(float(log.time[rows[0]]), float(log.time[rows[-1]]) + 0.5 * step, step)
         if len(_kept(len(time), cutoffs.parallel, step)) >= LEAST:
-            found.append(_piece(number, log, rows, time, step, cutoffs))
-    if not found:
+            pieces.append(_piece(number, log, rows, time, step, cutoffs))
+    if not pieces:
         raise StickslipError(
             f"'{log.name}' lasts {log.time[-1] - log.time[0]:.3g} s{' with gaps' if len(ends) else ''}: too short for "
             f"a cutoff of {cutoffs.parallel:g} Hz. Raise the cutoff, or record for longer."
         )
-    return found
+    return pieces
 
 
 def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, step: float, cutoffs: Cutoffs) -> Motion:
@@ -195,6 +195,6 @@ def stacked(pieces: Sequence[Motion], of: Callable[[Motion], np.ndarray]) -> np.
     return in_rows([piece.thinned(of(piece)) for piece in pieces])
 
 
-def in_rows(parts: Sequence[np.ndarray]) -> np.ndarray:
+def in_rows(pieces: Sequence[np.ndarray]) -> np.ndarray:
     """Values of thinned samples (k, joints, ...) of each piece in the order of `stacked`."""
-    return np.concatenate([np.swapaxes(part, 0, 1).reshape(-1, *part.shape[2:]) for part in parts])
+    return np.concatenate([np.swapaxes(piece, 0, 1).reshape(-1, *piece.shape[2:]) for piece in pieces])

@@ -55,16 +55,16 @@ def fitted_efforts(fit: MachineFit) -> list[Predicted]:
 def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequence[str]) -> list[Predicted]:
     values = np.array([fit[name].value for name in rows.names])
     friction = np.array([fit[name].frictional for name in rows.names])
-    modelled, of_friction = rows.given + rows.columns @ values, rows.columns @ (values * friction)
-    found, begin = [], 0
+    modelled, dry = rows.given + rows.columns @ values, rows.columns @ (values * friction)
+    predictions, start = [], 0
     for piece in pieces:
-        end = begin + len(piece.kept) * len(fit.joints)
-        velocity, measured, model, held = (
-            one[begin:end].reshape(len(fit.joints), -1).T for one in (rows.speed, rows.effort, modelled, of_friction)
+        end = start + len(piece.kept) * len(fit.joints)
+        velocity, measured, model, force = (
+            values[start:end].reshape(len(fit.joints), -1).T for values in (rows.speed, rows.effort, modelled, dry)
         )
-        found.append(Predicted(logs[piece.log], piece.time[piece.kept], velocity, measured, model, held))
-        begin = end
-    return found
+        predictions.append(Predicted(logs[piece.log], piece.time[piece.kept], velocity, measured, model, force))
+        start = end
+    return predictions
 
 
 def friction_curves(mechanism: Mechanism, fit: MachineFit, speeds: np.ndarray) -> np.ndarray:
@@ -72,13 +72,13 @@ def friction_curves(mechanism: Mechanism, fit: MachineFit, speeds: np.ndarray) -
     regressor = regressor_of(mechanism, fit.known)
     places = [regressor.names.index(parameter.name) for parameter in fit.parameters]
     values = np.array([parameter.value if parameter.frictional else 0.0 for parameter in fit.parameters])
-    found = np.empty_like(speeds)
+    forces = np.empty_like(speeds)
     for joint, column in enumerate(speeds.T):
         v = np.zeros_like(speeds)
         v[:, joint] = column
-        rest = np.zeros_like(v)
-        found[:, joint] = regressor(rest, v, rest)[:, joint, places] @ values
-    return found
+        zeros = np.zeros_like(v)
+        forces[:, joint] = regressor(zeros, v, zeros)[:, joint, places] @ values
+    return forces
 
 
 def cutoffs_of(fit: MachineFit) -> Cutoffs | None:

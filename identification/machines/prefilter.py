@@ -45,19 +45,19 @@ class Prefilter:
     @property
     def settled(self) -> np.ndarray:
         """Which rows are a period of the corner and more behind the start of their series (rows,)."""
-        kept = np.ones(len(self.series), dtype=bool)
+        settled = np.ones(len(self.series), dtype=bool)
         for corner, rows in self._each():
-            kept[rows[: int(1 / (corner * self.step))]] = False
-        return kept
+            settled[rows[: int(1 / (corner * self.step))]] = False
+        return settled
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """W of values (rows, ...), each series from rest."""
         from scipy.signal import butter, sosfilt
 
-        found = values.copy()
+        filtered = values.copy()
         for corner, rows in self._each():
-            found[rows] = sosfilt(butter(ORDER, 2 * corner * self.step, output="sos"), values[rows], axis=0)
-        return found
+            filtered[rows] = sosfilt(butter(ORDER, 2 * corner * self.step, output="sos"), values[rows], axis=0)
+        return filtered
 
     def transposed(self, values: np.ndarray) -> np.ndarray:
         """W' of values (rows, ...): each series from its end."""
@@ -68,7 +68,7 @@ class Prefilter:
 
     def _each(self) -> list[tuple[float, np.ndarray]]:
         """Corner and rows of each series that is filtered."""
-        rows = [np.flatnonzero(self.series == one) for one in np.unique(self.series)]
+        rows = [np.flatnonzero(self.series == label) for label in np.unique(self.series)]
         each = [(float(self.corners[self.joint[mine[0]]]), mine) for mine in rows]
         return [(corner, mine) for corner, mine in each if np.isfinite(corner)]
 
@@ -78,8 +78,8 @@ def prefilter(residual: np.ndarray, series: np.ndarray, joint: np.ndarray, band:
     _, counts = np.unique(series, return_counts=True)
     least = max(band.motion, PERIODS / (band.step * float(np.mean(counts))))
     corners = [
-        _corner([residual[series == one] for one in np.unique(series[joint == place])], least, band)
-        for place in range(int(joint.max()) + 1)
+        _corner([residual[series == label] for label in np.unique(series[joint == number])], least, band)
+        for number in range(int(joint.max()) + 1)
     ]
     return Prefilter(np.array(corners), band.step, series, joint)
 
@@ -91,7 +91,7 @@ def _corner(residuals: list[np.ndarray], least: float, band: Band) -> float:
     from scipy.signal import periodogram
 
     spectra = [periodogram(residual, 1 / band.step, window="hann") for residual in residuals]
-    frequency, power = (np.concatenate([one[part] for one in spectra]) for part in (0, 1))
+    frequency, power = (np.concatenate([pair[column] for pair in spectra]) for column in (0, 1))
     inside = (frequency > 0) & (frequency <= BAND * band.cutoff)
     frequency, power = frequency[inside], power[inside]
     octave = (1 / frequency) / np.sum(1 / frequency)

@@ -65,11 +65,11 @@ class MachineProblem(Problem):
             return np.linalg.lstsq(columns, effort, rcond=None)[0]
         rough = self.friction.thinned(lambda v: np.stack([np.sign(v), v], axis=1))[self.chosen]
         weight, speed = self.rows.weight, self.rows.speed
-        whole = np.concatenate([columns, rough * weight[:, None]], axis=1)
-        x = np.linalg.lstsq(whole, effort, rcond=None)[0][: columns.shape[1]]
+        extended = np.concatenate([columns, rough * weight[:, None]], axis=1)
+        x = np.linalg.lstsq(extended, effort, rcond=None)[0][: columns.shape[1]]
         moving = (np.abs(speed) > STILL * np.max(np.abs(speed))) & (weight > 0)
-        left = self.rows.residual(x)[moving] * np.sign(speed[moving])
-        return np.concatenate([x, self.friction.law.start(np.abs(speed[moving]), left)])
+        residual = self.rows.residual(x)[moving] * np.sign(speed[moving])
+        return np.concatenate([x, self.friction.law.start(np.abs(speed[moving]), residual)])
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Weighted residuals, effort modelled less measured."""
@@ -78,7 +78,7 @@ class MachineProblem(Problem):
         residual, gradient = columns @ x[:count] - effort, columns
         if self.friction is not None:
             weight = self.rows.weight
-            force, slope = (one[self.chosen] for one in self.friction(x[count:]))
+            force, slope = (values[self.chosen] for values in self.friction(x[count:]))
             residual, gradient = residual + weight * force, np.concatenate([gradient, weight[:, None] * slope], axis=1)
         log = np.zeros(len(residual), dtype=int)
         return Evaluation(residual, gradient, self.cluster, log, np.abs(self.rows.speed))
@@ -86,14 +86,14 @@ class MachineProblem(Problem):
     def resampled(self, clusters: np.ndarray) -> MachineProblem:
         """As in `Problem`."""
         places = [np.flatnonzero(self.cluster == label) for label in clusters]
-        labels = np.repeat(np.arange(len(places)), [len(part) for part in places])
+        labels = np.repeat(np.arange(len(places)), [len(rows) for rows in places])
         taken = np.concatenate(places)
         return replace(self, rows=self.rows.where(taken), chosen=self.chosen[taken], cluster=labels)
 
 
 def machine_problem(rows: Rows, friction: JointFriction | None = None) -> MachineProblem:
     """The problem of these rows, and of a law of friction force of their joint."""
-    more = unknowns(friction.law) if friction else ()
+    added = unknowns(friction.law) if friction else ()
     cluster = np.unique(rows.block, return_inverse=True)[1]
     used = np.flatnonzero(rows.used)
-    return MachineProblem(rows.where(used), (*rows.unknowns, *more), used, cluster[used], friction)
+    return MachineProblem(rows.where(used), (*rows.unknowns, *added), used, cluster[used], friction)

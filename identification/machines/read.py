@@ -97,14 +97,14 @@ def machine_of(fit: MachineFit, declaration: str | None = None, *, trust: bool =
     Raises:
         StickslipError: it is not there, the fit does not say where, or it names code that is not trusted.
     """
-    place = declaration or fit.declaration
-    if not place:
+    source = declaration or fit.declaration
+    if not source:
         raise StickslipError(
             f"The fit does not say where {fit.machine} is declared: name its declaration with --machine my_robot.py."
         )
     if not declaration:
-        admit(place, Path(), trust=trust)
-    return machine_at(place, fit.gravity, fit.columns)
+        admit(source, Path(), trust=trust)
+    return machine_at(source, fit.gravity, fit.columns)
 
 
 def read_machine_log(
@@ -126,30 +126,30 @@ def read_machine_log(
     named = dict(columns or {})
     coordinates, efforts = mechanism.coordinates, effort_inputs(mechanism)
     velocities = [q.v for q in coordinates]
-    known = {TIME, *(coordinate.name for coordinate in (*coordinates, *velocities, *efforts))}
+    names = {TIME, *(coordinate.name for coordinate in (*coordinates, *velocities, *efforts))}
     for name in named:
-        if name not in known:
+        if name not in names:
             raise StickslipError(
-                f"{mechanism.name} has no coordinate or effort '{name}'.{nearest(name, known)} Name columns as "
+                f"{mechanism.name} has no coordinate or effort '{name}'.{nearest(name, names)} Name columns as "
                 f"--column {efforts[0].name}=COLUMN."
             )
     used = [named.get(name, name) for name in (TIME, *(coordinate.name for coordinate in (*coordinates, *efforts)))]
     time = _column(table, used[0], None)
     position = np.stack([_column(table, named.get(q.name, q.name), q) for q in coordinates], axis=1)
-    effort = np.stack([_column(table, named.get(one.name, one.name), one) for one in efforts], axis=1)
-    whole = np.isfinite(time) & np.isfinite(position).all(axis=1) & np.isfinite(effort).all(axis=1)
-    if np.count_nonzero(whole) < LEAST:
+    effort = np.stack([_column(table, named.get(drive.name, drive.name), drive) for drive in efforts], axis=1)
+    filled = np.isfinite(time) & np.isfinite(position).all(axis=1) & np.isfinite(effort).all(axis=1)
+    if np.count_nonzero(filled) < LEAST:
         raise StickslipError(
-            f"{table.source} holds {np.count_nonzero(whole)} whole rows of {len(whole)}; {LEAST} are needed, with a "
+            f"{table.source} holds {np.count_nonzero(filled)} whole rows of {len(filled)}; {LEAST} are needed, with a "
             f"time, a position and an effort of every joint.{_emptiest(table, used)}"
         )
-    notes = [] if whole.all() else [f"{np.count_nonzero(~whole)} rows of {table.source} with empty cells left out."]
-    for place, v in enumerate(velocities):
+    notes = [] if filled.all() else [f"{np.count_nonzero(~filled)} rows of {table.source} with empty cells left out."]
+    for joint, v in enumerate(velocities):
         column = named.get(v.name, v.name)
         if column in table.columns:
-            shown = _column(table, column, v)[whole]
-            notes += _not_derivative(table.source, column, time[whole], position[whole, place], shown)
-    return MachineLog(Path(path).name, time[whole], position[whole], effort[whole], tuple(notes))
+            velocity = _column(table, column, v)[filled]
+            notes += _not_derivative(table.source, column, time[filled], position[filled, joint], velocity)
+    return MachineLog(Path(path).name, time[filled], position[filled], effort[filled], tuple(notes))
 
 
 def _emptiest(table: Table, names: Sequence[str]) -> str:
@@ -161,20 +161,20 @@ def _emptiest(table: Table, names: Sequence[str]) -> str:
 
 def _column(table: Table, name: str, quantity: Quantity | None) -> np.ndarray:
     if name not in table.columns:
-        asked = TIME if quantity is None else quantity.name
+        key = TIME if quantity is None else quantity.name
         raise StickslipError(
             f"{table.source} has no column '{name}'; it has {', '.join(list(table.columns)[:20])}."
-            f"{nearest(name, table.columns)} Say which one it is: --column {asked}=COLUMN."
+            f"{nearest(name, table.columns)} Say which one it is: --column {key}=COLUMN."
         )
-    values, wanted = np.asarray(table.columns[name], dtype=float), "s" if quantity is None else quantity.unit
+    values, target = np.asarray(table.columns[name], dtype=float), "s" if quantity is None else quantity.unit
     unit = table.units.get(name)
-    if unit is None or unit == wanted:
+    if unit is None or unit == target:
         return values
     try:
-        return values * conversion_factor(unit, wanted)
+        return values * conversion_factor(unit, target)
     except ValueError as error:
         raise StickslipError(
-            f"Column '{name}' of {table.source} is in '{unit}', and '{wanted}' is declared ({error}). Mend the unit "
+            f"Column '{name}' of {table.source} is in '{unit}', and '{target}' is declared ({error}). Mend the unit "
             "or the declaration."
         ) from error
 

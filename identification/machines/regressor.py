@@ -49,13 +49,13 @@ class Regressor:
         """Y (n, joints, m) at positions, velocities and accelerations (n, joints) each; smooth: (joints,) velocities
         over which Coulomb friction turns, 0 if None."""
         count = len(self.joints)
-        whole = np.zeros((len(q), count, len(self.names)))
+        matrix = np.zeros((len(q), count, len(self.names)))
         over = np.zeros(count) if smooth is None else smooth
-        for begin in range(0, len(q), CHUNK):
-            at = slice(begin, begin + CHUNK)
-            self._terms.add_energies(whole[at], q[at], v[at], a[at])
-            self._terms.add_friction(whole[at], q[at], v[at], over)
-        return whole
+        for start in range(0, len(q), CHUNK):
+            at = slice(start, start + CHUNK)
+            self._terms.add_energies(matrix[at], q[at], v[at], a[at])
+            self._terms.add_friction(matrix[at], q[at], v[at], over)
+        return matrix
 
 
 def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None) -> Regressor:
@@ -65,12 +65,12 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
         StickslipError: a parameter is not there, nothing is to be found, an input does not drive one joint alone, a
             contact opens, or the efforts are not linear in products of parameters.
     """
-    given = _known(mechanism, known or {})
-    drives, rest = _drives(mechanism)
-    unknown = {p for p in mechanism.parameters if p not in given}
+    values = _known(mechanism, known or {})
+    drives, others = _drives(mechanism)
+    unknown = {p for p in mechanism.parameters if p not in values}
     if not unknown:
         raise StickslipError(f"All parameters of {mechanism.name} are known: there is nothing to find.")
-    at = {parameter: sympy.Float(value) for parameter, value in given.items()}
+    at = {parameter: sympy.Float(value) for parameter, value in values.items()}
 
     def parts(expression: sympy.Expr) -> Parts:
         return linear_parts(substituted(expression, at), unknown)
@@ -80,14 +80,14 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
         lagrangian[monomial] = lagrangian.get(monomial, sympy.S.Zero) - motion
     dissipation = parts(mechanism.dissipation)
     forces = [_forces(mechanism, contact, parts) for contact in mechanism.contacts]
-    applied = [{m: -e for m, e in parts(expression).items()} for expression in rest]
-    for part in (lagrangian, dissipation, *(force for force, _, _ in forces), *applied):
-        if part.get(NOTHING) == 0:
-            del part[NOTHING]
+    applied = [{m: -e for m, e in parts(expression).items()} for expression in others]
+    for terms in (lagrangian, dissipation, *(force for force, _, _ in forces), *applied):
+        if terms.get(NOTHING) == 0:
+            del terms[NOTHING]
     every = (lagrangian, dissipation, *(force for force, _, _ in forces), *applied)
-    monomials = sorted({m for part in every for m in part}, key=lambda m: [(p.declared, n) for p, n in m])
-    frictional = {m for part in (dissipation, *(force for force, _, _ in forces)) for m in part}
-    frictional -= {NOTHING, *(m for part in (lagrangian, *applied) for m in part)}
+    monomials = sorted({m for terms in every for m in terms}, key=lambda m: [(p.declared, n) for p, n in m])
+    frictional = {m for terms in (dissipation, *(force for force, _, _ in forces)) for m in terms}
+    frictional -= {NOTHING, *(m for terms in (lagrangian, *applied) for m in terms)}
     return Regressor(
         tuple(q.name for q in mechanism.coordinates),
         tuple(drive.name for drive in drives),
@@ -101,23 +101,23 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
 
 def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> sympy.Expr:
     """The expression with parameters at values; every shared part is rebuilt once."""
-    found: dict[Any, Any] = dict(at)
+    rebuilds: dict[Any, Any] = dict(at)
 
     def rebuilt(e: Any) -> Any:
-        if e not in found:
+        if e not in rebuilds:
             inner = [rebuilt(argument) for argument in e.args]
-            found[e] = e if inner == list(e.args) else e.func(*inner)
-        return found[e]
+            rebuilds[e] = e if inner == list(e.args) else e.func(*inner)
+        return rebuilds[e]
 
     return rebuilt(sympy.sympify(expression))
 
 
-def _known(mechanism: Mechanism, known: Mapping[str, float]) -> dict[Parameter, float]:
+def _known(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
     by_name = {p.name: p for p in mechanism.parameters}
-    for name in known:
+    for name in values:
         if name not in by_name:
             raise StickslipError(f"{mechanism.name} has no parameter '{name}'.{nearest(name, by_name)}")
-    return {by_name[name]: float(value) for name, value in known.items()}
+    return {by_name[name]: float(value) for name, value in values.items()}
 
 
 def effort_inputs(mechanism: Mechanism) -> list[Input]:
@@ -131,7 +131,7 @@ def effort_inputs(mechanism: Mechanism) -> list[Input]:
 
 def _drives(mechanism: Mechanism) -> tuple[list[Input], list[sympy.Expr]]:
     """The input that is the effort on each coordinate, and what else is applied there."""
-    drives, rest = [], []
+    drives, others = [], []
     for q in mechanism.coordinates:
         force = sympy.sympify(mechanism.applied.get(q, sympy.S.Zero))
         inputs = [s for s in force.free_symbols if isinstance(s, Input)]
@@ -142,10 +142,10 @@ def _drives(mechanism: Mechanism) -> tuple[list[Input], list[sympy.Expr]]:
                 f"applied={{{q.name}: tau_{q.name}}}."
             )
         drives.append(inputs[0])
-        rest.append(force - inputs[0])
+        others.append(force - inputs[0])
     if len(set(drives)) < len(drives):
         raise StickslipError(f"One input of {mechanism.name} drives two joints: give each joint an effort of its own.")
-    return drives, rest
+    return drives, others
 
 
 def _forces(
@@ -184,24 +184,24 @@ class _Terms:
         forces: Iterable[tuple[Parts, sympy.Expr, list[sympy.Expr]]],
         applied: Sequence[Parts],
     ) -> None:
-        place = {monomial: i for i, monomial in enumerate(monomials)}
+        index = {monomial: i for i, monomial in enumerate(monomials)}
         q, v = list(mechanism.coordinates), [coordinate.v for coordinate in mechanism.coordinates]
         self.count = len(q)
-        self.inertial = [place[m] for m in lagrangian]
+        self.inertial = [index[m] for m in lagrangian]
         self.lagrangian = _function([*q, *v], list(lagrangian.values()))
-        self.viscous = [place[m] for m in dissipation]
+        self.viscous = [index[m] for m in dissipation]
         self.dissipation = _function([*q, *v], list(dissipation.values()))
         self.forces = [
-            ([place[m] for m in force], _function([SLIP, SIGN], list(force.values())), _function([*q, *v], [slip, *by]))
+            ([index[m] for m in force], _function([SLIP, SIGN], list(force.values())), _function([*q, *v], [slip, *by]))
             for force, slip, by in forces
         ]
         self.applied = [
-            (joint, [place[m] for m in part], _function([*q, *v], list(part.values())))
-            for joint, part in enumerate(applied)
-            if part
+            (joint, [index[m] for m in terms], _function([*q, *v], list(terms.values())))
+            for joint, terms in enumerate(applied)
+            if terms
         ]
 
-    def add_energies(self, whole: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
+    def add_energies(self, matrix: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
         """d/dt dL/dv - dL/dq of each monomial."""
         n = self.count
         # e1 along each velocity, then along each coordinate; e2 along the motion
@@ -209,37 +209,35 @@ class _Terms:
         along = np.concatenate([np.hstack([none, unit]), np.hstack([unit, none])])  # (2n, q and v)
         zero = np.zeros((1, 1))
         numbers = [
-            HyperDual(value[None, :], along[:, place, None], rate[None, :], zero)
-            for place, (value, rate) in enumerate(zip((*q.T, *v.T), (*v.T, *a.T), strict=True))
+            HyperDual(value[None, :], along[:, row, None], rate[None, :], zero)
+            for row, (value, rate) in enumerate(zip((*q.T, *v.T), (*v.T, *a.T), strict=True))
         ]
-        for place, energy in zip(self.inertial, self.lagrangian(*numbers), strict=True):
+        for column, energy in zip(self.inertial, self.lagrangian(*numbers), strict=True):
             if isinstance(energy, HyperDual):
-                both = np.broadcast_to(energy.both, (2 * n, len(q)))[:n]
+                mixed = np.broadcast_to(energy.both, (2 * n, len(q)))[:n]
                 first = np.broadcast_to(energy.first, (2 * n, len(q)))[n:]
-                whole[:, :, place] += (both - first).T
+                matrix[:, :, column] += (mixed - first).T
 
-    def add_friction(self, whole: np.ndarray, q: np.ndarray, v: np.ndarray, smooth: np.ndarray) -> None:
+    def add_friction(self, matrix: np.ndarray, q: np.ndarray, v: np.ndarray, smooth: np.ndarray) -> None:
         """dD/dv, forces of contacts and what else is applied, of each monomial."""
         n = self.count
         along = np.hstack([np.zeros((n, n)), np.eye(n)])
         zero = np.zeros((1, 1))
-        numbers = [
-            HyperDual(value[None, :], along[:, place, None], zero, zero) for place, value in enumerate((*q.T, *v.T))
-        ]
-        for place, power in zip(self.viscous, self.dissipation(*numbers), strict=True):
+        numbers = [HyperDual(value[None, :], along[:, row, None], zero, zero) for row, value in enumerate((*q.T, *v.T))]
+        for column, power in zip(self.viscous, self.dissipation(*numbers), strict=True):
             if isinstance(power, HyperDual):
-                whole[:, :, place] += np.broadcast_to(power.first, (n, len(q))).T
+                matrix[:, :, column] += np.broadcast_to(power.first, (n, len(q))).T
         plain = (*q.T, *v.T)
         for places, force, slip in self.forces:
             speed, *by = slip(*plain)
-            over = sum(np.abs(share) * one for share, one in zip(by, smooth, strict=True))
+            over = sum(np.abs(share) * width for share, width in zip(by, smooth, strict=True))
             sign = np.tanh(speed / over) if np.all(over > 0) else np.sign(speed)
-            for place, along_slip in zip(places, force(speed, sign), strict=True):
+            for column, along_slip in zip(places, force(speed, sign), strict=True):
                 for joint, share in enumerate(by):
-                    whole[:, joint, place] -= share * along_slip
-        for joint, places, given in self.applied:
-            for place, values in zip(places, given(*plain), strict=True):
-                whole[:, joint, place] += values
+                    matrix[:, joint, column] -= share * along_slip
+        for joint, places, function in self.applied:
+            for column, values in zip(places, function(*plain), strict=True):
+                matrix[:, joint, column] += values
 
 
 def _function(arguments: Sequence[sympy.Basic], expressions: Sequence[sympy.Expr]) -> Callable[..., Sequence[Any]]:

@@ -69,9 +69,9 @@ class Rows:
         """Columns (rows, b) and the effort that they make up (rows,)."""
         return self.columns * self.weight[:, None], (self.effort - self.given) * self.weight
 
-    def where(self, kept: np.ndarray) -> Rows:
+    def where(self, chosen: np.ndarray) -> Rows:
         """Some of the rows, by place or (rows,) of truth."""
-        taken = {field.name: getattr(self, field.name)[kept] for field in fields(self) if field.name not in WHOLE}
+        taken = {field.name: getattr(self, field.name)[chosen] for field in fields(self) if field.name not in WHOLE}
         return replace(self, **taken)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
@@ -83,20 +83,20 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
     """The linear problem of measured motion, joints not weighted against one another."""
     joints = len(regressor.joints)
     used = base.places if base.given is None else [*base.places, base.given]
-    whole = stacked(pieces, lambda one: regressor(one.position, one.velocity, one.acceleration)[:, :, used])
-    columns, given = whole[:, : len(base.places)], whole[:, len(base.places) :].sum(axis=1)
+    matrix = stacked(pieces, lambda p: regressor(p.position, p.velocity, p.acceleration)[:, :, used])
+    columns, known = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
     each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
     return Rows(
         tuple(
             Unknown(parameter.name, parameter.unit, description=parameter.combination) for parameter in base.parameters
         ),
         columns,
-        given,
-        stacked(pieces, lambda one: one.effort),
-        stacked(pieces, lambda one: one.velocity),
-        in_rows([number * joints + one for number, one in enumerate(each)]),
+        known,
+        stacked(pieces, lambda p: p.effort),
+        stacked(pieces, lambda p: p.velocity),
+        in_rows([number * joints + joint for number, joint in enumerate(each)]),
         in_rows(each),
-        in_rows([np.full_like(one, piece.log) for one, piece in zip(each, pieces, strict=True)]),
+        in_rows([np.full_like(joint, piece.log) for joint, piece in zip(each, pieces, strict=True)]),
         in_rows([np.broadcast_to(block[:, None], (len(block), joints)) for block in _blocks(pieces)]),
         in_rows([piece.weight[piece.kept] for piece in pieces]),
         np.ones(joints),
@@ -106,13 +106,13 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
 def _blocks(pieces: Sequence[Motion]) -> list[np.ndarray]:
     """24th of its log of each thinned sample (k,), counted on from log to log."""
     counts = [len(piece.kept) for piece in pieces]
-    found = []
-    for place, piece in enumerate(pieces):
-        mine = [other for other, one in enumerate(pieces) if one.log == piece.log]
-        before = sum(counts[other] for other in mine if other < place)
-        total = sum(counts[other] for other in mine)
-        found.append(piece.log * BLOCKS + (before + np.arange(counts[place])) * BLOCKS // total)
-    return found
+    blocks = []
+    for number, piece in enumerate(pieces):
+        mine = [index for index, sibling in enumerate(pieces) if sibling.log == piece.log]
+        before = sum(counts[index] for index in mine if index < number)
+        total = sum(counts[index] for index in mine)
+        blocks.append(piece.log * BLOCKS + (before + np.arange(counts[number])) * BLOCKS // total)
+    return blocks
 
 
 def balanced(rows: Rows) -> Rows:
@@ -156,10 +156,10 @@ def check_excited(rows: Rows, where: str) -> None:
         )
     if not names:
         return
-    condition, alike = together(rows)
+    condition, inseparable = together(rows)
     if condition > INDISTINGUISHABLE:
         raise StickslipError(
-            f"{where} cannot tell {', '.join(alike)} apart: each is a sum of the others there. "
+            f"{where} cannot tell {', '.join(inseparable)} apart: each is a sum of the others there. "
             "Record a motion that excites all joints, at several speeds, take some as known, or leave one out."
         )
 
@@ -169,5 +169,5 @@ def together(rows: Rows) -> tuple[float, list[str]]:
     columns, _ = rows.weighted
     _, singular, directions = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
     shares = np.abs(directions[-1])
-    alike = [name for name, share in zip(rows.names, shares, strict=True) if share > SHARE * shares.max()]
-    return float(singular[0] / max(singular[-1], 1e-300)), alike
+    inseparable = [name for name, share in zip(rows.names, shares, strict=True) if share > SHARE * shares.max()]
+    return float(singular[0] / max(singular[-1], 1e-300)), inseparable

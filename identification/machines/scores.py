@@ -40,20 +40,20 @@ class JointScore:
     usual_run: float | None
 
 
-def joint_scores(found: Identified, others: Mapping[str, Rows], units: Sequence[str]) -> tuple[JointScore, ...]:
+def joint_scores(result: Identified, others: Mapping[str, Rows], units: Sequence[str]) -> tuple[JointScore, ...]:
     """By joint. others: rows of logs that were held out, by name; units: of the efforts."""
-    rows, values = found.rows, found.best.values
-    left_out = _left_out(found)
+    rows, values = result.rows, result.best.values
+    left_out = _left_out(result)
     return tuple(
         JointScore(
             name,
             unit,
-            _score(rows, rows.residual(values), place),
-            _score(rows, left_out, place),
-            {log: _score(one, one.residual(values), place) for log, one in others.items()},
+            _score(rows, rows.residual(values), index),
+            _score(rows, left_out, index),
+            {log: _score(held, held.residual(values), index) for log, held in others.items()},
             *error,
         )
-        for place, (name, unit, error) in enumerate(zip(found.regressor.joints, units, free_run(found), strict=True))
+        for index, (name, unit, error) in enumerate(zip(result.regressor.joints, units, free_run(result), strict=True))
     )
 
 
@@ -64,44 +64,44 @@ def _score(rows: Rows, residual: np.ndarray, joint: int) -> Score:
     return Score(float(np.linalg.norm(off) / np.linalg.norm(effort)), float(1 - np.mean(off**2) / np.var(effort)))
 
 
-def _left_out(found: Identified) -> np.ndarray:
+def _left_out(result: Identified) -> np.ndarray:
     """Residual (rows,) of each log with the values from the others; of one log: of eighths of it."""
-    rows = found.rows
-    parts = rows.log if len(np.unique(rows.log)) > 1 else rows.part
+    rows = result.rows
+    folds = rows.log if len(np.unique(rows.log)) > 1 else rows.part
     residual = np.empty(len(rows.effort))
-    for part in np.unique(parts):
-        mine = parts == part
-        residual[mine] = rows.residual(found.from_rows(~mine))[mine]
+    for fold in np.unique(folds):
+        mine = folds == fold
+        residual[mine] = rows.residual(result.from_rows(~mine))[mine]
     return residual
 
 
-def free_run(found: Identified) -> list[tuple[float | None, float | None]]:
+def free_run(result: Identified) -> list[tuple[float | None, float | None]]:
     """By joint, of all windows and of the usual one, see `JointScore`: windows one after the other, all at once. With
     the modelled efforts in place of the measured ones it errs by 2e-4 of the motion: it judges the model."""
-    regressor, pieces = found.regressor, found.pieces
+    regressor, pieces = result.regressor, result.pieces
     length = max(int(FREE_RUN / pieces[0].step), 2)
     windows = [
-        (piece, begin)
+        (piece, start)
         for piece in pieces
-        for begin in range(piece.span.start, max(piece.span.stop - length, piece.span.start), length)
+        for start in range(piece.span.start, max(piece.span.stop - length, piece.span.start), length)
     ]
     spread = np.std(np.concatenate([piece.position for piece in pieces]), axis=0)
     if not windows or not np.all(spread > 0):
         return [(None, None)] * len(regressor.joints)
 
     def taken(of: Callable[[Motion], np.ndarray]) -> np.ndarray:
-        return np.stack([of(piece)[begin : begin + length] for piece, begin in windows])
+        return np.stack([of(piece)[start : start + length] for piece, start in windows])
 
-    measured = taken(lambda one: one.position)
-    stretches = Stretches(pieces[0].step, measured, taken(lambda one: one.velocity), taken(lambda one: one.effort))
+    measured = taken(lambda p: p.position)
+    stretches = Stretches(pieces[0].step, measured, taken(lambda p: p.velocity), taken(lambda p: p.effort))
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            position, _, _ = run(regressor, found.base.whole(found.best.values), stretches, 0.0)
+            position, _, _ = run(regressor, result.base.whole(result.best.values), stretches, 0.0)
     except np.linalg.LinAlgError:
         return [(None, None)] * len(regressor.joints)
     errors = np.mean((position - measured) ** 2, axis=1)  # (windows, joints)
-    whole, usual = (np.sqrt(one) / spread for one in (np.mean(errors, axis=0), np.median(errors, axis=0)))
+    overall, usual = (np.sqrt(squares) / spread for squares in (np.mean(errors, axis=0), np.median(errors, axis=0)))
     return [
-        (float(one), float(other)) if np.isfinite(one) and one < 10 else (None, None)
-        for one, other in zip(whole, usual, strict=True)
+        (float(error), float(median)) if np.isfinite(error) and error < 10 else (None, None)
+        for error, median in zip(overall, usual, strict=True)
     ]

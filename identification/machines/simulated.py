@@ -36,14 +36,14 @@ def run(
     machine = _Machine(regressor, values, slow)
     count = stretches.position.shape[1]
     q, v = stretches.position[:, 0].copy(), stretches.velocity[:, 0].copy()
-    found = np.empty((3, *stretches.position.shape))
+    states = np.empty((3, *stretches.position.shape))
     h = stretches.step
 
     def rate(q: np.ndarray, v: np.ndarray, at: float) -> np.ndarray:
-        here, beyond, share = min(int(at), count - 1), min(int(at) + 1, count - 1), at - int(at)
+        before, beyond, share = min(int(at), count - 1), min(int(at) + 1, count - 1), at - int(at)
 
         def between(values: np.ndarray) -> np.ndarray:
-            return (1 - share) * values[:, here] + share * values[:, beyond]
+            return (1 - share) * values[:, before] + share * values[:, beyond]
 
         a = machine.acceleration(q, v, between(stretches.effort))
         if omega:
@@ -52,7 +52,7 @@ def run(
 
     for i in range(count):
         a1 = rate(q, v, i)
-        found[:, :, i] = q, v, a1
+        states[:, :, i] = q, v, a1
         v2 = v + 0.5 * h * a1
         a2 = rate(q + 0.5 * h * v, v2, i + 0.5)
         v3 = v + 0.5 * h * a2
@@ -61,7 +61,7 @@ def run(
         a4 = rate(q + h * v3, v4, i + 1.0)
         q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
         v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-    return found[0], found[1], found[2]
+    return states[0], states[1], states[2]
 
 
 class _Machine:

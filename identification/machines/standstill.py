@@ -23,10 +23,10 @@ LEFT = 0.5  # of the rows of a joint: with fewer left the motion is one of turns
 SURE = 3.0  # deviations
 
 
-def moving(found: Identified, cutoffs: Cutoffs) -> Rows | None:
+def moving(result: Identified, cutoffs: Cutoffs) -> Rows | None:
     """Rows in which those of joints at rest weigh nothing; None if too few are left."""
-    pieces = weighed(found.pieces, replace(cutoffs, still=STILL))
-    rows = replace(found.rows, trust=in_rows([piece.weight[piece.kept] for piece in pieces]))
+    pieces = weighed(result.pieces, replace(cutoffs, still=STILL))
+    rows = replace(result.rows, trust=in_rows([piece.weight[piece.kept] for piece in pieces]))
     joints = range(len(rows.deviation))
     if any(np.mean(rows.used[rows.joint == joint]) < LEFT for joint in joints):
         return None
@@ -35,10 +35,10 @@ def moving(found: Identified, cutoffs: Cutoffs) -> Rows | None:
     return None if idle or together(rows)[0] > INDISTINGUISHABLE else rows
 
 
-def pulled(found: Identified, without: Estimated) -> dict[str, tuple[float, float]]:
+def pulled(result: Identified, without: Estimated) -> dict[str, tuple[float, float]]:
     """Values by least squares with all rows and without those at rest, by name of the base parameters whose values
     differ for sure."""
-    whole = found.least_squares
-    sure = np.abs(without.values - whole.values) > SURE * without.deviation
-    each = zip(found.rows.names, whole.values, without.values, sure, strict=True)
-    return {name: (float(one), float(other)) for name, one, other, differs in each if differs}
+    every = result.least_squares
+    sure = np.abs(without.values - every.values) > SURE * without.deviation
+    each = zip(result.rows.names, every.values, without.values, sure, strict=True)
+    return {name: (float(full), float(reduced)) for name, full, reduced, differs in each if differs}

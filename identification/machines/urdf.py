@@ -52,12 +52,12 @@ class _Body:
     moments: np.ndarray
     inertia: np.ndarray
 
-    def with_body(self, other: _Body, turn: np.ndarray, offset: np.ndarray) -> _Body:
+    def with_body(self, added: _Body, turn: np.ndarray, offset: np.ndarray) -> _Body:
         """This one and another whose frame stands so in this one's."""
-        moments, (m, p) = turn @ other.moments, (other.mass, offset)
-        both = np.outer(p, moments)
-        about = turn @ other.inertia @ turn.T + (m * p @ p + 2 * p @ moments) * np.eye(3)
-        inertia = about - m * np.outer(p, p) - both - both.T
+        moments, (m, p) = turn @ added.moments, (added.mass, offset)
+        product = np.outer(p, moments)
+        about = turn @ added.inertia @ turn.T + (m * p @ p + 2 * p @ moments) * np.eye(3)
+        inertia = about - m * np.outer(p, p) - product - product.T
         return _Body(self.mass + m, self.moments + moments + m * p, self.inertia + inertia)
 
 
@@ -95,7 +95,7 @@ def mechanism_from_urdf(
     if root.tag != "robot":
         raise StickslipError(f"'{path}' is no URDF: it begins with <{root.tag}>, a URDF with <robot>.")
     bodies = {str(link.get("name")): _body(link) for link in root.findall("link")}
-    joints = [_joint(one) for one in root.findall("joint")]
+    joints = [_joint(element) for element in root.findall("joint")]
     links = _links(os.fspath(path), joints, bodies)
     if not links:
         raise StickslipError(f"No joint of '{path}' moves: there is nothing to find.")
@@ -118,9 +118,9 @@ def _declared(name: str, links: Sequence[_Link], gravity: np.ndarray, friction: 
         axis, turn = sympy.Matrix(link.axis), sympy.Matrix(link.turn)
         # the frame of the carrier, then what the joint adds
         reach = sympy.Matrix(link.offset) + (zero if turns else turn * axis * q)
-        back = (_about(link.axis, q).T if turns else sympy.eye(3)) * turn.T
+        inverse = (_about(link.axis, q).T if turns else sympy.eye(3)) * turn.T
         height = height - down.dot(reach)
-        v, w, down = back * (v + w.cross(reach)), back * w, back * down
+        v, w, down = inverse * (v + w.cross(reach)), inverse * w, inverse * down
         v, w = (v, w + axis * q.v) if turns else (v + axis * q.v, w)
         motions.append((v, w, down, height))
         m, moments, inertia = _parameters(number, link)
@@ -171,7 +171,7 @@ def _links(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> lis
     if len(bases) != 1:
         raise StickslipError(f"'{path}' has {len(bases)} bases ({', '.join(sorted(bases))}); a robot has one.")
     _check_joints(path, joints, bodies)
-    found: list[_Link] = []
+    links: list[_Link] = []
     reached: set[str] = set()
     # joints to go on from: the link that carries each, and the place of its parent's frame there
     ahead: list[tuple[_Joint, int | None, np.ndarray, np.ndarray]] = []
@@ -188,17 +188,17 @@ def _links(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> lis
         body = bodies[joint.child]
         if joint.kind == "fixed":
             if carrier is not None:
-                whole = found[carrier].body.with_body(body, turn, offset)
-                found[carrier] = replace(found[carrier], body=whole)
+                merged = links[carrier].body.with_body(body, turn, offset)
+                links[carrier] = replace(links[carrier], body=merged)
             go_on(joint.child, carrier, turn, offset)
         else:
-            found.append(_Link(joint.child, joint.name, joint.kind, carrier, turn, offset, joint.axis, body))
-            go_on(joint.child, len(found) - 1, np.eye(3), np.zeros(3))
+            links.append(_Link(joint.child, joint.name, joint.kind, carrier, turn, offset, joint.axis, body))
+            go_on(joint.child, len(links) - 1, np.eye(3), np.zeros(3))
         reached.add(joint.name)
     loose = [joint.name for joint in joints if joint.name not in reached]
     if loose:
         raise StickslipError(f"Joint '{loose[0]}' of '{path}' is one of a loop: a URDF is a tree from its base on.")
-    return found
+    return links
 
 
 def _check_joints(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> None:
@@ -226,18 +226,18 @@ def _check_joints(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body])
         carriers[joint.child] = joint.name
 
 
-def _joint(one: ElementTree.Element) -> _Joint:
-    parent, child, axis = one.find("parent"), one.find("child"), one.find("axis")
+def _joint(element: ElementTree.Element) -> _Joint:
+    parent, child, axis = element.find("parent"), element.find("child"), element.find("axis")
     if parent is None or child is None:
-        raise StickslipError(f"Joint '{one.get('name')}' has no parent or no child: this is no whole URDF.")
-    turn, offset = _origin(one)
+        raise StickslipError(f"Joint '{element.get('name')}' has no parent or no child: this is no whole URDF.")
+    turn, offset = _origin(element)
     direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
-    length, mimic = float(np.linalg.norm(direction)), one.find("mimic")
+    length, mimic = float(np.linalg.norm(direction)), element.find("mimic")
     if length == 0:
-        raise StickslipError(f"The axis of joint '{one.get('name')}' is zero.")
+        raise StickslipError(f"The axis of joint '{element.get('name')}' is zero.")
     return _Joint(
-        str(one.get("name")),
-        str(one.get("type")),
+        str(element.get("name")),
+        str(element.get("type")),
         str(parent.get("link")),
         str(child.get("link")),
         turn,
@@ -255,14 +255,14 @@ def _body(link: ElementTree.Element) -> _Body:
     mass_of, inertia_of = inertial.find("mass"), inertial.find("inertia")
     mass = _number(mass_of, "value", link)
     terms = {pair: _number(inertia_of, f"i{pair}", link) for pair in PAIRS}
-    own = np.array([[terms["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"])
-    about = turn @ own @ turn.T + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    central = np.array([[terms["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"])
+    about = turn @ central @ turn.T + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return _Body(mass, mass * centre, about)
 
 
-def _origin(one: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
+def _origin(element: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
     """Rotation (3, 3) and offset (3,) of a frame in the one before."""
-    origin = one.find("origin")
+    origin = element.find("origin")
     if origin is None:
         return np.eye(3), np.zeros(3)
     roll, pitch, yaw = _numbers(origin.get("rpy") or "0 0 0")
@@ -272,32 +272,32 @@ def _origin(one: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
     return turn, _numbers(origin.get("xyz") or "0 0 0")
 
 
-def _number(one: ElementTree.Element | None, name: str, link: ElementTree.Element) -> float:
+def _number(element: ElementTree.Element | None, name: str, link: ElementTree.Element) -> float:
     """An attribute; 0 where the file says nothing."""
-    text = "0" if one is None else one.get(name, "0")
+    text = "0" if element is None else element.get(name, "0")
     try:
-        found = float(text)
+        value = float(text)
     except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
+        value = math.nan
+    if not math.isfinite(value):
         raise StickslipError(f"The {name} in the inertial part of link '{link.get('name')}' is '{text}', no number.")
-    return found
+    return value
 
 
 def _identifier(name: str) -> str:
     """A name as a declaration takes it: letters, digits and underscores."""
-    found = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return found if found[0].isalpha() else f"robot_{found}"
+    cleaned = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return cleaned if cleaned[0].isalpha() else f"robot_{cleaned}"
 
 
 def _numbers(text: str) -> np.ndarray:
     try:
-        found = np.array([float(one) for one in text.split()])
+        numbers = np.array([float(word) for word in text.split()])
     except ValueError as error:
         raise StickslipError(f"'{text}' is not three numbers: this is no URDF that can be read ({error}).") from error
-    if len(found) != 3 or not np.all(np.isfinite(found)):
+    if len(numbers) != 3 or not np.all(np.isfinite(numbers)):
         raise StickslipError(f"'{text}' is not three numbers: this is no URDF that can be read.")
-    return found
+    return numbers
 
 
 def _turned(axis: Sequence[float], angle: float) -> np.ndarray:

@@ -40,7 +40,7 @@ class Quality:
 
 def verdicts(
     mechanism: Mechanism,
-    found: Identified,
+    result: Identified,
     parameters: Sequence[MachineParameter],
     joints: Sequence[JointScore],
     quality: Quality,
@@ -53,19 +53,19 @@ def verdicts(
         *(on_score for joint in joints for on_score in _on_scores(joint)),
         *_on_standstill(pulled),
         *([] if late is None else _on_delay(*late)),
-        *_biased(found, [parameter for parameter in parameters if parameter.name not in pulled]),
-        *_on_values(mechanism, found, parameters),
-        *_on_colour(parameters, len(found.rows.effort), quality),
-        *_on_runs(found, joints),
-        *([f"No effort shows {', '.join(found.base.silent)}, whatever the motion."] if found.base.silent else []),
-        *_gravity(found),
+        *_biased(result, [parameter for parameter in parameters if parameter.name not in pulled]),
+        *_on_values(mechanism, result, parameters),
+        *_on_colour(parameters, len(result.rows.effort), quality),
+        *_on_runs(result, joints),
+        *([f"No effort shows {', '.join(result.base.silent)}, whatever the motion."] if result.base.silent else []),
+        *_gravity(result),
     ]
 
 
 def _on_standstill(pulled: Mapping[str, tuple[float, float]]) -> list[str]:
     if not pulled:
         return []
-    values = ", ".join(f"{name} {without:.4g} in place of {whole:.4g}" for name, (whole, without) in pulled.items())
+    values = ", ".join(f"{name} {without:.4g} in place of {full:.4g}" for name, (full, without) in pulled.items())
     return [
         f"Where joints hardly move the efforts are not those of the model: without samples slower than {STILL:g} of a "
         f"joint's usual speed least squares gives {values}. Joints stick at their turns, or friction is another one "
@@ -74,9 +74,9 @@ def _on_standstill(pulled: Mapping[str, tuple[float, float]]) -> list[str]:
 
 
 def _on_delay(delay: float, deviation: float) -> list[str]:
-    told = value_with_sd(1e3 * abs(delay), 1e3 * deviation, "ms")
+    lag = value_with_sd(1e3 * abs(delay), 1e3 * deviation, "ms")
     return [
-        f"Efforts come {told} {'after' if delay > 0 else 'before'} the positions that they go with, which friction and "
+        f"Efforts come {lag} {'after' if delay > 0 else 'before'} the positions that they go with, which friction and "
         "inertia take up: move their time in the logs by as much."
     ]
 
@@ -91,31 +91,31 @@ def _left_open(quality: Quality) -> list[str]:
     ]
 
 
-def _on_scores(one: JointScore) -> list[str]:
-    said, here = [], one.seen
-    if here.explained < POOR:
-        said.append(
-            f"Poor fit of '{one.joint}': the residual is {100 * here.relative_error:.0f} % of the effort, the model "
-            f"fits {100 * (1 - here.relative_error):.0f} % of it; {100 * here.explained:.0f} % of its variance "
+def _on_scores(joint: JointScore) -> list[str]:
+    remarks, seen = [], joint.seen
+    if seen.explained < POOR:
+        remarks.append(
+            f"Poor fit of '{joint.joint}': the residual is {100 * seen.relative_error:.0f} % of the effort, the model "
+            f"fits {100 * (1 - seen.relative_error):.0f} % of it; {100 * seen.explained:.0f} % of its variance "
             "explained. That values can be reproduced does not make them valid: mend the model or the log before you "
             "use them (effort sensor, delay between the signals, play, missing terms, noise of the effort above the "
             "motion)."
         )
-    unseen: Mapping[str, Score] = {"what was left out in turn": one.left_out, **one.held_out}
-    for name, other in unseen.items():
-        if other.explained < POOR <= here.explained or other.relative_error > UNSEEN_WORSE * here.relative_error:
-            said.append(
-                f"Worse on what the fit has not seen: '{one.joint}' in {name}, error {100 * other.relative_error:.3g} "
-                f"% against {100 * here.relative_error:.3g} %, {100 * other.explained:.4g} % of the variance explained."
+    unseen: Mapping[str, Score] = {"what was left out in turn": joint.left_out, **joint.held_out}
+    for name, test in unseen.items():
+        if test.explained < POOR <= seen.explained or test.relative_error > UNSEEN_WORSE * seen.relative_error:
+            remarks.append(
+                f"Worse on what the fit has not seen: '{joint.joint}' in {name}, error {100 * test.relative_error:.3g} "
+                f"% against {100 * seen.relative_error:.3g} %, {100 * test.explained:.4g} % of the variance explained."
             )
-    return said
+    return remarks
 
 
-def _biased(found: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
+def _biased(result: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
     biased = [parameter.name for parameter in parameters if abs(parameter.shift) > BIASED]
     if not biased:
         return []
-    said = [
+    remarks = [
         f"Least squares is biased in {', '.join(biased)} (more than {BIASED:g} deviations from the instruments): "
         "the noise of the positions is in its columns. Take the values by instruments, or lower the cutoff."
     ]
@@ -125,44 +125,44 @@ def _biased(found: Identified, parameters: Sequence[MachineParameter]) -> list[s
         if parameter.frictional and parameter.standard_deviation > ROUGH * abs(parameter.value)
     ]
     if rough:
-        said.append(
+        remarks.append(
             f"{', '.join(rough)} rest on the velocity near its turns, where noise of the positions is strongest: they "
-            f"scatter more than their deviations say. Lower the cutoff; {found.low:.2g} Hz pass the motion of these "
+            f"scatter more than their deviations say. Lower the cutoff; {result.low:.2g} Hz pass the motion of these "
             "logs."
         )
-    return said
+    return remarks
 
 
-def _on_values(mechanism: Mechanism, found: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
-    best = found.best
+def _on_values(mechanism: Mechanism, result: Identified, parameters: Sequence[MachineParameter]) -> list[str]:
+    best = result.best
     positive = {p.name for p in mechanism.parameters if p.positive or p.minimum == 0}
-    said = []
-    for one, spec in zip(parameters, found.base.parameters, strict=True):
-        must = one.name in positive and all(factor > 0 for _, factor in spec.others)
-        must = must or (one.frictional and not spec.others)
-        here = f"{one.combination} = {one.value:.4g} {one.unit}"
-        if one.name in best.at_bound:
-            said.append(f"{here} lies on a bound that was given: the logs ask for more.")
-        elif one.name in best.held:
-            said.append(f"{one.combination} was held at {one.value:.4g} {one.unit}.")
-        elif must and one.value < 0:
-            what = one.meaning or ("friction" if one.frictional else "what it stands for")
-            sure = abs(one.value) > ZERO * one.standard_deviation
-            said.append(
-                f"{here} is below zero, which {what} cannot be"
+    remarks = []
+    for p, spec in zip(parameters, result.base.parameters, strict=True):
+        must = p.name in positive and all(factor > 0 for _, factor in spec.others)
+        must = must or (p.frictional and not spec.others)
+        estimate = f"{p.combination} = {p.value:.4g} {p.unit}"
+        if p.name in best.at_bound:
+            remarks.append(f"{estimate} lies on a bound that was given: the logs ask for more.")
+        elif p.name in best.held:
+            remarks.append(f"{p.combination} was held at {p.value:.4g} {p.unit}.")
+        elif must and p.value < 0:
+            meaning = p.meaning or ("friction" if p.frictional else "what it stands for")
+            sure = abs(p.value) > ZERO * p.standard_deviation
+            remarks.append(
+                f"{estimate} is below zero, which {meaning} cannot be"
                 + (
                     ": check the signs of effort and motion, or leave it out."
                     if sure
                     else "; it is within its deviation."
                 )
             )
-        elif abs(one.value) < ZERO * one.standard_deviation:
-            told = value_with_sd(one.value, one.standard_deviation, one.unit)
-            said.append(
-                f"{one.combination} cannot be told from zero: {told}. Motion that excites it more would help, or take "
+        elif abs(p.value) < ZERO * p.standard_deviation:
+            value = value_with_sd(p.value, p.standard_deviation, p.unit)
+            remarks.append(
+                f"{p.combination} cannot be told from zero: {value}. Motion that excites it more would help, or take "
                 "it as known."
             )
-    return said
+    return remarks
 
 
 def _on_colour(parameters: Sequence[MachineParameter], samples: int, quality: Quality) -> list[str]:
@@ -173,53 +173,53 @@ def _on_colour(parameters: Sequence[MachineParameter], samples: int, quality: Qu
     # neighbours of white residuals are correlated as much in 1 of 20 logs
     if abs(neighbours) < 1.96 / np.sqrt(samples) or max(factors.values()) < TOO_SMALL:
         return []
-    told = ", ".join(f"{name} {factor:.1f}" for name, factor in factors.items())
+    inflations = ", ".join(f"{name} {factor:.1f}" for name, factor in factors.items())
     return [
         f"The residuals are coloured (neighbours {neighbours:+.2f}): {samples} samples are worth {effective:.0f}. "
-        f"Standard deviations for white noise are too small by {told}; those given allow for colour ({LAG_RULE})."
+        f"Standard deviations for white noise are too small by {inflations}; those given allow for colour ({LAG_RULE})."
     ]
 
 
-def _on_runs(found: Identified, joints: Sequence[JointScore]) -> list[str]:
+def _on_runs(result: Identified, joints: Sequence[JointScore]) -> list[str]:
     still = np.zeros((1, len(joints)))
-    heavy = (found.regressor(still, still, still + 1) - found.regressor(still, still, still)).any()
-    placed = any(piece.position.any() for piece in found.pieces)
+    heavy = (result.regressor(still, still, still + 1) - result.regressor(still, still, still)).any()
+    placed = any(piece.position.any() for piece in result.pieces)
     if not heavy or not placed:
         return []  # what has no mass or no measured place is not simulated
-    said = []
+    remarks = []
     for joint in joints:
         if joint.free_run is None or joint.usual_run is None:
-            said.append(f"Simulated from the measured state, '{joint.joint}' leaves the log within {FREE_RUN:g} s.")
+            remarks.append(f"Simulated from the measured state, '{joint.joint}' leaves the log within {FREE_RUN:g} s.")
         elif joint.free_run > UNEVEN * joint.usual_run:
-            said.append(
+            remarks.append(
                 f"The free run of '{joint.joint}' hangs on where it begins: {100 * joint.free_run:.1f} % over all "
                 f"windows of {FREE_RUN:g} s, {100 * joint.usual_run:.1f} % and less in half of them. Small errors grow "
                 "where a pose is unstable (upright), and next to standstill."
             )
-    return said
+    return remarks
 
 
-def _gravity(found: Identified) -> list[str]:
+def _gravity(result: Identified) -> list[str]:
     """Whether the declared gravity is met in size and sign, joint by joint, where the declaration has values for it."""
-    regressor = found.regressor
-    rest = np.zeros((1, len(regressor.joints)))
-    said = []
+    regressor = result.regressor
+    zeros = np.zeros((1, len(regressor.joints)))
+    remarks = []
     rng = np.random.default_rng(0)
-    for place, joint in enumerate(regressor.joints):
+    for number, joint in enumerate(regressor.joints):
         q = rng.uniform(-np.pi, np.pi, (50, len(regressor.joints)))
-        standing = regressor(q, np.zeros_like(q) + rest, np.zeros_like(q))[:, place]
+        standing = regressor(q, np.zeros_like(q) + zeros, np.zeros_like(q))[:, number]
         declared = standing @ regressor.declared
-        met = standing @ found.base.whole(found.best.values)
-        if np.linalg.norm(declared) < 1e-9 * max(np.linalg.norm(met), 1e-12):
+        estimated = standing @ result.base.whole(result.best.values)
+        if np.linalg.norm(declared) < 1e-9 * max(np.linalg.norm(estimated), 1e-12):
             continue
-        ratio = float(met @ declared / (declared @ declared))
+        ratio = float(estimated @ declared / (declared @ declared))
         if ratio < 0:
-            said.append(
+            remarks.append(
                 f"The weight on '{joint}' comes out with the other sign: its effort or its position is reversed."
             )
         elif not 0.2 < ratio < 5:
-            said.append(
+            remarks.append(
                 f"The weight on '{joint}' comes out {ratio:.3g} times the declared one: check the unit of its effort "
                 "(N m, on the joint's side of the gear) and of its position (rad)."
             )
-    return said
+    return remarks

@@ -62,9 +62,9 @@ def angle_at_ticks(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
         inside = (log.time >= passes.time[0]) & (log.time <= passes.time[-1])
         return log.time[inside], passes.between(log.time[inside])
     if not log.has("laser"):
-        found = ", ".join(log.columns) or "no columns"
+        columns = ", ".join(log.columns) or "no columns"
         raise StickslipError(
-            f"Log '{log.name}' does not show the disc's angle (found: {found}). It needs 'laser' [V] or "
+            f"Log '{log.name}' does not show the disc's angle (found: {columns}). It needs 'laser' [V] or "
             "'encoder_count' with its calibration, or 'angle' [rad]; a speed alone does not say where the spring rests."
         )
     angle = laser_angle(log).copy()
@@ -88,15 +88,15 @@ def passed_lines(log: RigLog) -> Passes:
     Raises:
         StickslipError: too few.
     """
-    found = edges(log, "encoder")
-    if len(found.time) < LEAST_EDGES:
+    passed = edges(log, "encoder")
+    if len(passed.time) < LEAST_EDGES:
         raise StickslipError(
-            f"Log '{log.name}': the encoder shows {len(found.time)} edges, so the disc hardly moved, and nothing else "
+            f"Log '{log.name}': the encoder shows {len(passed.time)} edges, so the disc hardly moved, and nothing else "
             "shows its angle. Fit a laser, an encoder of more lines, or drive so that the disc sticks and slips."
         )
     calibration = log.calibration.need("encoder")
-    line = np.round(found.angle / calibration.pitch + 0.5).astype(int) % calibration.edges_per_revolution
-    return Passes(found.time, found.angle, line)
+    line = np.round(passed.angle / calibration.pitch + 0.5).astype(int) % calibration.edges_per_revolution
+    return Passes(passed.time, passed.angle, line)
 
 
 def disc_motion(log: RigLog) -> DiscMotion:
@@ -132,15 +132,15 @@ def disc_motion(log: RigLog) -> DiscMotion:
             f"Log '{log.name}': {100 * np.mean(~good):.0f} % of the angle is missing or clipped. Check the sensor's "
             "range."
         )
-    time, said = _even_clock(log.name, stamps)
+    time, notes = _even_clock(log.name, stamps)
     after = np.clip(np.searchsorted(stamps[good], time), 1, np.count_nonzero(good) - 1)
-    apart = stamps[good][after] - stamps[good][after - 1]
-    known = np.isin(time, stamps[good])
-    filled = (apart > HOLE * (time[1] - time[0])) & ~known
+    gaps = stamps[good][after] - stamps[good][after - 1]
+    measured = np.isin(time, stamps[good])
+    filled = (gaps > HOLE * (time[1] - time[0])) & ~measured
     filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
     angle = np.interp(time, stamps[good], angle[good])
     drives = np.stack([smooth_drive(log, time, contact) for contact in log.contacts])
-    return DiscMotion(log, time, angle, drives, filled, (*warnings, *said), passes, _loads(log, time))
+    return DiscMotion(log, time, angle, drives, filled, (*warnings, *notes), passes, _loads(log, time))
 
 
 def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
@@ -153,17 +153,17 @@ def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
     if not names or not all(log.has(name) for name in names):
         return None
     step = float(time[1] - time[0])
-    made = []
+    forces = []
     for name in names:
-        known = np.isfinite(log.column(name))
-        force = savitzky_golay(np.interp(time, log.time[known], log.column(name)[known]), step, LOAD_WINDOW, 2, 0)
+        finite = np.isfinite(log.column(name))
+        force = savitzky_golay(np.interp(time, log.time[finite], log.column(name)[finite]), step, LOAD_WINDOW, 2, 0)
         if force.min() <= 0:
             raise StickslipError(
                 f"Log '{log.name}': the load cell '{name}' shows {force.min():.3g} N, a disc that is pulled or away. "
                 "Check its sign and its zero, or leave the column out."
             )
-        made.append(force)
-    return np.stack(made)
+        forces.append(force)
+    return np.stack(forces)
 
 
 def _check_counts(log: RigLog) -> None:
@@ -180,16 +180,16 @@ def _check_counts(log: RigLog) -> None:
 
 def _stray(angle: np.ndarray, step: float) -> np.ndarray:
     """Samples (n,) that leap from the median of the five around them as no disc does; at the ends of the log none."""
-    found = np.zeros(len(angle), dtype=bool)
+    stray = np.zeros(len(angle), dtype=bool)
     around = np.lib.stride_tricks.sliding_window_view(angle, 5)
-    whole = np.isfinite(around).all(axis=1)
-    if not whole.any():
-        return found
-    leap = np.where(whole, np.abs(angle[2:-2] - np.median(around, axis=1)), 0.0)
+    finite = np.isfinite(around).all(axis=1)
+    if not finite.any():
+        return stray
+    leap = np.where(finite, np.abs(angle[2:-2] - np.median(around, axis=1)), 0.0)
     resolution = np.diff(np.unique(angle[np.isfinite(angle)]))
-    noise = max(float(np.quantile(leap[whole], 0.99)), float(np.min(resolution, initial=np.inf)))
-    found[2:-2] = leap > STRAY * noise + SHARPEST * step**2
-    return found
+    noise = max(float(np.quantile(leap[finite], 0.99)), float(np.min(resolution, initial=np.inf)))
+    stray[2:-2] = leap > STRAY * noise + SHARPEST * step**2
+    return stray
 
 
 def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -223,8 +223,8 @@ def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, .
 
 def nominal_drives(log: RigLog) -> tuple[str, ...]:
     """Discs in contact of which the log does not record how they turned."""
-    shown = ("count", "speed")
-    return tuple(on for on in log.contacts if not any(log.has(f"drive{on[-1]}_{what}") for what in shown))
+    signals = ("count", "speed")
+    return tuple(on for on in log.contacts if not any(log.has(f"drive{on[-1]}_{signal}") for signal in signals))
 
 
 def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.ndarray:
@@ -244,8 +244,8 @@ def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.nd
     if contact in nominal_drives(log) and nominal:
         return np.full(len(time), nominal)
     if log.has(f"drive{disc}_speed") or not log.has(f"drive{disc}_count"):
-        known, speed = drive_speed(log, disc)
-        return np.interp(time, known, speed)
+        stamps, speed = drive_speed(log, disc)
+        return np.interp(time, stamps, speed)
     seen, angle = drive_edges(log, disc)
     if len(seen) < 20:
         raise StickslipError(
@@ -276,8 +276,8 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
         StickslipError: sensors differ by more than a tolerance: one calibration is wrong.
     """
     scaled, sensors = _scaled(motions, window)
-    joined, velocity, said = with_velocity(scaled, window)
-    return joined, replace(sensors, warnings=(*sensors.warnings, *said), velocity=velocity)
+    joined, velocity, notes = with_velocity(scaled, window)
+    return joined, replace(sensors, warnings=(*sensors.warnings, *notes), velocity=velocity)
 
 
 def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
@@ -297,9 +297,9 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     lines = len(np.unique(equations.line))
     if lines < LEAST_LINES:
         return list(motions), _as_stated(motions)
-    mended, said = without_drift(usable, equations, window / SMOOTHING)
+    mended, notes = without_drift(usable, equations, window / SMOOTHING)
     steady = [new is old for old, new in zip(usable, mended, strict=True)]
-    if said:
+    if notes:
         moved = {id(old): new for old, new in zip(usable, mended, strict=True)}
         motions, usable = [moved.get(id(motion), motion) for motion in motions], mended
         equations = _edge_equations(usable, window)
@@ -315,7 +315,7 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
         )
     covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
     covariance[1, 1] += max(m.log.clock_deviation for m in usable) ** 2
-    warnings = (*said, *delay_warnings(usable, equations, -residual, steady))
+    warnings = (*notes, *delay_warnings(usable, equations, -residual, steady))
     fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, warnings)
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
 
@@ -332,12 +332,12 @@ def _by_laser(log: RigLog) -> bool:
     return log.has("laser") and not log.has("angle")
 
 
-def zeroed(motion: DiscMotion, rest: float) -> DiscMotion:
-    """The motion with the angle sensor's zero put where it showed ``rest`` (rad)."""
+def zeroed(motion: DiscMotion, zero: float) -> DiscMotion:
+    """The motion with the angle sensor's zero put where it showed ``zero`` (rad)."""
     if not _by_laser(motion.log):
-        passes = None if motion.passes is None else motion.passes.turned(-rest)
-        return replace(motion, angle=motion.angle - rest, passes=passes)
-    return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(rest)))
+        passes = None if motion.passes is None else motion.passes.turned(-zero)
+        return replace(motion, angle=motion.angle - zero, passes=passes)
+    return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(zero)))
 
 
 def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
@@ -350,21 +350,21 @@ def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
 
 def _edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquations:
     rows, values, labels, times, places = [], [], [], [], []
-    for place, motion in enumerate(motions):
-        found = edges(motion.log, "encoder")
+    for number, motion in enumerate(motions):
+        passed = edges(motion.log, "encoder")
         smooth, speed = motion.smoothed(window), motion.smoothed(window, derivative=1)
-        inside = (found.time > motion.time[0] + window) & (found.time < motion.time[-1] - window)
-        near = np.interp(found.time, motion.time, motion.filled.astype(float)) == 0
-        time, angle = found.time[inside & near], found.angle[inside & near]
+        inside = (passed.time > motion.time[0] + window) & (passed.time < motion.time[-1] - window)
+        good = np.interp(passed.time, motion.time, motion.filled.astype(float)) == 0
+        time, angle = passed.time[inside & good], passed.angle[inside & good]
         row = np.zeros((len(time), 2 + len(motions)))
         seen = np.interp(time, motion.time, smooth)
         # displacement R sin(angle) is what a gain multiplies: d angle / d gain = tan(angle)
         row[:, 0] = np.tan(seen)
         row[:, 1] = np.interp(time, motion.time, speed)
-        row[:, 2 + place] = 1.0
+        row[:, 2 + number] = 1.0
         rows.append(row)
         values.append(angle - seen)
         labels.append(np.floor(angle / motion.log.calibration.need("encoder").pitch))
         times.append(time)
-        places.append(np.full(len(time), place))
-    return EdgeEquations(*(np.concatenate(part) for part in (rows, values, labels, times, places)))
+        places.append(np.full(len(time), number))
+    return EdgeEquations(*(np.concatenate(arrays) for arrays in (rows, values, labels, times, places)))

@@ -92,14 +92,14 @@ def fit_free_decay(log: RigLog) -> FreeDecay:
     longest = max(pieces, key=lambda piece: len(piece.time))
     if by_encoder(longest):
         passes = passed_lines(longest)
-        found = fit_decay(passes.time, passes.angle, name=log.name, line=passes.line)
+        decay = fit_decay(passes.time, passes.angle, name=log.name, line=passes.line)
     else:
-        found = fit_decay(*angle_at_ticks(longest), name=log.name)
-    found = replace(found, sensor=angle_sensor(log))
+        decay = fit_decay(*angle_at_ticks(longest), name=log.name)
+    decay = replace(decay, sensor=angle_sensor(log))
     if len(pieces) == 1:
-        return found
-    said = f"Free decay '{log.name}' is in {len(pieces)} pieces; the longest, of {longest.duration:.3g} s, was used."
-    return replace(found, warnings=(said, *found.warnings))
+        return decay
+    note = f"Free decay '{log.name}' is in {len(pieces)} pieces; the longest, of {longest.duration:.3g} s, was used."
+    return replace(decay, warnings=(note, *decay.warnings))
 
 
 def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.ndarray | None = None) -> FreeDecay:
@@ -136,10 +136,10 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
         # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a
         # swing
         period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
-        whole = newey_west(gradient, error, reach=max(period_samples // 4, 1))
+        full = newey_west(gradient, error, reach=max(period_samples // 4, 1))
     else:
-        whole = clustered_covariance(gradient, error, shared)
-    covariance = whole[:2, :2]
+        full = clustered_covariance(gradient, error, shared)
+    covariance = full[:2, :2]
     # d(k/J) = 2 a da + 2 w dw
     to_ratio = np.array([2 * rate, 2 * frequency])
     rms = float(np.sqrt(np.mean(error**2)))
@@ -149,7 +149,7 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
         damping_ratio=2 * rate,
         damping_ratio_deviation=float(2 * np.sqrt(covariance[0, 0])),
         rest=float(linear[2]),
-        rest_deviation=float(np.sqrt(whole[4, 4])),
+        rest_deviation=float(np.sqrt(full[4, 4])),
         amplitude=scale,
         rms_residual=rms,
         cycles=float(frequency * time[-1] / (2 * np.pi)),
@@ -179,13 +179,13 @@ def _swings(time: np.ndarray, angle: np.ndarray, name: str) -> tuple[float, np.n
     """
     if len(time) < 20:
         raise StickslipError(f"Free decay '{name}' has {len(time)} usable samples; it needs {CYCLES} cycles or more.")
-    rest = float(np.median(angle[-len(angle) // 4 :]))
-    away = angle - rest
+    zero = float(np.median(angle[-len(angle) // 4 :]))
+    away = angle - zero
     reach = float(np.max(np.abs(away)))
     # hysteresis: a side counts once it is left by more than the floor, so that noise makes no crossings
     side = np.where(away > FLOOR * reach, 1, np.where(away < -FLOOR * reach, -1, 0))
-    known = np.flatnonzero(side)
-    turns = known[1:][np.diff(side[known]) != 0]
+    outside = np.flatnonzero(side)
+    turns = outside[1:][np.diff(side[outside]) != 0]
     if len(turns) < 2 * CYCLES:
         raise StickslipError(
             f"Free decay '{name}' shows {len(turns) / 2:.1f} cycles in {time[-1] - time[0]:.3g} s; {CYCLES} or more "

@@ -29,9 +29,9 @@ def without_drift(
     share = np.array([_share(motions[i], t) for t, i in zip(equations.time, equations.motion, strict=True)])
     level = np.sqrt(1 + equations.design[:, 0] ** 2)  # 1/cos of the angle
     # each line, passed upward and downward, has an error of its own
-    way = 2 * equations.line.astype(int) + (equations.design[:, 1] > 0)
-    label = np.unique(way, return_inverse=True)[1]
-    made, said = list(motions), []
+    passage = 2 * equations.line.astype(int) + (equations.design[:, 1] > 0)
+    label = np.unique(passage, return_inverse=True)[1]
+    mended, notes = list(motions), []
     for number, motion in enumerate(motions):
         mine = equations.motion == number
         block = np.unique(((equations.time[mine] - motion.time[0]) / period).astype(int), return_inverse=True)[1]
@@ -40,20 +40,20 @@ def without_drift(
         curves = -level[mine, None] * _cosines(share[mine])
         speed = equations.design[mine, 1]
         columns = np.column_stack([speed, speed * share[mine], equations.edge[mine], curves])
-        both = _within(columns, label[mine])  # one constant for each label is projected out by its mean
-        both = _left(both[:, :2], both[:, 2:])
-        edge, curves = both[:, 0], both[:, 1:]
+        projected = _within(columns, label[mine])  # one constant for each label is projected out by its mean
+        projected = _left(projected[:, :2], projected[:, 2:])
+        edge, curves = projected[:, 0], projected[:, 1:]
         if not _drifts(_means(edge, block), _means(curves, block)):
             continue
-        found = np.linalg.lstsq(curves, edge, rcond=None)[0]
-        drift = _cosines(_share(motion, motion.time)) @ found
-        made[number] = replace(motion, angle=np.arcsin(np.clip(np.sin(motion.angle) - drift, -1, 1)))
+        coefficients = np.linalg.lstsq(curves, edge, rcond=None)[0]
+        drift = _cosines(_share(motion, motion.time)) @ coefficients
+        mended[number] = replace(motion, angle=np.arcsin(np.clip(np.sin(motion.angle) - drift, -1, 1)))
         size = 1e3 * motion.log.rig.value("R") * float(np.max(np.abs(drift)))
-        said.append(
+        notes.append(
             f"Log '{motion.log.name}': the laser drifts slowly against the encoder, by up to {size:.2g} mm. That was "
             "taken off; let the laser warm up, and fix it better."
         )
-    return made, tuple(said)
+    return mended, tuple(notes)
 
 
 def _share(motion: DiscMotion, time: np.ndarray | float) -> np.ndarray | float:
@@ -87,8 +87,8 @@ def _drifts(edge: np.ndarray, curves: np.ndarray) -> bool:
     from scipy.special import fdtrc
 
     freedom = len(edge) - curves.shape[1] - 1
-    left = _left(curves, edge)
-    least = float(left @ left)
+    residual = _left(curves, edge)
+    least = float(residual @ residual)
     if not least > 0:
         return False
     fall = (float(edge @ edge) - least) / least

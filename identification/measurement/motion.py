@@ -75,8 +75,8 @@ class Passes:
         from the motion of the rig by no more than lines are misplaced."""
         from scipy.interpolate import make_interp_spline
 
-        apart = np.concatenate([[True], np.diff(self.time) > CLOSE])
-        return make_interp_spline(self.time[apart], self.angle[apart], 3)(time)
+        distinct = np.concatenate([[True], np.diff(self.time) > CLOSE])
+        return make_interp_spline(self.time[distinct], self.angle[distinct], 3)(time)
 
     def turned(self, angle: float | np.ndarray) -> Passes:
         """The same with angles (m,) larger by so much, rad."""
@@ -147,16 +147,16 @@ def drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
 def drive_edges(log: RigLog, disc: int) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) s and angles (n,) rad of the edges of a driving disc's encoder. Where none comes for long the drive
     stands still: there stand angles midway between two edges, one every `STANDS_EVERY` s."""
-    found = edges(log, f"drive{disc}")
-    if len(found.time) < 2:
-        return found.time, found.angle
-    gaps = np.diff(found.time)
-    times, angles = [found.time], [found.angle]
-    for place in np.flatnonzero(gaps > max(STANDS, MANY_GAPS * float(np.median(gaps)))):
-        begin, gap = found.time[place], gaps[place]
-        stands = begin + np.arange(LEAVES, gap - LEAVES, STANDS_EVERY)
+    passed = edges(log, f"drive{disc}")
+    if len(passed.time) < 2:
+        return passed.time, passed.angle
+    gaps = np.diff(passed.time)
+    times, angles = [passed.time], [passed.angle]
+    for index in np.flatnonzero(gaps > max(STANDS, MANY_GAPS * float(np.median(gaps)))):
+        start, gap = passed.time[index], gaps[index]
+        stands = start + np.arange(LEAVES, gap - LEAVES, STANDS_EVERY)
         times.append(stands)
-        angles.append(np.full(len(stands), 0.5 * (found.angle[place] + found.angle[place + 1])))
+        angles.append(np.full(len(stands), 0.5 * (passed.angle[index] + passed.angle[index + 1])))
     order = np.argsort(np.concatenate(times), kind="stable")
     return np.concatenate(times)[order], np.concatenate(angles)[order]
 
@@ -179,9 +179,9 @@ def local_polynomial(count: int, order: int, derivative: int) -> tuple[np.ndarra
     """
     half = count // 2
     powers = np.arange(min(order, count - 1) + 1)
-    place = np.arange(-half, half + 1)[:, None] / half
+    position = np.arange(-half, half + 1)[:, None] / half
     factor = np.array([perm(power, derivative) for power in powers.tolist()]) / float(half) ** derivative
-    return np.linalg.pinv(place**powers), factor * place ** np.maximum(powers - derivative, 0)
+    return np.linalg.pinv(position**powers), factor * position ** np.maximum(powers - derivative, 0)
 
 
 def odd_count(window: float, step: float) -> int:

@@ -35,16 +35,16 @@ def zero_unseen(
 def pool_warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
-    found = []
+    warnings = []
     unknown = [prior.name for prior in priors if not prior.stated]
     if unknown:
-        found.append(
+        warnings.append(
             f"How well {', '.join(unknown)} {'is' if len(unknown) == 1 else 'are'} known is not stated: intervals are "
             f"at least as wide as shown. State it: --uncertainty {unknown[0]}=0.5%, or in datapackage.json."
         )
     by_laser = [log for log in logs if log.has("laser") and not log.has("angle")]
     if sensors.lines == 0 and any(log.calibration.need("laser").gain_deviation is None for log in by_laser):
-        found.append(
+        warnings.append(
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
             "of it passes to the friction coefficients one to one and is not in their standard deviations."
         )
@@ -54,41 +54,41 @@ def pool_warnings(
             if free_decay is not None and free_decay.sensor == "encoder"
             else "its zero is known within half a pitch, for a counter set to 0 at rest (a free decay would show it)"
         )
-        found.append(
+        warnings.append(
             f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
             f"{LINE_ERROR:.0%} of the pitch, micro-slip in stick cannot be seen, and disturbances are not sought, only "
             "estimated where they are named. A laser beside it would tell more."
         )
     cells = [log.name for log in logs if any(log.has(f"load{contact[-1]}") for contact in log.contacts)]
     if cells and not all(prior.source.startswith("load cell") for prior in priors if prior.name in ("N", "N0", "N1")):
-        found.append(
+        warnings.append(
             f"The load cell is not in all logs, or not on each disc in contact (it is in {' and '.join(cells)}): the "
             "normal force was taken as stated, and constant."
         )
     elif cells and any(len(log.contacts) > 1 for log in logs):
-        found.append(
+        warnings.append(
             "Of two discs the mean of each load cell was taken as its normal force: how it changes is followed with "
             "one disc alone."
         )
     nominal = [log.name for log in logs if nominal_drives(log)]
     if nominal:
-        found.append(
+        warnings.append(
             f"How the drives turned is not recorded in {' and '.join(nominal)}: the nominal speeds were taken. Their "
             "unevenness passes to the law as noise, their uncertainty is added, micro-slip in stick cannot be seen, "
             "and disturbances are not sought, only estimated where they are named. An encoder on each drive would tell "
             "more."
         )
     if len(logs) == 1 and len(logs[0].contacts) == 1:
-        found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
+        warnings.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
     elif len(logs) == 1:
-        found.append(
+        warnings.append(
             "One pair of drive speeds hardly tells the laws of two discs apart: pool logs at three pairs or more, now "
             "one disc and now the other the faster, or add logs of one disc alone."
         )
     if free_decay is not None:
-        found += free_decay.warnings
+        warnings += free_decay.warnings
         if abs(free_decay.rest) > REST_SUSPECT:
-            found.append(
+            warnings.append(
                 f"In the free decay the disc comes to rest at {free_decay.rest:.2g} rad: the sensor's zero is off. All "
                 "angles were shifted by it."
             )
@@ -97,8 +97,8 @@ def pool_warnings(
         if k is not None and J is not None and not (k.standard_uncertainty and J.standard_uncertainty):
             stated = k.value / J.value
             if abs(free_decay.stiffness_ratio / stated - 1) > 0.02:
-                found.append(
+                warnings.append(
                     f"The free decay gives k/J = {free_decay.stiffness_ratio:.5g} 1/s^2, the log's constants "
                     f"{stated:.5g}; the free decay was used, with the stated J."
                 )
-    return tuple(found)
+    return tuple(warnings)

@@ -99,27 +99,27 @@ class Pool(Shown):
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
         moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s), the zero of an
         encoder by "zero" (rad), its lines as draw number "lines" has them."""
-        known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
+        values = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
         if "R" in moved and self.laser_alone:
             # a laser alone measures R sin(angle)
             moved = {**moved, "gain": (1 + moved.get("gain", 0.0)) / (1 + moved["R"]) - 1}
         if any(name in SENSED or name.startswith(SPEED) for name in moved):
             segments = self.with_sensors(moved)
-        kept = long_enough(segments, window)
-        return kept, [self.log_number(segment) for segment in kept], rig_values(known)
+        long = long_enough(segments, window)
+        return long, [self.log_number(segment) for segment in long], rig_values(values)
 
     def with_sensors(self, moved: Mapping[str, float]) -> tuple[SlipSegment, ...]:
         """The same segments with the angle moved, see `moved`."""
-        motions = {id(motion): self._sensed(place, motion, moved) for place, motion in enumerate(self.motions)}
+        motions = {id(motion): self._sensed(number, motion, moved) for number, motion in enumerate(self.motions)}
         return tuple(replace(segment, motion=motions[id(segment.motion)]) for segment in self.segments)
 
-    def _sensed(self, place: int, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
+    def _sensed(self, number: int, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
         if not LASER.isdisjoint(moved):
             gain = (1 + moved.get("gain", 0.0)) * (1 + moved.get("laser", 0.0)) - 1
             motion = corrected(motion, gain, moved.get("delay", 0.0))
-        if speed_name(place) in moved:
-            motion = replace(motion, drives=motion.drives * (1 + moved[speed_name(place)]))
+        if speed_name(number) in moved:
+            motion = replace(motion, drives=motion.drives * (1 + moved[speed_name(number)]))
         if "zero" in moved:
             motion = zeroed(motion, moved["zero"])
         if "lines" in moved and motion.passes is not None:
@@ -154,15 +154,15 @@ class Pool(Shown):
         return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
 
 
-def speed_name(place: int) -> str:
+def speed_name(number: int) -> str:
     """Of the speed of the drives over the nominal one in a log, by its place."""
-    return f"{SPEED}{place + 1}"
+    return f"{SPEED}{number + 1}"
 
 
-def rig_values(known: dict[str, float]) -> RigValues:
+def rig_values(values: dict[str, float]) -> RigValues:
     """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J; N, or N0 and N1."""
-    J = known["J"]
-    k = known["k"] if "k" in known else J * known["k/J"]
-    c = known["c"] if "c" in known else J * known["c/J"]
-    forces = tuple(known[name] for name in ("N", "N0", "N1") if name in known)
-    return RigValues(J, k, c, known["R"], known["r"], forces)
+    J = values["J"]
+    k = values["k"] if "k" in values else J * values["k/J"]
+    c = values["c"] if "c" in values else J * values["c/J"]
+    forces = tuple(values[name] for name in ("N", "N0", "N1") if name in values)
+    return RigValues(J, k, c, values["R"], values["r"], forces)

@@ -87,8 +87,8 @@ def pool(
         check_stick_speed(motion, values.r, values.R, SMOOTHING * period)
         return motion, slip_segments(motion, period, threshold=threshold, allow_no_stick=allow_no_stick)
 
-    found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
-    motions = tuple(motion for motion, _ in found)
+    usable, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
+    motions = tuple(motion for motion, _ in usable)
     priors = (*priors, *speed_priors(motions), *gain_prior(motions, sensors))
     zero = zero_prior(raw, free_decay)
     priors = tuple(by_cells(prior, motions, contacts) for prior in priors)
@@ -96,7 +96,7 @@ def pool(
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     return Pool(
         motions,
-        tuple(segment for _, segments in found for segment in segments),
+        tuple(segment for _, segments in usable for segment in segments),
         sensors,
         priors,
         contacts,
@@ -109,7 +109,7 @@ def pool(
             *empty,
             *sensors.warnings,
             *pool_warnings(sliding, sensors, priors, free_decay),
-            *zero_unseen(motions, [s for _, segments in found for s in segments], values, free_decay),
+            *zero_unseen(motions, [s for _, segments in usable for s in segments], values, free_decay),
         ),
         stated_readings(sliding) if free_decay is not None else (),
         zero,
@@ -127,44 +127,44 @@ def motions_in_pieces(
         StickslipError: a whole log that `disc_motion` refuses, or no piece is left; logs of different rates.
     """
     pieces = [log.pieces() for log in logs]
-    split = frozenset(piece.name for parts in pieces if len(parts) > 1 for piece in parts)
+    split = frozenset(piece.name for group in pieces if len(group) > 1 for piece in group)
 
     def motion(piece: RigLog) -> DiscMotion:
         if piece.name in split and piece.duration < shortest:
             raise StickslipError(f"It lasts {piece.duration:.3g} s, and {shortest:.3g} s are needed.")
         return disc_motion(piece)
 
-    raw, unfit = _usable([(piece.name, piece) for parts in pieces for piece in parts], motion, split)
+    raw, unfit = _usable([(piece.name, piece) for group in pieces for piece in group], motion, split)
     check_same_rate(raw)
-    said = [
-        f"Log '{parts[0].name}' is in {len(parts)} pieces (gaps, a clock set back, lost edges); nothing is filtered or "
+    notes = [
+        f"Log '{group[0].name}' is in {len(group)} pieces (gaps, a clock set back, lost edges); nothing is filtered or "
         "simulated across."
-        for parts in pieces
-        if len(parts) > 1
+        for group in pieces
+        if len(group) > 1
     ]
-    return raw, split, (*said, *unfit)
+    return raw, split, (*notes, *unfit)
 
 
 def _usable(
-    parts: Sequence[tuple[str, Part]], make: Callable[[Part], Made], split: Container[str]
+    candidates: Sequence[tuple[str, Part]], make: Callable[[Part], Made], split: Container[str]
 ) -> tuple[list[Made], tuple[str, ...]]:
     """What ``make`` gives for each named part; of a log that is ``split`` a part that it refuses is left out, in words.
 
     Raises:
         StickslipError: a whole log is refused, or no part is left.
     """
-    made, warnings, refused = [], [], None
-    for name, part in parts:
+    results, warnings, refused = [], [], None
+    for name, candidate in candidates:
         try:
-            made.append(make(part))
+            results.append(make(candidate))
         except StickslipError as error:
             if name not in split:
                 raise
             refused = error
             warnings.append(f"'{name}', one of several pieces, was left out. {error}")
-    if refused is not None and not made:
+    if refused is not None and not results:
         raise refused
-    return made, tuple(warnings)
+    return results, tuple(warnings)
 
 
 def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
@@ -192,7 +192,7 @@ def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
 
 def _materials(logs: Sequence[RigLog], contacts: Sequence[str]) -> tuple[str, ...]:
     """The friction pair of each disc; none if a log states none."""
-    found: dict[str, tuple[str, str]] = {}
+    stated: dict[str, tuple[str, str]] = {}
     for log in logs:
         pairs = log.experiment.materials
         if pairs and len(pairs) != len(log.contacts):
@@ -201,13 +201,13 @@ def _materials(logs: Sequence[RigLog], contacts: Sequence[str]) -> tuple[str, ..
                 "one for each disc."
             )
         for contact, pair in zip(log.contacts, pairs or ("no materials",) * len(log.contacts), strict=True):
-            first, known = found.setdefault(contact, (log.name, pair))
-            if known != pair:
+            first, before = stated.setdefault(contact, (log.name, pair))
+            if before != pair:
                 raise StickslipError(
-                    f"Logs '{first}' ({known}) and '{log.name}' ({pair}) are of different materials on {contact}. Fit "
+                    f"Logs '{first}' ({before}) and '{log.name}' ({pair}) are of different materials on {contact}. Fit "
                     "each pair alone."
                 )
-    pairs = tuple(found[contact][1] for contact in contacts)
+    pairs = tuple(stated[contact][1] for contact in contacts)
     return () if "no materials" in pairs else pairs
 
 
@@ -215,11 +215,11 @@ def check_same_rig(logs: Sequence[RigLog]) -> None:
     first = logs[0]
     for log in logs[1:]:
         for name in RIG_UNITS:
-            here, there = getattr(first.rig, name), getattr(log.rig, name)
-            if here is not None and there is not None and not np.isclose(here.value, there.value, rtol=1e-9):
+            a, b = getattr(first.rig, name), getattr(log.rig, name)
+            if a is not None and b is not None and not np.isclose(a.value, b.value, rtol=1e-9):
                 raise StickslipError(
-                    f"Logs '{first.name}' and '{log.name}' are of different rigs: {name} = {here.value:g} and "
-                    f"{there.value:g} {here.unit}. Only logs of one rig can be pooled."
+                    f"Logs '{first.name}' and '{log.name}' are of different rigs: {name} = {a.value:g} and "
+                    f"{b.value:g} {a.unit}. Only logs of one rig can be pooled."
                 )
         if log.calibration.laser != first.calibration.laser:
             raise StickslipError(
@@ -239,10 +239,10 @@ def check_same_rate(motions: Sequence[DiscMotion]) -> None:
 
 def _check_no_copies(logs: Sequence[RigLog]) -> None:
     """A log that counts twice would make the standard deviations too small."""
-    for one, other in combinations(logs, 2):
-        same = one.columns.keys() == other.columns.keys() and len(one.time) == len(other.time)
-        if same and all(np.array_equal(one.columns[name], other.columns[name]) for name in one.columns):
-            raise StickslipError(f"Logs '{one.name}' and '{other.name}' hold the same data. Give each log once.")
+    for first, second in combinations(logs, 2):
+        same = first.columns.keys() == second.columns.keys() and len(first.time) == len(second.time)
+        if same and all(np.array_equal(first.columns[name], second.columns[name]) for name in first.columns):
+            raise StickslipError(f"Logs '{first.name}' and '{second.name}' hold the same data. Give each log once.")
 
 
 def at_rest(motions: Sequence[DiscMotion], decay: FreeDecay) -> list[DiscMotion]:

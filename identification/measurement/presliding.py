@@ -94,12 +94,12 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
     if len(rows) < FEWEST:
         return None
     cluster = np.repeat(np.arange(len(rows)), [len(row[0]) for row in rows])
-    load, place, border = (np.concatenate([row[i] for row in rows]) for i in range(3))
+    load, shift, border = (np.concatenate([row[i] for row in rows]) for i in range(3))
     power = float(load @ load)
     if not power > 0:
         return None
-    compliance = float(load @ place) / power
-    noise = float(np.sqrt(clustered_covariance(load[:, None], compliance * load - place, cluster)[0, 0]))
+    compliance = float(load @ shift) / power
+    noise = float(np.sqrt(clustered_covariance(load[:, None], compliance * load - shift, cluster)[0, 0]))
     scale = abs(float(load @ border)) / power * _scale_deviation(ready)
     at_least = any(prior.name in ("r", "R") and not prior.stated for prior in ready.priors)
     return PreSliding(compliance, noise, scale, len(rows), MODEL * abs(compliance), at_least)
@@ -107,10 +107,10 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
 
 def _scale_deviation(ready: Pool) -> float:
     """Relative standard deviation of r integral(w) against R theta."""
-    known = {prior.name: prior.standard_uncertainty / prior.value for prior in ready.priors}
+    relative = {prior.name: prior.standard_uncertainty / prior.value for prior in ready.priors}
     checked = ready.sensors.lines > 0
     gain = np.sqrt(ready.sensors.covariance[0, 0]) if checked else UNKNOWN_GAIN
-    return float(np.sqrt(known.get("r", 0.0) ** 2 + known.get("R", 0.0) ** 2 + gain**2))
+    return float(np.sqrt(relative.get("r", 0.0) ** 2 + relative.get("R", 0.0) ** 2 + gain**2))
 
 
 def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple[np.ndarray, ...]]:
@@ -121,14 +121,14 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
     sticking = np.abs(motion.slip(values.r, values.R, window)[0]) < creep
     trim = round(TRIM * window / motion.step)
     drive = drive_angle(motion, int(ready.contacts[0][-1]))
-    place = values.r * drive - values.R * motion.angle
+    shift = values.r * drive - values.R * motion.angle
     force = (values.c * values.r * motion.drive / values.R + values.k * motion.smoothed(window)) / values.R
-    whole = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]
-    if not whole:
+    sticks = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]
+    if not sticks:
         return
     # a law of the wrong form may be far off at rest: no stick carries more than the sticks are seen to carry
-    breakaway = min(breakaway, float(np.median([np.max(np.abs(force[start:end])) for start, end in whole])))
-    for start, end in whole:
+    breakaway = min(breakaway, float(np.median([np.max(np.abs(force[start:end])) for start, end in sticks])))
+    for start, end in sticks:
         first = start + trim
         beyond = np.abs(force[first:end]) > BREAKAWAY * breakaway
         inside = slice(first, first + int(np.argmax(beyond)) if beyond.any() else end)
@@ -136,4 +136,4 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
             continue
         load = -breakaway * np.sign(force[inside]) * np.log1p(-np.abs(force[inside]) / breakaway)
         border = values.R * motion.angle[inside]
-        yield load - load.mean(), place[inside] - place[inside].mean(), border - border.mean()
+        yield load - load.mean(), shift[inside] - shift[inside].mean(), border - border.mean()

@@ -191,64 +191,64 @@ def recipes() -> list[Path]:
 
 
 def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:
-    place = ("signals", name)
-    document.check_keys(SIGNAL_KEYS, *place)
-    table = document.table(*place)
+    keys = ("signals", name)
+    document.check_keys(SIGNAL_KEYS, *keys)
+    table = document.table(*keys)
     if ("column" in table) == ("derivative_of" in table):
-        raise document.fault(f"signal '{name}' needs either 'column' (with 'unit') or 'derivative_of'.", *place)
-    of = document.text("derivative_of", *place) if "derivative_of" in table else None
-    known = (*names, *(implied for implied, source in IMPLIED.items() if source in names))
-    if of is not None and of not in known:
-        raise document.fault(f"there is no signal '{of}'.{nearest(of, known)}", *place, "derivative_of")
+        raise document.fault(f"signal '{name}' needs either 'column' (with 'unit') or 'derivative_of'.", *keys)
+    of = document.text("derivative_of", *keys) if "derivative_of" in table else None
+    signals = (*names, *(implied for implied, source in IMPLIED.items() if source in names))
+    if of is not None and of not in signals:
+        raise document.fault(f"there is no signal '{of}'.{nearest(of, signals)}", *keys, "derivative_of")
     for key in ("derivative", "savitzky_golay") if of is None else ("unit", "gain", "gain_unit"):
         if key in table:
             kind = "a column" if of is None else "a derivative"
-            raise document.fault(f"'{key}' says nothing of {kind}. Leave it out of signal '{name}'.", *place, key)
+            raise document.fault(f"'{key}' says nothing of {kind}. Leave it out of signal '{name}'.", *keys, key)
     gain = table.get("gain", 1.0)
     if isinstance(gain, bool) or not isinstance(gain, int | float | str):
         raise document.fault(
-            f"'gain' must be a number, or the name of a single number in the log, found {gain!r}.", *place, "gain"
+            f"'gain' must be a number, or the name of a single number in the log, found {gain!r}.", *keys, "gain"
         )
     return Signal(
         name,
-        document.text("column", *place) if of is None else None,
-        document.text("unit", *place) if of is None else None,
+        document.text("column", *keys) if of is None else None,
+        document.text("unit", *keys) if of is None else None,
         gain if isinstance(gain, str) else float(gain),
-        document.text("gain_unit", *place, default="1"),
+        document.text("gain_unit", *keys, default="1"),
         of,
-        document.count("derivative", 1, 1, *place),
-        _savitzky_golay(document, *place, "savitzky_golay") if "savitzky_golay" in table else None,
-        _filter(document, *place, "filter") if "filter" in table else None,
+        document.count("derivative", 1, 1, *keys),
+        _savitzky_golay(document, *keys, "savitzky_golay") if "savitzky_golay" in table else None,
+        _filter(document, *keys, "filter") if "filter" in table else None,
     )
 
 
-def _filter(document: Document, *place: str) -> Filter:
-    document.check_keys(FILTER_KEYS, *place)
-    table = document.table(*place)
+def _filter(document: Document, *keys: str) -> Filter:
+    document.check_keys(FILTER_KEYS, *keys)
+    table = document.table(*keys)
     if "cutoff" not in table:
-        raise document.fault('a filter needs "cutoff", such as "100 Hz" or "0.2 Nyquist".', *place)
-    order = document.count("order", 4, 1, *place)
+        raise document.fault('a filter needs "cutoff", such as "100 Hz" or "0.2 Nyquist".', *keys)
+    order = document.count("order", 4, 1, *keys)
     raw = table["cutoff"]
     relative = isinstance(raw, str) and raw.strip().lower().endswith("nyquist")
     if relative:
         raw = raw.strip()[: -len("nyquist")].strip()
-    cutoff = document.value(raw, "1" if relative else "Hz", *place, "cutoff")
+    cutoff = document.value(raw, "1" if relative else "Hz", *keys, "cutoff")
     if cutoff <= 0 or (relative and cutoff >= 1):
         raise document.fault(
-            "'cutoff' must lie above 0 and below the Nyquist frequency (half the sampling rate).", *place, "cutoff"
+            "'cutoff' must lie above 0 and below the Nyquist frequency (half the sampling rate).", *keys, "cutoff"
         )
-    return Filter(order, cutoff, relative, document.count("padding", 3 * order, 0, *place))
+    return Filter(order, cutoff, relative, document.count("padding", 3 * order, 0, *keys))
 
 
-def _savitzky_golay(document: Document, *place: str) -> SavitzkyGolay:
-    document.check_keys(SAVITZKY_GOLAY_KEYS, *place)
-    table = document.table(*place)
+def _savitzky_golay(document: Document, *keys: str) -> SavitzkyGolay:
+    document.check_keys(SAVITZKY_GOLAY_KEYS, *keys)
+    table = document.table(*keys)
     if "window" not in table:
-        raise document.fault('savitzky_golay needs "window", such as "20 ms".', *place)
-    window = document.value(table["window"], "s", *place, "window")
+        raise document.fault('savitzky_golay needs "window", such as "20 ms".', *keys)
+    window = document.value(table["window"], "s", *keys, "window")
     if window <= 0:
-        raise document.fault("'window' must be a time above 0.", *place, "window")
-    return SavitzkyGolay(document.count("order", 3, 1, *place), window)
+        raise document.fault("'window' must be a time above 0.", *keys, "window")
+    return SavitzkyGolay(document.count("order", 3, 1, *keys), window)
 
 
 def _refuse_circle(document: Document, signals: Mapping[str, Signal], name: str) -> None:
@@ -278,9 +278,9 @@ def _sampling(document: Document) -> Sampling:
     )
 
 
-def speed(document: Document, raw: Any, *place: str) -> Speed:
+def speed(document: Document, raw: Any, *keys: str) -> Speed:
     """A speed. The recipe alone does not say whether the body slides or turns: the text's own unit is kept."""
     if not isinstance(raw, str):
-        return Speed(document.value(raw, "m/s", *place))
+        return Speed(document.value(raw, "m/s", *keys))
     unit = "rad/s" if any(word in raw for word in ("rad", "deg", "rpm", "turn")) else "m/s"
-    return Speed(document.value(raw, unit, *place), unit)
+    return Speed(document.value(raw, unit, *keys), unit)

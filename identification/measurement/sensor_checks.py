@@ -59,18 +59,18 @@ def delay_warnings(
     whether its laser stays where it is (what is left of a drift would be taken for a delay).
     """
     warnings = []
-    for place, motion in enumerate(motions):
-        mine = equations.motion == place
+    for number, motion in enumerate(motions):
+        mine = equations.motion == number
         time, speed = equations.time[mine], equations.design[mine, 1]
-        if not steady[place] or len(time) < LEAST_ROWS or len(np.unique(equations.line[mine])) < LEAST_LINES:
+        if not steady[number] or len(time) < LEAST_ROWS or len(np.unique(equations.line[mine])) < LEAST_LINES:
             continue
         middle = 0.5 * (motion.time[0] + motion.time[-1])
         length = float(motion.time[-1] - motion.time[0])
         # edge - laser = delay th' + drift th' (t - middle)/length + offset
         design = np.column_stack([speed, speed * (time - middle) / length, np.ones_like(time)])
-        found = np.linalg.lstsq(design, misfit[mine], rcond=None)[0]
-        covariance = clustered_covariance(design, design @ found - misfit[mine], equations.line[mine])
-        delay, drift = found[:2]
+        solution = np.linalg.lstsq(design, misfit[mine], rcond=None)[0]
+        covariance = clustered_covariance(design, design @ solution - misfit[mine], equations.line[mine])
+        delay, drift = solution[:2]
         delay_sd, drift_sd = np.sqrt(np.diag(covariance))[:2]
         name = motion.log.name
         if abs(drift) > max(DELAY_SUSPECT, SURE * drift_sd):
@@ -114,13 +114,13 @@ def check_stick_speed(motion: DiscMotion, r: float, R: float, window: float) -> 
     """
     if len(motion.log.contacts) != 1:
         return
-    kept, share = stick_ratio(motion, r, R, window)
-    factor = next((f for f in _FACTORS if abs(kept / f - 1) < NEAR), None)
+    ratio, share = stick_ratio(motion, r, R, window)
+    factor = next((f for f in _FACTORS if abs(ratio / f - 1) < NEAR), None)
     if factor is None or share < KEPT:
         return
     raise StickslipError(
         f"Log '{motion.log.name}': for {100 * share:.0f} % of the time the disc's border moves at one multiple of the "
-        f"driving disc's speed, R th' = {kept:.3g} r w; in a stick it does so at once that speed. So "
+        f"driving disc's speed, R th' = {ratio:.3g} r w; in a stick it does so at once that speed. So "
         f"{_FACTORS[factor]} Check also the laser's gain, R and r."
     )
 

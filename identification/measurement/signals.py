@@ -92,12 +92,12 @@ def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepa
     inner = [i for i in np.flatnonzero(np.diff(time) > GAP * step) + 1]
     borders = [0, *inner, len(time)]
     pieces, lost = [], 0
-    for begin, end in pairwise(borders):
+    for start, end in pairwise(borders):
         dropped = recipe.sampling.drop + recipe.sampling.drop_end
-        if end - begin <= max(LEAST, dropped + 3 * recipe.sampling.decimate * CHEBYSHEV_ORDER):
-            lost += end - begin
+        if end - start <= max(LEAST, dropped + 3 * recipe.sampling.decimate * CHEBYSHEV_ORDER):
+            lost += end - start
             continue
-        raw = {name: values[begin:end] for name, values in columns.items()}
+        raw = {name: values[start:end] for name, values in columns.items()}
         pieces.append(Piece(_Chain(recipe, raw, step).values()))
     if not pieces:
         raise StickslipError(
@@ -133,8 +133,8 @@ class _Chain:
         self.made: dict[str, np.ndarray] = {}
 
     def values(self) -> dict[str, np.ndarray]:
-        kept = slice(self.recipe.sampling.drop, len(self.raw[TIME]) - self.recipe.sampling.drop_end)
-        return {name: self.signal(name)[kept] for name in self.recipe.signals}
+        inner = slice(self.recipe.sampling.drop, len(self.raw[TIME]) - self.recipe.sampling.drop_end)
+        return {name: self.signal(name)[inner] for name in self.recipe.signals}
 
     def signal(self, name: str) -> np.ndarray:
         if name not in self.made:
@@ -214,14 +214,14 @@ def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str])
             f"{table.source}: column '{name}' holds no number in {bad.size} samples, the first at "
             f"{table.place(int(bad[0]))}. A filter cannot run across it: cut the log there."
         )
-    given = str(signal.unit)
+    unit = str(signal.unit)
     stated = table.units.get(name)
     if stated:
-        conversion(stated, given, f"{table.source}: column '{name}', for signal '{signal.name}' of {recipe.name},")
-        given = stated
+        conversion(stated, unit, f"{table.source}: column '{name}', for signal '{signal.name}' of {recipe.name},")
+        unit = stated
     where = f"{recipe.name}: signal '{signal.name}'"
-    found, factor = _si(_gained(signal, given), _expected(signal.name), where)
-    units[signal.name] = found
+    si_unit, factor = _si(_gained(signal, unit), _expected(signal.name), where)
+    units[signal.name] = si_unit
     return values * (_gain(table, signal, where) * factor)
 
 
@@ -239,9 +239,9 @@ def _gain(table: Table, signal: Signal, where: str) -> float:
     if not isinstance(signal.gain, str):
         return signal.gain
     if signal.gain not in table.scalars:
-        known = f" Its single numbers: {', '.join(table.scalars)}." if table.scalars else " It holds none."
+        hint = f" Its single numbers: {', '.join(table.scalars)}." if table.scalars else " It holds none."
         raise StickslipError(
-            f"{where}: the gain '{signal.gain}' is not a single number in {table.source}.{known} Write the number into "
+            f"{where}: the gain '{signal.gain}' is not a single number in {table.source}.{hint} Write the number into "
             "the recipe."
         )
     return table.scalars[signal.gain]
@@ -284,12 +284,12 @@ def _check_unit(recipe: Recipe, name: str, unit: str) -> None:
 
 def _turning(recipe: Recipe, units: Mapping[str, str]) -> bool:
     """Whether the body turns, all signals alike."""
-    found = {name: _unit_of(recipe, name, units) for name in recipe.signals if name not in (TIME, WEIGHT, FRICTION)}
-    turning = {name: unit.startswith(("rad", "N m")) for name, unit in found.items() if name in ROLES}
+    unit_of = {name: _unit_of(recipe, name, units) for name in recipe.signals if name not in (TIME, WEIGHT, FRICTION)}
+    turning = {name: unit.startswith(("rad", "N m")) for name, unit in unit_of.items() if name in ROLES}
     if len(set(turning.values())) > 1:
-        told = ", ".join(f"{name} in {found[name]}" for name in turning)
+        listing = ", ".join(f"{name} in {unit_of[name]}" for name in turning)
         raise StickslipError(
-            f"{recipe.name}: the signals are of a body that slides and of one that turns ({told}). Give lengths "
+            f"{recipe.name}: the signals are of a body that slides and of one that turns ({listing}). Give lengths "
             "with forces, or angles with torques; a gain with its 'gain_unit' converts."
         )
     return any(turning.values())
@@ -300,11 +300,11 @@ def _step(recipe: Recipe, table: Table, time: np.ndarray) -> float:
     if len(time) < LEAST:
         raise StickslipError(f"{table.source} is too short: {len(time)} samples. Record a longer log.")
     steps = np.diff(time)
-    back = np.flatnonzero(steps <= 0)
-    if back.size:
+    falls = np.flatnonzero(steps <= 0)
+    if falls.size:
         raise StickslipError(
-            f"{table.source}: time does not rise at {table.place(int(back[0]) + 1)} ({time[back[0]]:.9g} s, then "
-            f"{time[back[0] + 1]:.9g} s; {back.size} such). Sort the rows, drop doubled ones, or split the log there."
+            f"{table.source}: time does not rise at {table.place(int(falls[0]) + 1)} ({time[falls[0]]:.9g} s, then "
+            f"{time[falls[0] + 1]:.9g} s; {falls.size} such). Sort the rows, drop doubled ones, or split the log there."
         )
     step = float(np.median(steps))
     rate = recipe.sampling.rate

@@ -79,17 +79,17 @@ def slip_segments(
     if not allow_no_stick:
         _check_cycles(motion, slipping)
     trim = round(TRIM * window / motion.step)
-    found = []
+    segments = []
     for first, last in stretches(slipping):
         first, last = int(first) + trim * (first > 0), int(last) - trim * (last < len(slipping))
         if last > first and not motion.filled[first:last].any():
-            found.append(SlipSegment(motion, first, last, int(np.sign(slip[0, (first + last) // 2]))))
-    if not found:
+            segments.append(SlipSegment(motion, first, last, int(np.sign(slip[0, (first + last) // 2]))))
+    if not segments:
         raise StickslipError(
             f"Log '{name}': every slip holds samples that are missing or clipped ({100 * np.mean(motion.filled):.0f} % "
             "of the log). Move the laser so that the whole motion is within its range."
         )
-    return found
+    return segments
 
 
 def _check_slip(motion: DiscMotion, slip: np.ndarray, threshold: float) -> None:
@@ -111,10 +111,10 @@ def _check_slip(motion: DiscMotion, slip: np.ndarray, threshold: float) -> None:
 
 def _check_cycles(motion: DiscMotion, slipping: np.ndarray) -> None:
     slips = stretches(slipping)
-    whole = sum(1 for first, last in slips if first > 0 and last < len(slipping))
-    if whole < LEAST_CYCLES:
+    count = sum(1 for first, last in slips if first > 0 and last < len(slipping))
+    if count < LEAST_CYCLES:
         raise StickslipError(
-            f"Log '{motion.log.name}' is too short: {motion.time[-1] - motion.time[0]:.3g} s hold {whole} whole slips, "
+            f"Log '{motion.log.name}' is too short: {motion.time[-1] - motion.time[0]:.3g} s hold {count} whole slips, "
             f"and {LEAST_CYCLES} cycles or more are needed. Record for 20 s or more."
         )
 
@@ -125,11 +125,11 @@ def long_enough(segments: Sequence[SlipSegment], window: float, margin: float = 
     Raises:
         StickslipError: none does.
     """
-    kept = [s for s in segments if (s.last - s.first) * s.motion.step > (1 + margin) * window]
-    if not kept:
+    long = [s for s in segments if (s.last - s.first) * s.motion.step > (1 + margin) * window]
+    if not long:
         longest = max((s.last - s.first) * s.motion.step for s in segments) if segments else 0.0
         raise StickslipError(
             f"No slip segment is longer than the window of {window:.3g} s (longest {longest:.3g} s, ends trimmed). "
             "Choose a shorter window, or record at a lower drive speed or load, where slips last longer."
         )
-    return kept
+    return long

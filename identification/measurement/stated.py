@@ -31,8 +31,8 @@ def stated_priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: F
         }
         del names["k"], names["c"]
         ratios = [
-            Prior(name, value, unit, known or 0.0, source[name], known is not None)
-            for name, value, unit, known in (
+            Prior(name, value, unit, deviation or 0.0, source[name], deviation is not None)
+            for name, value, unit, deviation in (
                 ("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation),
                 ("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation),
             )
@@ -53,9 +53,9 @@ def stated_priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: F
                 f"The rig constant {entry} is {quantity.value:g} {quantity.unit}; a fit needs it positive. Give "
                 f"another: --set {entry}=VALUE, or in datapackage.json."
             )
-        known = quantity.standard_uncertainty
-        source = "log" if known is not None else "log, uncertainty unknown"
-        stated.append(Prior(name, quantity.value, quantity.unit, known or 0.0, source, known is not None))
+        deviation = quantity.standard_uncertainty
+        source = "log" if deviation is not None else "log, uncertainty unknown"
+        stated.append(Prior(name, quantity.value, quantity.unit, deviation or 0.0, source, deviation is not None))
     return (*stated, *ratios)
 
 
@@ -73,15 +73,15 @@ def zero_prior(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> Prior 
 
 def speed_priors(motions: Sequence[DiscMotion]) -> tuple[Prior, ...]:
     """Speed of the drives over the nominal one, of each log that does not record it."""
-    found = []
-    for place, motion in enumerate(motions):
+    priors = []
+    for number, motion in enumerate(motions):
         done = motion.log.experiment
         if not nominal_drives(motion.log):
             continue
-        known = [sd / abs(speed) for sd, speed in zip(done.drive_speed_uncertainty, done.drive_speed, strict=False)]
-        source = f"nominal speed of '{motion.log.name}'" + ("" if known else ", uncertainty unknown")
-        found.append(Prior(speed_name(place), 1.0, "1", max(known, default=0.0), source, bool(known)))
-    return tuple(found)
+        sds = [sd / abs(speed) for sd, speed in zip(done.drive_speed_uncertainty, done.drive_speed, strict=False)]
+        source = f"nominal speed of '{motion.log.name}'" + ("" if sds else ", uncertainty unknown")
+        priors.append(Prior(speed_name(number), 1.0, "1", max(sds, default=0.0), source, bool(sds)))
+    return tuple(priors)
 
 
 def _stated(log: RigLog, entry: str) -> Quantity:
@@ -105,9 +105,9 @@ def by_cells(prior: Prior, motions: Sequence[DiscMotion], contacts: Sequence[str
     rows = [m.loads[m.log.contacts.index(disc)] for m in motions if m.loads is not None and disc in m.log.contacts]
     force = float(np.mean(np.concatenate(rows)))
     cells = [getattr(motion.log.calibration, f"load{disc[-1]}") for motion in motions if disc in motion.log.contacts]
-    known = None if cells[0] is None else cells[0].gain_deviation
-    source = "load cell" + (", uncertainty unknown" if known is None else "")
-    return Prior(prior.name, force, "N", (known or 0.0) * force, source, known is not None)
+    deviation = None if cells[0] is None else cells[0].gain_deviation
+    source = "load cell" + (", uncertainty unknown" if deviation is None else "")
+    return Prior(prior.name, force, "N", (deviation or 0.0) * force, source, deviation is not None)
 
 
 def gain_prior(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prior, ...]:
@@ -115,16 +115,16 @@ def gain_prior(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prior
     calibrations = [m.log.calibration.need("laser") for m in motions if angle_sensor(m.log) == "laser"]
     if sensors.lines or not calibrations:
         return ()
-    known = calibrations[0].gain_deviation  # the logs of a pool share it
-    source = "calibration of the laser" + (", uncertainty unknown" if known is None else "")
-    return (Prior("laser", 1.0, "1", known or 0.0, source, known is not None),)
+    deviation = calibrations[0].gain_deviation  # the logs of a pool share it
+    source = "calibration of the laser" + (", uncertainty unknown" if deviation is None else "")
+    return (Prior("laser", 1.0, "1", deviation or 0.0, source, deviation is not None),)
 
 
 def stated_readings(logs: Sequence[RigLog]) -> tuple[Reading, ...]:
     """k and c as stated, where a free decay gives k/J and c/J: with these, two more readings of J."""
     stated = [(name, getattr(logs[0].rig, name)) for name in ("k", "c")]
     return tuple(
-        Reading(name, {"J": 1, f"{name}/J": 1}, one.value, one.standard_uncertainty / one.value)
-        for name, one in stated
-        if one is not None and one.value > 0 and one.standard_uncertainty
+        Reading(name, {"J": 1, f"{name}/J": 1}, quantity.value, quantity.standard_uncertainty / quantity.value)
+        for name, quantity in stated
+        if quantity is not None and quantity.value > 0 and quantity.standard_uncertainty
     )

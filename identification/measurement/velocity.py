@@ -44,11 +44,11 @@ NEAR = 0.05
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What one log shows. place: (n,) rad or m, y above, at the times of its motion; speed: (m,) of the sensor, at its
+    """What one log shows. y: (n,) rad or m, as above, at the times of its motion; speed: (m,) of the sensor, at its
     stamps (m,), s."""
 
     motion: DiscMotion
-    place: np.ndarray
+    y: np.ndarray
     stamps: np.ndarray
     speed: np.ndarray
 
@@ -61,8 +61,8 @@ class _Shown:
     def near(self, time: np.ndarray) -> np.ndarray:
         """Whether the sensor gave numbers around times (m,)."""
         after = np.clip(np.searchsorted(self.stamps, time), 1, len(self.stamps) - 1)
-        apart = self.stamps[after] - self.stamps[after - 1]
-        return (apart < HOLE * self.motion.step) & (time >= self.stamps[0]) & (time <= self.stamps[-1])
+        gap = self.stamps[after] - self.stamps[after - 1]
+        return (gap < HOLE * self.motion.step) & (time >= self.stamps[0]) & (time <= self.stamps[-1])
 
 
 def with_velocity(
@@ -77,7 +77,7 @@ def with_velocity(
         StickslipError: logs hold two such sensors, one shows another speed than the angle does, or lags too far.
     """
     names = [_name(motion) for motion in motions]
-    every = {one for one in names if one}
+    every = {name for name in names if name}
     if not every:
         return list(motions), None, ()
     if len(every) > 1:
@@ -86,24 +86,24 @@ def with_velocity(
             "the noisier column out."
         )
     (name,) = every
-    chosen = [m for m, one in zip(motions, names, strict=True) if one and m.passes is None]
+    chosen = [m for m, sensor in zip(motions, names, strict=True) if sensor and m.passes is None]
     if not chosen:
-        said = f"The {name} is not used: edges of an encoder alone are fitted as they are, and it stands for no angle."
-        return list(motions), None, (said,)
-    shown = [_shown(motion, name) for motion in chosen]
-    found = _calibrated(shown, name, window)
-    if found is None:
+        notes = f"The {name} is not used: edges of an encoder alone are fitted as they are, and it stands for no angle."
+        return list(motions), None, (notes,)
+    logs = [_shown(motion, name) for motion in chosen]
+    scale = _calibrated(logs, name, window)
+    if scale is None:
         return list(motions), None, (f"The {name} is not used: the disc hardly moves in the logs that hold it.",)
     joined = {
-        id(one.motion): _joined(one, found, offset, name) for one, offset in zip(shown, found.offsets, strict=True)
+        id(log.motion): _joined(log, scale, offset, name) for log, offset in zip(logs, scale.offsets, strict=True)
     }
-    memory = float(np.median([one.memory for one in joined.values()]))
-    fit = VelocityFit(name, found.gain, found.deviations[0], found.delay, found.deviations[1], found.noise, memory)
-    said = [_words(fit)]
-    without = [m.log.name for m, one in zip(motions, names, strict=True) if not one or m.passes is not None]
+    memory = float(np.median([motion.memory for motion in joined.values()]))
+    fit = VelocityFit(name, scale.gain, scale.deviations[0], scale.delay, scale.deviations[1], scale.noise, memory)
+    notes = [_words(fit)]
+    without = [m.log.name for m, sensor in zip(motions, names, strict=True) if not sensor or m.passes is not None]
     if without:
-        said.append(f"The {name} is not in all logs that show the angle: {' and '.join(without)} are as they are.")
-    return [joined.get(id(motion), motion) for motion in motions], fit, tuple(said)
+        notes.append(f"The {name} is not in all logs that show the angle: {' and '.join(without)} are as they are.")
+    return [joined.get(id(motion), motion) for motion in motions], fit, tuple(notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,13 +119,13 @@ class _Calibrated:
 
 
 def _name(motion: DiscMotion) -> str | None:
-    found = [name for name in SENSORS if motion.log.has(name)]
-    if len(found) > 1:
+    sensors = [name for name in SENSORS if motion.log.has(name)]
+    if len(sensors) > 1:
         raise StickslipError(
             f"Log '{motion.log.name}' holds a tachometer and a vibrometer, and one of them can be joined to the "
             "angle. Leave the noisier column out."
         )
-    return found[0] if found else None
+    return sensors[0] if sensors else None
 
 
 def _shown(motion: DiscMotion, name: str) -> _Shown:
@@ -136,8 +136,8 @@ def _shown(motion: DiscMotion, name: str) -> _Shown:
             f"Log '{log.name}': the {name} holds no number in {100 * np.mean(~good):.0f} % of the samples. Check it, "
             "or leave the column out."
         )
-    place = motion.angle if name == "tachometer" else log.rig.value("R") * np.sin(motion.angle)
-    return _Shown(motion, place, log.time[good], speed[good])
+    y = motion.angle if name == "tachometer" else log.rig.value("R") * np.sin(motion.angle)
+    return _Shown(motion, y, log.time[good], speed[good])
 
 
 def _white(values: np.ndarray) -> float:
@@ -157,24 +157,24 @@ def _bump(count: int, step: float) -> np.ndarray:
     return np.stack([inside**4, -8 * s * inside**3 / half, (48 * s**2 * inside**2 - 8 * inside**3) / half**2], axis=1)
 
 
-def _calibrated(shown: Sequence[_Shown], name: str, window: float) -> _Calibrated | None:
+def _calibrated(logs: Sequence[_Shown], name: str, window: float) -> _Calibrated | None:
     """Gain, delay and offsets over all logs; None where too little moves.
 
     Raises:
         StickslipError: a gain or a delay that is no tolerance.
     """
-    step = shown[0].motion.step
+    step = logs[0].motion.step
     count = odd_count(WINDOW * window, step)
     bump, first, second = _bump(count, step).T
-    kept = [
-        ~_windows(one.motion.filled, count).any(axis=1) & _windows(one.near(one.motion.time), count).all(axis=1)
-        for one in shown
+    good = [
+        ~_windows(log.motion.filled, count).any(axis=1) & _windows(log.near(log.motion.time), count).all(axis=1)
+        for log in logs
     ]
     rows = []
-    for number, (one, keep) in enumerate(zip(shown, kept, strict=True)):
-        place = _windows(one.place - np.mean(one.place), count)[keep]
-        row = np.zeros((len(place), 2 + len(shown)))
-        row[:, 0], row[:, 1], row[:, 2 + number] = -place @ first, -place @ second, bump.sum()
+    for number, (log, keep) in enumerate(zip(logs, good, strict=True)):
+        positions = _windows(log.y - np.mean(log.y), count)[keep]
+        row = np.zeros((len(positions), 2 + len(logs)))
+        row[:, 0], row[:, 1], row[:, 2 + number] = -positions @ first, -positions @ second, bump.sum()
         rows.append(row)
     design = np.concatenate(rows)
     if min(len(row) for row in rows) < LEAST_WINDOWS or np.ptp(design[:, 0]) == 0:
@@ -182,13 +182,13 @@ def _calibrated(shown: Sequence[_Shown], name: str, window: float) -> _Calibrate
 
     def solved(delay: float) -> tuple[np.ndarray, np.ndarray]:
         seen = [
-            _windows(one.at(one.motion.time + delay), count)[keep] @ bump for one, keep in zip(shown, kept, strict=True)
+            _windows(log.at(log.motion.time + delay), count)[keep] @ bump for log, keep in zip(logs, good, strict=True)
         ]
         target = np.concatenate(seen)
         values = np.linalg.lstsq(design, target, rcond=None)[0]
         return values, target - design @ values
 
-    delay, (values, left) = 0.0, solved(0.0)
+    delay, (values, error) = 0.0, solved(0.0)
     for _ in range(ROUNDS):
         late = float(values[1] / values[0])
         delay += late
@@ -197,56 +197,56 @@ def _calibrated(shown: Sequence[_Shown], name: str, window: float) -> _Calibrate
                 f"The {name} lags behind the angle by {1e3 * delay:.3g} ms or more: it shows another motion, or the "
                 "two were recorded on two clocks. Record them on one, shift one of them, or leave the column out."
             )
-        values, left = solved(delay)
+        values, error = solved(delay)
         if abs(late) < SETTLED:
             break
     gain = float(values[0])
-    _check_gain(gain, name, shown)
-    variance = float(left @ left) / (len(left) - design.shape[1])
+    _check_gain(gain, name, logs)
+    variance = float(error @ error) / (len(error) - design.shape[1])
     gain_sd, late_sd = np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design))[:2])
-    by_angle = max(_white(one.place) for one in shown) * abs(gain) * float(np.linalg.norm(first))
+    by_angle = max(_white(log.y) for log in logs) * abs(gain) * float(np.linalg.norm(first))
     # what the sensor does besides white noise, slow parts and a filter of its own, counts as noise of it
     misfit = float(np.sqrt(max(variance - by_angle**2, 0.0)) / np.linalg.norm(bump))
-    noise = max(misfit, *(_white(one.speed) for one in shown))
+    noise = max(misfit, *(_white(log.speed) for log in logs))
     return _Calibrated(gain, delay, (float(gain_sd), float(late_sd / abs(gain))), tuple(values[2:].tolist()), noise)
 
 
-def _check_gain(gain: float, name: str, shown: Sequence[_Shown]) -> None:
+def _check_gain(gain: float, name: str, logs: Sequence[_Shown]) -> None:
     if abs(gain - 1) <= GAIN_SUSPECT:
         return
-    told = next((words for factor, words in _FACTORS.items() if abs(gain / factor - 1) < NEAR), None)
+    hint = next((words for factor, words in _FACTORS.items() if abs(gain / factor - 1) < NEAR), None)
     lever = ", and R" if name == "vibrometer" else ""
     raise StickslipError(
-        f"The {name} and the angle disagree: in {' and '.join(one.motion.log.name for one in shown)} it shows "
-        f"{gain:.4g} times the speed of the angle; {told or 'its calibration is wrong'}. Mend it (its unit, its "
+        f"The {name} and the angle disagree: in {' and '.join(log.motion.log.name for log in logs)} it shows "
+        f"{gain:.4g} times the speed of the angle; {hint or 'its calibration is wrong'}. Mend it (its unit, its "
         f"calibration{lever}), or leave the column out."
     )
 
 
-def _joined(one: _Shown, found: _Calibrated, offset: float, name: str) -> DiscMotion:
+def _joined(log: _Shown, scale: _Calibrated, offset: float, name: str) -> DiscMotion:
     """The motion of the most likely angle."""
     from scipy.linalg import solveh_banded
 
-    motion, step = one.motion, one.motion.step
-    noise, speed_noise = _white(one.place), found.noise / abs(found.gain)
+    motion, step = log.motion, log.motion.step
+    noise, speed_noise = _white(log.y), scale.noise / abs(scale.gain)
     colour = _colour(noise, speed_noise, step)
     if colour.memory < LEAST_MEMORY * step:
         return motion
-    between = 0.5 * (motion.time[1:] + motion.time[:-1]) + found.delay
-    moved = step * (one.at(between) - offset) / found.gain - np.diff(one.place)
+    between = 0.5 * (motion.time[1:] + motion.time[:-1]) + scale.delay
+    moved = step * (log.at(between) - offset) / scale.gain - np.diff(log.y)
     weight = np.where(motion.filled, 0.0, 1 / noise**2)
-    tie = np.where(one.near(between), 1 / (step * speed_noise) ** 2, 0.0)
+    tie = np.where(log.near(between), 1 / (step * speed_noise) ** 2, 0.0)
     if np.any((weight[1:] + tie == 0) | (weight[:-1] + tie == 0)):
         weight = np.maximum(weight, 1e-9 / noise**2)
     bands = np.zeros((2, len(weight)))
     bands[0, 1:] = -tie
     bands[1] = weight + np.append(tie, 0.0) + np.append(0.0, tie)
     pull = np.append(0.0, tie * moved) - np.append(tie * moved, 0.0)
-    place = one.place + solveh_banded(bands, pull)
+    y = log.y + solveh_banded(bands, pull)
     if name == "tachometer":
-        return replace(motion, angle=place, colour=colour)
+        return replace(motion, angle=y, colour=colour)
     R = motion.log.rig.value("R")
-    return replace(motion, angle=np.arcsin(np.clip(place / R, -1, 1)), colour=replace(colour, noise=colour.noise / R))
+    return replace(motion, angle=np.arcsin(np.clip(y / R, -1, 1)), colour=replace(colour, noise=colour.noise / R))
 
 
 def _colour(noise: float, speed_noise: float, step: float) -> Colour:
@@ -258,11 +258,11 @@ def _colour(noise: float, speed_noise: float, step: float) -> Colour:
 
 def _words(fit: VelocityFit) -> str:
     unit = "rad/s" if fit.sensor == "tachometer" else "m/s"
-    shown = (
+    text = (
         f"The {fit.sensor} shows {value_with_sd(fit.gain, fit.gain_deviation)} times the speed of the angle, "
         f"{value_with_sd(1e3 * fit.delay, 1e3 * fit.delay_deviation, 'ms')} late, with a noise of {fit.noise:.2g} "
         f"{unit}"
     )
     if not fit.memory:
-        return f"{shown}: too loud to tell more than the angle, so it is not used."
-    return f"{shown}: what changes within {1e3 * fit.memory:.2g} ms is taken from it, the rest from the angle."
+        return f"{text}: too loud to tell more than the angle, so it is not used."
+    return f"{text}: what changes within {1e3 * fit.memory:.2g} ms is taken from it, the rest from the angle."

@@ -67,8 +67,8 @@ class Transition:
         """What happens."""
         gone = [contact for contact in self.before if contact not in self.after]
         new = [contact for contact in self.after if contact not in self.before]
-        parts = [f"stick on {' and '.join(gone)} disappears"] if gone else []
-        return ", ".join(parts + ([f"stick on {' and '.join(new)} appears"] if new else []))
+        clauses = [f"stick on {' and '.join(gone)} disappears"] if gone else []
+        return ", ".join(clauses + ([f"stick on {' and '.join(new)} appears"] if new else []))
 
 
 @dataclass(frozen=True)
@@ -117,11 +117,11 @@ def sticking(
         return _creeping(model, drive_speeds, start)
     until = (SETTLE + WATCH) * model.natural_period
     end, events = model.states_at(drive_speeds, until, start)
-    held = _held(model, end, events)
+    discs = _held(model, end, events)
     lands = [event.time for event in events if event.after == 0]
-    if held and lands:
+    if discs and lands:
         end, _ = model.states_at(drive_speeds, lands[-1], start)
-    return held, {name: end[name] for name in model.fmu.states}
+    return discs, {name: end[name] for name in model.fmu.states}
 
 
 def stuck(model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float]) -> tuple[str, ...]:
@@ -133,9 +133,9 @@ def stuck(model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[
 
 def _held(model: FittedModel, end: Mapping[str, float], events: Sequence[Event]) -> tuple[str, ...]:
     """The discs that stick once the motion has settled."""
-    held = {event.contact for event in events if event.time > SETTLE * model.natural_period and event.after == 0}
-    held |= {contact for contact in model.contacts if end[f"{contact}_state"] == 0}
-    return tuple(contact for contact in model.contacts if contact in held)
+    sticks = {event.contact for event in events if event.time > SETTLE * model.natural_period and event.after == 0}
+    sticks |= {contact for contact in model.contacts if end[f"{contact}_state"] == 0}
+    return tuple(contact for contact in model.contacts if contact in sticks)
 
 
 def _creeping(
@@ -146,16 +146,16 @@ def _creeping(
     run = model.run(drive_speeds, span, span / 4000, transient=SETTLE, start=start)
     r, R = model.parameters["r"], model.parameters["R"]
     slip = {contact: r * speed - R * run.speed for contact, speed in drive_speeds.items()}
-    held = tuple(contact for contact in model.contacts if np.abs(slip[contact]).min() < MICRO_SLIP)
-    return held, run.end
+    discs = tuple(contact for contact in model.contacts if np.abs(slip[contact]).min() < MICRO_SLIP)
+    return discs, run.end
 
 
 def transitions(
-    model: FittedModel, varied: str, held: Mapping[str, float], low: float, high: float, *, beyond: bool = False
+    model: FittedModel, varied: str, fixed: Mapping[str, float], low: float, high: float, *, beyond: bool = False
 ) -> tuple[Transition, ...]:
     """Where the set of sticking discs changes as a drive speed rises from ``low`` to ``high``.
 
-    varied: the disc whose speed rises, rad/s; held: speeds of the others; beyond: go on until no disc sticks.
+    varied: the disc whose speed rises, rad/s; fixed: speeds of the others; beyond: go on until no disc sticks.
 
     Raises:
         StickslipError: a range without extent.
@@ -163,35 +163,35 @@ def transitions(
     if not 0 < abs(low) < abs(high):
         raise StickslipError(f"The drive speed must rise from one above zero, found {low:g} to {high:g} rad/s.")
     speeds = np.linspace(low, high, STEPS + 1).tolist()
-    discs, state = sticking(model, {**held, varied: low})
-    found, speed = [], low
+    discs, state = sticking(model, {**fixed, varied: low})
+    changes, speed = [], low
     while discs or speeds[1:]:
         speeds = speeds[1:]
         if not speeds and not (beyond and abs(speed) < FASTEST):
             break
         after = speeds[0] if speeds else speed * BEYOND
-        others, end = sticking(model, {**held, varied: after}, _taken(model, state, discs, varied, speed, after))
+        others, end = sticking(model, {**fixed, varied: after}, _taken(model, state, discs, varied, speed, after))
         if others != discs:
-            found += _between(model, varied, held, (speed, discs, state), (after, others))
+            changes += _between(model, varied, fixed, (speed, discs, state), (after, others))
         speed, discs, state = after, others, end
-    return tuple(_merged(found))
+    return tuple(_merged(changes))
 
 
-def _merged(found: Sequence[Transition]) -> list[Transition]:
+def _merged(changes: Sequence[Transition]) -> list[Transition]:
     """Changes at one speed are one: where both discs turn alike, both stick at that speed alone."""
-    made: list[Transition] = []
-    for one in found:
-        if made and abs(one.speed - made[-1].speed) < TOGETHER * abs(one.speed):
-            made[-1] = replace(made[-1], after=one.after)
+    merged: list[Transition] = []
+    for change in changes:
+        if merged and abs(change.speed - merged[-1].speed) < TOGETHER * abs(change.speed):
+            merged[-1] = replace(merged[-1], after=change.after)
         else:
-            made.append(one)
-    return [one for one in made if one.before != one.after]
+            merged.append(change)
+    return [change for change in merged if change.before != change.after]
 
 
 def _between(
     model: FittedModel,
     varied: str,
-    held: Mapping[str, float],
+    fixed: Mapping[str, float],
     before: tuple[float, tuple[str, ...], Mapping[str, float]],
     after: tuple[float, tuple[str, ...]],
 ) -> list[Transition]:
@@ -200,16 +200,16 @@ def _between(
     seen = others
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        now, end = sticking(model, {**held, varied: middle}, _taken(model, state, discs, varied, low, middle))
-        if now == discs:
+        inner, end = sticking(model, {**fixed, varied: middle}, _taken(model, state, discs, varied, low, middle))
+        if inner == discs:
             low, state = middle, end
         else:
-            high, seen = middle, now
+            high, seen = middle, inner
     first = Transition(varied, 0.5 * (low + high), discs, seen)
     if seen == others or abs(after[0] - high) < 1e-9:
         return [first]
-    _, start = sticking(model, {**held, varied: high}, _taken(model, state, discs, varied, low, high))
-    return [first, *_between(model, varied, held, (high, seen, start), after)]
+    _, start = sticking(model, {**fixed, varied: high}, _taken(model, state, discs, varied, low, high))
+    return [first, *_between(model, varied, fixed, (high, seen, start), after)]
 
 
 def _taken(
@@ -223,21 +223,21 @@ def _taken(
     return state
 
 
-def hopf_speed(model: FittedModel, varied: str, held: Mapping[str, float], low: float, high: float) -> float | None:
+def hopf_speed(model: FittedModel, varied: str, fixed: Mapping[str, float], low: float, high: float) -> float | None:
     """Greatest speed (rad/s, of ``varied``) in a range at which steady sliding changes its stability, or None."""
     from scipy.optimize import brentq
 
     def damping(speed: float) -> float:
-        found = model.sliding({**held, varied: speed})
-        return float("nan") if found is None else found.damping
+        sliding = model.sliding({**fixed, varied: speed})
+        return float("nan") if sliding is None else sliding.damping
 
     speeds = np.linspace(high, low, STEPS + 1)
     above = damping(float(speeds[0]))
     for last, speed in pairwise(speeds):
-        here = damping(float(speed))
-        if above * here < 0:
+        current = damping(float(speed))
+        if above * current < 0:
             return float(brentq(damping, float(speed), float(last), xtol=1e-10))  # type: ignore[arg-type]
-        above = here
+        above = current
     return None
 
 
@@ -255,7 +255,7 @@ def deviations(fit: FrictionFit, value: Callable[[FrictionFit], float]) -> tuple
     )
     noise = float(np.sqrt(max((gradient * sd) @ np.array(fit.correlation) @ (gradient * sd), 0.0)))
     moves = np.zeros(len(fit.constants))
-    for place, constant in enumerate(fit.constants):
+    for index, constant in enumerate(fit.constants):
         if not constant.standard_uncertainty or not constant.value:
             continue
         share = {name: s for name, s in constant.sensitivity.items() if s is not None}
@@ -263,7 +263,7 @@ def deviations(fit: FrictionFit, value: Callable[[FrictionFit], float]) -> tuple
             value(_moved(fit, {n: sign * STEP * s for n, s in share.items()}, {constant.name: sign * STEP}))
             for sign in (1.0, -1.0)
         )
-        moves[place] = (up - down) / (2 * STEP) * constant.standard_uncertainty / constant.value
+        moves[index] = (up - down) / (2 * STEP) * constant.standard_uncertainty / constant.value
     return noise, float(np.sqrt(max(moves @ fit.correlation_of_constants @ moves, 0.0)))
 
 
@@ -278,41 +278,41 @@ def _moved(
     )
 
 
-def with_uncertainty(fit: FrictionFit, model: FittedModel, found: Transition, held: Mapping[str, float]) -> Transition:
+def with_uncertainty(fit: FrictionFit, model: FittedModel, point: Transition, fixed: Mapping[str, float]) -> Transition:
     """A predicted transition with what the fit leaves open about it; without, where that cannot be followed."""
-    near = 5 * STEP * found.speed
+    reach = 5 * STEP * point.speed
 
-    def again(other: FrictionFit) -> float:
-        return _located(model.with_parameters(fmu_parameters(other)), found, held, near)
+    def again(moved: FrictionFit) -> float:
+        return _located(model.with_parameters(fmu_parameters(moved)), point, fixed, reach)
 
     try:
         noise, scale = deviations(fit, again)
     except StickslipError:
-        return found
+        return point
     at_least = not all(constant.stated for constant in fit.constants)
-    return replace(found, noise_deviation=noise, scale_deviation=scale, at_least=at_least)
+    return replace(point, noise_deviation=noise, scale_deviation=scale, at_least=at_least)
 
 
-def _located(model: FittedModel, found: Transition, held: Mapping[str, float], reach: float) -> float:
+def _located(model: FittedModel, point: Transition, fixed: Mapping[str, float], reach: float) -> float:
     """The speed of a transition near a known one."""
-    low, high = found.speed - reach, found.speed + reach
+    low, high = point.speed - reach, point.speed + reach
 
     def remains(speed: float) -> bool:
-        start = _taken(model, state, found.before, found.varied, begin, speed)
-        return stuck(model, {**held, found.varied: speed}, start) == found.before
+        start = _taken(model, state, point.before, point.varied, lower, speed)
+        return stuck(model, {**fixed, point.varied: speed}, start) == point.before
 
     for _ in range(6):
-        begin = low
-        discs, state = sticking(model, {**held, found.varied: low})
-        if discs == found.before and not remains(high):
+        lower = low
+        discs, state = sticking(model, {**fixed, point.varied: low})
+        if discs == point.before and not remains(high):
             break
         low, high = low - reach, high + reach
         reach *= 2
     else:
         raise StickslipError(
-            f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little."
+            f"The transition near {point.speed:.4g} rad/s is lost when the parameters change a little."
         )
-    while high - low > NEAR_ENOUGH * found.speed:
+    while high - low > NEAR_ENOUGH * point.speed:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if remains(middle) else (low, middle)
     return 0.5 * (low + high)
@@ -346,14 +346,14 @@ def extrapolated(
     slope = (ratio[1] - ratio[0]) / (w[-1] - w[-2])
     if root is None or slope >= 0:
         return None
-    other = w[-1] - ratio[1] / slope
-    power = (root - other) ** 2 + (FORM * (root - w[-1])) ** 2
+    second = w[-1] - ratio[1] / slope
+    power = (root - second) ** 2 + (FORM * (root - w[-1])) ** 2
     for i in range(LEAST):
         if np.isfinite(sd[i]):
             moved = y.copy()
             moved[i] += sd[i]
-            again = _parabola_root(w, moved)
-            power += (again - root) ** 2 if again is not None else root**2
+            shifted = _parabola_root(w, moved)
+            power += (shifted - root) ** 2 if shifted is not None else root**2
     deviation = float(np.sqrt(power))
     return (root, deviation) if deviation < VAGUE * root else None
 

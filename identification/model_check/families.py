@@ -73,8 +73,8 @@ class FamilyComparison(Pictured):
         return f"FamilyComparison: {len(self.members)} logs, {'all judged kept' if self.passed else 'FAIL'}"
 
     def _contents(self) -> Mapping[str, Any]:
-        found = {member.log: f"{member.drives}: {'pass' if member.passed else 'FAIL'}" for member in self.members}
-        return {**found, "hopf": self.hopf, "notes": self.notes or None}
+        contents = {member.log: f"{member.drives}: {'pass' if member.passed else 'FAIL'}" for member in self.members}
+        return {**contents, "hopf": self.hopf, "notes": self.notes or None}
 
     @property
     def passed(self) -> bool:
@@ -114,19 +114,19 @@ def compare_families(
         StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
             does not have.
     """
-    known = rig_constants(fit)
-    families = measured_motions(logs, float(2 * np.pi * np.sqrt(known["J"] / known["k"])))
+    constants = rig_constants(fit)
+    families = measured_motions(logs, float(2 * np.pi * np.sqrt(constants["J"] / constants["k"])))
     for contacts, motions in families.items():
         _check_same_rig(fit, contacts, [motion.log for motion in motions])
-    made = []
+    comparisons = []
     for number, (contacts, motions) in enumerate(families.items()):
 
         def advance(share: float, done: int = number) -> None:
             progress((done + share) / len(families))
 
         model = fitted_model(fit, scene, contacts)
-        made.append(_family(fit, model, motions, uncertainty, advance))
-    return tuple(made)
+        comparisons.append(_family(fit, model, motions, uncertainty, advance))
+    return tuple(comparisons)
 
 
 def _family(
@@ -144,24 +144,24 @@ def _family(
     for number, motion in enumerate(motions):
         members.append(_member(model, processing, motion))
         progress(0.5 * (number + 1) / len(motions))
-    held, notes = _held(motions, varied)
+    fixed, notes = _held(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
-    if held is None:
+    if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
-    predicted, hopf = _predicted(model, varied, held, [member.drive_speeds[varied] for member in members])
+    predicted, hopf = _predicted(model, varied, fixed, [member.drive_speeds[varied] for member in members])
     # what swings and has not settled yet may still come to stick, or to rest; a swing that dies out has told
-    told = [
+    conclusive = [
         member
         for member in members
         if not member.settling or member.settling.measured or isinstance(member.measured, Rest)
     ]
-    found = _measured(told, varied, model)
+    measured = _measured(conclusive, varied, model)
     progress(0.7)
     if uncertainty:
-        for i, one in enumerate(predicted):
-            predicted[i] = bifurcations.with_uncertainty(fit, model, one, held)
+        for i, transition in enumerate(predicted):
+            predicted[i] = bifurcations.with_uncertainty(fit, model, transition, fixed)
             progress(0.7 + 0.3 * (i + 1) / len(predicted))
-    return FamilyComparison(tuple(members), varied, hopf, _matched(found, predicted, hopf), notes)
+    return FamilyComparison(tuple(members), varied, hopf, _matched(measured, predicted, hopf), notes)
 
 
 def processing_of(model: FittedModel) -> Processing:
@@ -186,8 +186,8 @@ def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> P
     length = float(motion.time[-1] - motion.time[0])
     run = model.run(speeds, length, motion.step)
     steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
-    what = f"the model at the drive speed of '{motion.log.name}'"
-    modelled = processing.motion(run.time, run.angle, steady, what, run.states)
+    label = f"the model at the drive speed of '{motion.log.name}'"
+    modelled = processing.motion(run.time, run.angle, steady, label, run.states)
     sliding = model.sliding(speeds)
     if not sequence_of(measured) and sequence_of(modelled) and sliding is not None and sliding.damping > 0:
         modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
@@ -201,9 +201,9 @@ def _unsettled(
     """One log that has not settled when it begins against the model from the state in which it begins; both from where
     each has settled (s), or all of both."""
     speeds = drive_speeds(motion)
-    begin, angle, speed = processing.state(motion.time, motion.angle)
+    onset, angle, speed = processing.state(motion.time, motion.angle)
     start = {**model.start, "theta": angle, "omega": speed}
-    length = float(motion.time[-1]) - begin
+    length = float(motion.time[-1]) - onset
     run = model.run(speeds, length, motion.step, transient=0.0, start=start)
     runs = processing.settled(run.time, run.angle)
     late = np.zeros(len(motion.time), dtype=bool) if settled is None else motion.time < settled
@@ -212,10 +212,10 @@ def _unsettled(
     measured = processing.motion(motion.time[~late], motion.angle[~late], drives, f"log '{motion.log.name}'")
     steady = {contact: np.full(np.count_nonzero(~early), speed) for contact, speed in speeds.items()}
     states = {contact: row[~early] for contact, row in run.states.items()}
-    what = f"the model from the first state of '{motion.log.name}'"
-    modelled = processing.motion(run.time[~early], run.angle[~early], steady, what, states)
+    label = f"the model from the first state of '{motion.log.name}'"
+    modelled = processing.motion(run.time[~early], run.angle[~early], steady, label, states)
     first = float(motion.time[0])
-    settling = Settling(None if settled is None else settled - first, None if runs is None else runs + begin - first)
+    settling = Settling(None if settled is None else settled - first, None if runs is None else runs + onset - first)
     verdicts = compare_motions(measured, modelled)
     if settled is None:  # a swing that grows or dies is as large as its begin, which is known but roughly
         verdicts = tuple(
@@ -232,7 +232,7 @@ def _varied(motions: Sequence[DiscMotion]) -> str:
 
 def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
     """Speeds of the other drives; None, and why, where they are not held."""
-    held = {}
+    fixed = {}
     for contact in motions[0].log.contacts:
         speeds = np.array([drive_speeds(motion)[contact] for motion in motions])
         if contact == varied:
@@ -244,26 +244,26 @@ def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] 
                 f"The drive of {contact} varies as well (from {speeds.min():.3g} to {speeds.max():.3g} rad/s): the "
                 "logs are no family of one speed, and no bifurcation was looked for.",
             )
-        held[contact] = float(np.mean(speeds))
-    return held, ()
+        fixed[contact] = float(np.mean(speeds))
+    return fixed, ()
 
 
 def _predicted(
-    model: FittedModel, varied: str, held: Mapping[str, float], speeds: Sequence[float]
+    model: FittedModel, varied: str, fixed: Mapping[str, float], speeds: Sequence[float]
 ) -> tuple[list[Transition], float | None]:
     """Transitions over the range of the family and beyond, and the Hopf speed."""
     turn = float(np.sign(speeds[0]))
     low, high = 0.5 * min(map(abs, speeds)), 1.2 * max(map(abs, speeds))
-    found = bifurcations.transitions(model, varied, held, turn * low, turn * high, beyond=len(model.contacts) == 1)
-    top = max([high, *(1.2 * abs(one.speed) for one in found)])
-    return list(found), bifurcations.hopf_speed(model, varied, held, turn * 0.05 * low, turn * top)
+    changes = bifurcations.transitions(model, varied, fixed, turn * low, turn * high, beyond=len(model.contacts) == 1)
+    top = max([high, *(1.2 * abs(change.speed) for change in changes)])
+    return list(changes), bifurcations.hopf_speed(model, varied, fixed, turn * 0.05 * low, turn * top)
 
 
 def _measured(
     members: Sequence[PortraitComparison], varied: str, model: FittedModel
 ) -> list[tuple[MeasuredBifurcation, float | None]]:
     """Brackets between neighbours that stick otherwise, each with what the model gives by the same extrapolation."""
-    found: list[tuple[MeasuredBifurcation, float | None]] = []
+    brackets: list[tuple[MeasuredBifurcation, float | None]] = []
     sets = [_sticking(member.measured) for member in members]
     speeds = [member.drive_speeds[varied] for member in members]
     for i in range(len(members)):
@@ -271,21 +271,21 @@ def _measured(
         if (last and not (len(model.contacts) == 1 and sets[i])) or (not last and sets[i] == sets[i + 1]):
             continue
         after = () if last else sets[i + 1]
-        one = MeasuredBifurcation(varied, speeds[i], float("inf") if last else speeds[i + 1], sets[i], after)
-        alike = None
+        bracket = MeasuredBifurcation(varied, speeds[i], float("inf") if last else speeds[i + 1], sets[i], after)
+        analogue = None
         if len(sets[i]) == 1 and not after:
-            kept = [m for m, s in zip(members[: i + 1], sets, strict=False) if s == sets[i]]
-            carried = _extrapolated([m.measured for m in kept], kept, varied)
-            modelled = _extrapolated([m.model for m in kept], kept, varied)
-            alike = modelled[0] if modelled else None
-            one = replace(one, estimate=carried[0], deviation=carried[1]) if carried else one
-        found.append((one, alike))
-    return found
+            peers = [m for m, s in zip(members[: i + 1], sets, strict=False) if s == sets[i]]
+            carried = _extrapolated([m.measured for m in peers], peers, varied)
+            modelled = _extrapolated([m.model for m in peers], peers, varied)
+            analogue = modelled[0] if modelled else None
+            bracket = replace(bracket, estimate=carried[0], deviation=carried[1]) if carried else bracket
+        brackets.append((bracket, analogue))
+    return brackets
 
 
 def _sticking(motion: Portrait | Rest) -> tuple[str, ...]:
     """The discs that stick at some time."""
-    return tuple(sorted({contact for one in sequence_of(motion) for contact in one}))
+    return tuple(sorted({contact for discs in sequence_of(motion) for contact in discs}))
 
 
 def _extrapolated(
@@ -294,9 +294,9 @@ def _extrapolated(
     varied: str,
 ) -> tuple[float, float] | None:
     rows = []
-    for motion, one in zip(motions, members, strict=True):
+    for motion, member in zip(motions, members, strict=True):
         if isinstance(motion, Portrait):
-            speed, stick = one.drive_speeds[varied], motion.sticks[varied]
+            speed, stick = member.drive_speeds[varied], motion.sticks[varied]
             rows.append((speed, *bifurcations.stick_angle(stick, speed)))
     if not rows:
         return None
@@ -305,54 +305,54 @@ def _extrapolated(
 
 
 def _matched(
-    found: Sequence[tuple[MeasuredBifurcation, float | None]], predicted: Sequence[Transition], hopf: float | None
+    brackets: Sequence[tuple[MeasuredBifurcation, float | None]], predicted: Sequence[Transition], hopf: float | None
 ) -> tuple[BifurcationComparison, ...]:
     """Each bracket with the nearest prediction of the same change; predictions without a bracket by themselves."""
-    left = list(predicted)
-    made = []
-    for one, alike in _joined(found, predicted):
-        same = [p for p in left if (p.before, p.after) == (one.before, one.after)]
+    unmatched = list(predicted)
+    comparisons = []
+    for bracket, analogue in _joined(brackets, predicted):
+        same = [p for p in unmatched if (p.before, p.after) == (bracket.before, bracket.after)]
         if not same:
             # logs so far apart see several changes as one
-            same = [p for p in left if one.low <= p.speed <= one.high]
-        middle = one.low if not np.isfinite(one.high) else 0.5 * (one.low + one.high)
+            same = [p for p in unmatched if bracket.low <= p.speed <= bracket.high]
+        middle = bracket.low if not np.isfinite(bracket.high) else 0.5 * (bracket.low + bracket.high)
         nearest = min(same, key=lambda p: abs(p.speed - middle), default=None)
         if nearest is not None:
-            left.remove(nearest)
-        made.append(BifurcationComparison(one, nearest, alike, _agrees(one, nearest, alike, hopf)))
-    made += [BifurcationComparison(None, one, None, None) for one in left]
-    return tuple(sorted(made, key=lambda one: one.predicted.speed if one.predicted else one.measured.low))  # type: ignore[union-attr]
+            unmatched.remove(nearest)
+        comparisons.append(BifurcationComparison(bracket, nearest, analogue, _agrees(bracket, nearest, analogue, hopf)))
+    comparisons += [BifurcationComparison(None, transition, None, None) for transition in unmatched]
+    return tuple(sorted(comparisons, key=lambda pair: pair.predicted.speed if pair.predicted else pair.measured.low))  # type: ignore[union-attr]
 
 
 def _joined(
-    found: Sequence[tuple[MeasuredBifurcation, float | None]], predicted: Sequence[Transition]
+    brackets: Sequence[tuple[MeasuredBifurcation, float | None]], predicted: Sequence[Transition]
 ) -> list[tuple[MeasuredBifurcation, float | None]]:
     """Two brackets as one, where together they are a change that is predicted and alone they are none: discs that turn
     nearly alike both seem to stick in between."""
-    changes = {(one.before, one.after) for one in predicted}
-    made: list[tuple[MeasuredBifurcation, float | None]] = []
-    for one, alike in found:
-        last = made[-1][0] if made else None
-        if last is not None and (last.before, last.after) not in changes and (last.before, one.after) in changes:
-            made[-1] = (replace(last, high=one.high, after=one.after), None)
+    changes = {(transition.before, transition.after) for transition in predicted}
+    joined: list[tuple[MeasuredBifurcation, float | None]] = []
+    for bracket, analogue in brackets:
+        last = joined[-1][0] if joined else None
+        if last is not None and (last.before, last.after) not in changes and (last.before, bracket.after) in changes:
+            joined[-1] = (replace(last, high=bracket.high, after=bracket.after), None)
         else:
-            made.append((one, alike))
-    return made
+            joined.append((bracket, analogue))
+    return joined
 
 
-def _agrees(one: MeasuredBifurcation, predicted: Transition | None, alike: float | None, hopf: float | None) -> bool:
+def _agrees(seen: MeasuredBifurcation, predicted: Transition | None, model: float | None, hopf: float | None) -> bool:
     """Whether the prediction can be within the bracket (a bench may leave the cycle from the Hopf speed on), and the
     estimate, if there is one, is as near to it or to what the model gives alike as both are known."""
     if predicted is None:
         return False
-    known = predicted.deviation if np.isfinite(predicted.deviation) else 0.0
-    if one.estimate is not None:
-        off = min(abs(one.estimate - value) for value in (predicted.speed, alike) if value is not None)
-        if off > bifurcations.COVER * float(np.hypot(known, one.deviation or 0.0)):
+    deviation = predicted.deviation if np.isfinite(predicted.deviation) else 0.0
+    if seen.estimate is not None:
+        off = min(abs(seen.estimate - value) for value in (predicted.speed, model) if value is not None)
+        if off > bifurcations.COVER * float(np.hypot(deviation, seen.deviation or 0.0)):
             return False
-    reach = bifurcations.COVER * known
+    reach = bifurcations.COVER * deviation
     least = predicted.speed if hopf is None or predicted.after else min(hopf, predicted.speed)
-    return bool(one.low <= predicted.speed + reach and one.high >= least - reach)
+    return bool(seen.low <= predicted.speed + reach and seen.high >= least - reach)
 
 
 def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
@@ -375,12 +375,12 @@ def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[Ri
                     f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with "
                     "like."
                 )
-    known = rig_constants(fit)
+    constants = rig_constants(fit)
     forces = (f"N{contact[-1]}" for contact in contacts if not first.has(f"load{contact[-1]}"))
     for name in ("J", "R", "r", *forces):
-        there, here = known[name], first.rig.value(name)
-        if abs(here / there - 1) > SAME_RIG:
+        model, logged = constants[name], first.rig.value(name)
+        if abs(logged / model - 1) > SAME_RIG:
             raise StickslipError(
-                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "
+                f"The fit is of a rig with {name} = {model:g}, the logs are of one with {logged:g} (SI units). Compare "
                 "like with like."
             )

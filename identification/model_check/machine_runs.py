@@ -83,7 +83,7 @@ def machine_runs(
 
     if not window > 0:
         raise StickslipError(f"A window of {window:g} s holds no motion: give it a length, such as 1 s.")
-    told = progress if progress is not None else lambda _: None
+    report = progress if progress is not None else lambda _: None
     pieces = motions(logs, [q.name for q in mechanism.coordinates], cutoffs_of(fit))
     if not any(piece.position.any() for piece in pieces):
         raise StickslipError("The logs hold no positions beside which the machine could be run.")
@@ -93,40 +93,40 @@ def machine_runs(
         fit, parameters=tuple(dataclasses.replace(parameter, value=1.0) for parameter in fit.parameters)
     )
     fmu = Fmu.open(built(machine_with(mechanism, plain)))
-    found = []
-    with KeptRun(fmu) as kept:
-        run = partial(kept, parameters=values)
+    runs = []
+    with KeptRun(fmu) as simulation:
+        run = partial(simulation, parameters=values)
         for number, log in enumerate(logs):
             mine = [piece for piece in pieces if piece.log == number]
-            found.append(_run(mechanism, run, log.name, mine, window))
-            told((number + 1) / len(logs))
-    return found
+            runs.append(_run(mechanism, run, log.name, mine, window))
+            report((number + 1) / len(logs))
+    return runs
 
 
 def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], window: float) -> MachineRun:
-    times, measured, simulated, said = [], [], [], []
+    times, measured, simulated, notes = [], [], [], []
     for piece in pieces:
         length = round(window / piece.step)
-        for begin in range(piece.span.start, piece.span.stop - length, length):
-            rows = slice(begin, begin + length + 1)
+        for start in range(piece.span.start, piece.span.stop - length, length):
+            rows = slice(start, start + length + 1)
             motion, why = _window(mechanism, run, piece, rows)
             every = max(round(EVERY / piece.step), 1)
             times.append(piece.time[rows][::every])
             measured.append(piece.position[rows][::every])
             simulated.append(motion[::every])
-            said += why
+            notes += why
     if not times:
         raise StickslipError(f"'{name}' holds no window of {window:g} s. Give a shorter one: --window.")
-    there, here = np.concatenate(measured), np.concatenate(simulated)
-    spread = np.std(there, axis=0)
+    logged, model = np.concatenate(measured), np.concatenate(simulated)
+    spread = np.std(logged, axis=0)
     joints = []
-    for place, q in enumerate(mechanism.coordinates):
-        off = (here - there)[:, place]
+    for joint, q in enumerate(mechanism.coordinates):
+        off = (model - logged)[:, joint]
         error = float(np.sqrt(np.nanmean(off**2))) if np.isfinite(off).any() else None
-        relative = None if error is None or spread[place] < LEAST_TRAVEL else error / float(spread[place])
+        relative = None if error is None or spread[joint] < LEAST_TRAVEL else error / float(spread[joint])
         joints.append(JointRun(q.name, q.unit, error, relative))
     ends = np.cumsum([len(time) for time in times]) - 1
-    return MachineRun(name, window, np.concatenate(times), there, here, ends, tuple(joints), tuple(said))
+    return MachineRun(name, window, np.concatenate(times), logged, model, ends, tuple(joints), tuple(notes))
 
 
 def _window(mechanism: Mechanism, run: Runs, piece: Motion, rows: slice) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -135,13 +135,13 @@ def _window(mechanism: Mechanism, run: Runs, piece: Motion, rows: slice) -> tupl
 
     time = piece.time[rows] - piece.time[rows][0]
     start = {}
-    for place, q in enumerate(mechanism.coordinates):
-        start |= {q.name: float(piece.position[rows][0, place]), q.v.name: float(piece.velocity[rows][0, place])}
+    for joint, q in enumerate(mechanism.coordinates):
+        start |= {q.name: float(piece.position[rows][0, joint]), q.v.name: float(piece.velocity[rows][0, joint])}
     inputs = {
-        drive.name: Signal(time, piece.effort[rows][:, place]) for place, drive in enumerate(effort_inputs(mechanism))
+        drive.name: Signal(time, piece.effort[rows][:, joint]) for joint, drive in enumerate(effort_inputs(mechanism))
     }
     try:
-        found = run(float(time[-1]), start=start, inputs=inputs, output_times=time)
+        result = run(float(time[-1]), start=start, inputs=inputs, output_times=time)
     except StickslipError as error:
         return np.full((len(time), len(start) // 2), np.nan), (f"From {piece.time[rows][0]:.3g} s: {error}",)
-    return np.stack([found[q.name] for q in mechanism.coordinates], axis=1), ()
+    return np.stack([result[q.name] for q in mechanism.coordinates], axis=1), ()

@@ -39,7 +39,7 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
     raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
     if decays:
         raw = at_rest(raw, fit_free_decay(decays[0]))
-    found: dict[tuple[str, ...], list[DiscMotion]] = {}
+    families: dict[tuple[str, ...], list[DiscMotion]] = {}
     for motion in fuse(raw, SMOOTHING * natural_period)[0]:
-        found.setdefault(motion.log.contacts, []).append(motion)
-    return found
+        families.setdefault(motion.log.contacts, []).append(motion)
+    return families

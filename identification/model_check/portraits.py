@@ -71,16 +71,16 @@ class Portrait(Shown):
         through the middle of its range. What is shorter than the acceptance level of a stick fraction is left out."""
         together = np.stack([(stick.strip > 0.5) & stick.real for stick in self.sticks.values()], axis=1)
         sets = [tuple(name for name, on in zip(self.sticks, row, strict=True) if on) for row in together]
-        runs = [(one, len(list(same))) for one, same in groupby(sets)]
+        runs = [(group, len(list(same))) for group, same in groupby(sets)]
         if len(runs) > 1 and runs[0][0] == runs[-1][0]:  # a stick that lasts over the beginning
             runs = [*runs[1:-1], (runs[0][0], runs[0][1] + runs[-1][1])]
-        kept = [one for one, length in runs if one and length > LIMITS["stick fraction"] * PHASES]
-        return tuple(one for one, _ in groupby(kept))
+        sticks = [group for group, length in runs if group and length > LIMITS["stick fraction"] * PHASES]
+        return tuple(group for group, _ in groupby(sticks))
 
     @property
     def words(self) -> str:
         """The motion in words, as in "stick on {0} -> {0, 1} -> {1}"."""
-        discs = ("{" + ", ".join(contact[-1] for contact in one) + "}" for one in self.sequence)
+        discs = ("{" + ", ".join(contact[-1] for contact in group) + "}" for group in self.sequence)
         return "stick on " + " -> ".join(discs) if self.sequence else "a cycle without stick"
 
     def to_dict(self) -> dict[str, Any]:
@@ -90,7 +90,7 @@ class Portrait(Shown):
             "period": self.period,
             "amplitude": self.amplitude,
             "stick_fraction": {name: stick.fraction for name, stick in self.sticks.items()},
-            "sequence": [list(one) for one in self.sequence],
+            "sequence": [list(group) for group in self.sequence],
             "cycles": self.cycles,
         }
 
@@ -130,7 +130,7 @@ class Settling(Shown):
     @property
     def words(self) -> str:
         """What is said of it."""
-        log, model = ("not within it" if one is None else f"after {one:.3g} s" for one in (self.measured, self.model))
+        log, model = ("not within it" if t is None else f"after {t:.3g} s" for t in (self.measured, self.model))
         compared = (
             "all of it was compared, its size not judged" if self.measured is None else "it was compared from there on"
         )
@@ -196,10 +196,10 @@ def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[
     no stick, only whether the other has none either is judged."""
     first, second = sequence_of(measured), sequence_of(model)
     # where a cycle begins does not count
-    alike = len(first) == len(second) and any(
+    same = len(first) == len(second) and any(
         first == second[shift:] + second[:shift] for shift in range(max(len(first), 1))
     )
-    state = Verdict("same motion", float(not alike), 0.0, alike, f"measured: {measured.words}; model: {model.words}")
+    state = Verdict("same motion", float(not same), 0.0, same, f"measured: {measured.words}; model: {model.words}")
     if isinstance(measured, Portrait) and isinstance(model, Portrait) and bool(first) == bool(second):
         return (state, *compare_portraits(measured, model))
     if isinstance(measured, Rest) and isinstance(model, Rest):
@@ -256,8 +256,8 @@ def symmetric_difference(first: np.ndarray, second: np.ndarray, scanlines: int =
     Along a vertical line, all crossings of either curve sorted by height enclose the difference between the first and
     the second, the third and the fourth ..., because inside both is inside an even number of curves.
     """
-    both = np.concatenate([first, second])
-    low, high = both[:, 0].min(), both[:, 0].max()
+    points = np.concatenate([first, second])
+    low, high = points[:, 0].min(), points[:, 0].max()
     width = (high - low) / scanlines
     area = 0.0
     edges = np.concatenate([np.stack([curve, np.roll(curve, -1, axis=0)], axis=1) for curve in (first, second)])

@@ -48,7 +48,7 @@ class Processing:
         time: np.ndarray,
         angle: np.ndarray,
         drives: Mapping[str, np.ndarray],
-        what: str = "the motion",
+        label: str = "the motion",
         states: Mapping[str, np.ndarray] | None = None,
     ) -> Portrait | Rest:
         """Mean cycle of a steady motion, or where it rests.
@@ -77,7 +77,7 @@ class Processing:
             if not any(mask.any() for mask in masks.values()):
                 return rest
             raise StickslipError(
-                f"{what[0].upper()}{what[1:]} holds {max(len(starts) - 1, 0)} whole cycles in "
+                f"{label[0].upper()}{label[1:]} holds {max(len(starts) - 1, 0)} whole cycles in "
                 f"{time[-1] - time[0]:.3g} s; {LEAST_CYCLES} or more are needed. Use a longer record."
             )
         periods = np.diff(starts)
@@ -85,10 +85,10 @@ class Processing:
             return rest  # what the drive's unevenness stirs up
         phase = (np.arange(PHASES) / PHASES)[None, :] * periods[:, None] + starts[:-1, None]
         mean_angle = np.interp(phase, time, smooth).mean(axis=0)
-        whole = (time >= starts[0]) & (time < starts[-1])
+        inside = (time >= starts[0]) & (time < starts[-1])
         sticks = {
             contact: Stick(
-                float(np.mean(mask[whole])),
+                float(np.mean(mask[inside])),
                 np.interp(phase, time, mask.astype(float)).mean(axis=0),
                 self._squares(_durations(mask, step, window), float(np.mean(drives[contact]))),
                 _comes_to_zero(slips[contact], mask, step, window, ZERO * self.threshold),
@@ -120,8 +120,8 @@ class Processing:
             return float(time[0])
         swings = np.array([np.ptp(smooth[(time >= a) & (time < b)]) for a, b in pairwise(starts)])
         late = swings[-max(len(swings) // 3, 1) :]
-        other = np.flatnonzero(np.abs(swings / np.median(late) - 1) > LIMITS["amplitude"])
-        first = int(other[-1]) + 1 if len(other) else 0
+        odd = np.flatnonzero(np.abs(swings / np.median(late) - 1) > LIMITS["amplitude"])
+        first = int(odd[-1]) + 1 if len(odd) else 0
         if first == 0 and starts[0] - time[0] < LATE * float(np.median(np.diff(starts))):
             return float(time[0])
         return float(starts[first]) if len(starts) - 1 - first >= LEAST_CYCLES else None
@@ -130,9 +130,9 @@ class Processing:
         """Time (s), angle (rad) and speed (rad/s) at the begin of a motion, half a smoothing window after its first
         sample. time, angle: as in `motion`."""
         step, window = float(time[1] - time[0]), SMOOTHING * self.natural_period
-        place = round(0.5 * window / step)
+        index = round(0.5 * window / step)
         smooth, speed = (savitzky_golay(angle, step, window, 2, derivative) for derivative in (0, 1))
-        return float(time[place]), float(smooth[place]), float(speed[place])
+        return float(time[index]), float(smooth[index]), float(speed[index])
 
     def _squares(self, times: np.ndarray, drive_speed: float) -> np.ndarray:
         """Squares (n,) s^2 of the times of sticks from those below the threshold (n,) s.
@@ -149,8 +149,8 @@ def _runs(mask: np.ndarray, step: float, window: float) -> np.ndarray:
     runs = stretches(mask)
     if len(runs) == 0:
         return runs
-    apart = (runs[1:, 0] - runs[:-1, 1]) * step > window
-    return np.stack([runs[np.append(True, apart), 0], runs[np.append(apart, True), 1]], axis=1)
+    separate = (runs[1:, 0] - runs[:-1, 1]) * step > window
+    return np.stack([runs[np.append(True, separate), 0], runs[np.append(separate, True), 1]], axis=1)
 
 
 def _durations(mask: np.ndarray, step: float, window: float) -> np.ndarray:
@@ -169,13 +169,13 @@ def _comes_to_zero(slip: np.ndarray, mask: np.ndarray, step: float, window: floa
 def _risings(time: np.ndarray, height: np.ndarray, guard: float) -> np.ndarray:
     """Times (m,) at which (n,) heights rise through zero after having been below -guard; interpolated."""
     side = np.where(height > guard, 1, np.where(height < -guard, -1, 0))
-    known = np.flatnonzero(side)
-    before, after = known[:-1], known[1:]
-    found = []
+    outside = np.flatnonzero(side)
+    before, after = outside[:-1], outside[1:]
+    times = []
     for first, last in zip(before, after, strict=True):
         if side[first] < 0 < side[last]:
             stretch = slice(first, last + 1)
             # noise may cross zero several times on the way up: the line through the stretch crosses once
             slope, offset = np.polyfit(time[stretch] - time[first], height[stretch], 1)
-            found.append(time[first] - offset / slope)
-    return np.array(found)
+            times.append(time[first] - offset / slope)
+    return np.array(times)

@@ -25,32 +25,32 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
     from rich.console import Group
     from rich.text import Text
 
-    parts = []
+    blocks = []
     for family in families:
-        made = metrics_table(family)
-        parts.append(made.turned() if len(family.members) >= TURNED else made)
-        parts += [
+        metrics = metrics_table(family)
+        blocks.append(metrics.turned() if len(family.members) >= TURNED else metrics)
+        blocks += [
             Text(f"{member.log}: measured {member.measured.words}; model {member.model.words}.")
             for member in family.members
         ]
-        parts += [Text(sentence) for sentence in bifurcation_sentences(family)]
-        parts += [Text(f"Note: {note}") for note in family.notes]
-    return Group(*parts, Text(MEANING))
+        blocks += [Text(sentence) for sentence in bifurcation_sentences(family)]
+        blocks += [Text(f"Note: {note}") for note in family.notes]
+    return Group(*blocks, Text(MEANING))
 
 
 def metrics_table(family: FamilyComparison) -> Table:
     """A row for each metric, a column for each log, and the acceptance levels."""
     every = [verdict for member in family.members for verdict in member.verdicts]
     # a member whose motion has not settled judges less than others
-    known = {verdict.name: verdict for verdict in sorted(every, key=lambda one: one.limit is not None)}
-    known = {verdict.name: known[verdict.name] for verdict in every}
+    verdicts = {verdict.name: verdict for verdict in sorted(every, key=lambda v: v.limit is not None)}
+    verdicts = {verdict.name: verdicts[verdict.name] for verdict in every}
     rows: list[list[str | Cell]] = []
-    for name, first in known.items():
+    for name, first in verdicts.items():
         cells = []
-        for one in family.members:
-            found = next((v for v in one.verdicts if v.name == name), None)
-            words = "" if found is None else shown(name, found.value, "+")
-            failed = found is not None and found.passed is False
+        for member in family.members:
+            entry = next((v for v in member.verdicts if v.name == name), None)
+            words = "" if entry is None else shown(name, entry.value, "+")
+            failed = entry is not None and entry.passed is False
             cells.append(Cell(f"{words} FAIL", "fail") if failed else Cell(words, "number"))
         rows.append([name, Cell("not judged" if first.limit is None else shown(name, first.limit), "number"), *cells])
     rows.append(["verdict", "", *(verdict(member.passed) for member in family.members)])
@@ -78,35 +78,35 @@ def shown(metric: str, value: float, sign: str = "") -> str:
 
 def bifurcation_sentences(family: FamilyComparison) -> list[str]:
     """What is predicted and measured of each bifurcation, in words."""
-    found = [_sentence(bifurcation) for bifurcation in family.bifurcations]
+    sentences = [_sentence(bifurcation) for bifurcation in family.bifurcations]
     if family.hopf is not None:
-        found.append(f"Steady sliding is stable above {family.hopf:.4g} rad/s (Hopf bifurcation of the model).")
-    return found
+        sentences.append(f"Steady sliding is stable above {family.hopf:.4g} rad/s (Hopf bifurcation of the model).")
+    return sentences
 
 
-def _sentence(one: BifurcationComparison) -> str:
-    parts = []
-    if one.predicted is not None:
-        reach = COVER * one.predicted.deviation
-        known = ""
+def _sentence(pair: BifurcationComparison) -> str:
+    clauses = []
+    if pair.predicted is not None:
+        reach = COVER * pair.predicted.deviation
+        interval = ""
         if np.isfinite(reach):
             noise, scale = (
-                deviation(COVER * part) for part in (one.predicted.noise_deviation, one.predicted.scale_deviation)
+                deviation(COVER * sd) for sd in (pair.predicted.noise_deviation, pair.predicted.scale_deviation)
             )
-            least = "; at least" if one.predicted.at_least else ""
-            known = f" (95 %; noise {noise}, rig constants {scale}{least})"
-        parts.append(f"predicted at {speed_within(one.predicted.speed, reach)} rad/s{known}")
-    if one.measured is not None:
-        if np.isfinite(one.measured.high):
-            parts.append(f"measured between {one.measured.low:.4g} and {one.measured.high:.4g} rad/s")
+            least = "; at least" if pair.predicted.at_least else ""
+            interval = f" (95 %; noise {noise}, rig constants {scale}{least})"
+        clauses.append(f"predicted at {speed_within(pair.predicted.speed, reach)} rad/s{interval}")
+    if pair.measured is not None:
+        if np.isfinite(pair.measured.high):
+            clauses.append(f"measured between {pair.measured.low:.4g} and {pair.measured.high:.4g} rad/s")
         else:
-            parts.append(f"not reached by the logs, which stick up to {one.measured.low:.4g} rad/s")
-        if one.measured.estimate is not None:
-            text = f"carried on to no stick {measured_speed(one.measured)} rad/s"
-            parts.append(text + (f" (the model alike: {one.alike:.4g})" if one.alike is not None else ""))
-    agreed = {True: " They agree.", False: " They do not agree.", None: ""}[one.passed]
-    what = one.predicted.words if one.predicted is not None else _change(one)
-    return f"{what[0].upper()}{what[1:]}: {', '.join(parts)}.{agreed}"
+            clauses.append(f"not reached by the logs, which stick up to {pair.measured.low:.4g} rad/s")
+        if pair.measured.estimate is not None:
+            text = f"carried on to no stick {measured_speed(pair.measured)} rad/s"
+            clauses.append(text + (f" (the model alike: {pair.alike:.4g})" if pair.alike is not None else ""))
+    agreed = {True: " They agree.", False: " They do not agree.", None: ""}[pair.passed]
+    title = pair.predicted.words if pair.predicted is not None else _change(pair)
+    return f"{title[0].upper()}{title[1:]}: {', '.join(clauses)}.{agreed}"
 
 
 def speed_within(speed: float, reach: float) -> str:
@@ -114,13 +114,13 @@ def speed_within(speed: float, reach: float) -> str:
     return value_with_sd(speed, reach) if np.isfinite(reach) else f"{speed:.5g}"
 
 
-def measured_speed(one: MeasuredBifurcation) -> str:
+def measured_speed(measured: MeasuredBifurcation) -> str:
     """The drive speed at which stick ends when the measured stick is carried on, with half its 95 % interval, rad/s."""
-    return speed_within(one.estimate or 0.0, COVER * (one.deviation or 0.0))
+    return speed_within(measured.estimate or 0.0, COVER * (measured.deviation or 0.0))
 
 
-def _change(one: BifurcationComparison) -> str:
-    measured = one.measured
+def _change(pair: BifurcationComparison) -> str:
+    measured = pair.measured
     return "" if measured is None else Transition(measured.varied, measured.low, measured.before, measured.after).words
 
 

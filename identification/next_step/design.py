@@ -125,30 +125,30 @@ def design(
     for name, values in (("drive speed", tried), ("load", loaded_by), ("duration", [duration])):
         if not values or not all(np.isfinite(value) and value > 0 for value in values):
             raise StickslipError(f"Every {name} of a design must be a positive number.")
-    now = np.linalg.inv(_covariance(fit))
-    with _Experiments(fit, law) as made:
-        logged = [made.stick_slip(w, rig.N).information * log.duration for w, log in zip(driven, fit.logs, strict=True)]
-        seen = sum(logged, np.zeros_like(now))
+    fisher = np.linalg.inv(_covariance(fit))
+    with _Experiments(fit, law) as runs:
+        logged = [runs.stick_slip(w, rig.N).information * log.duration for w, log in zip(driven, fit.logs, strict=True)]
+        seen = sum(logged, np.zeros_like(fisher))
         if not determines(seen):
             raise StickslipError(
                 "The fitted model does not stick and slip at the drive speeds of the logs, so that it cannot say what "
                 "others would show. Compare it with the logs first: stickslip compare."
             )
-        precision = float(np.exp((np.linalg.slogdet(now)[1] - np.linalg.slogdet(seen)[1]) / len(now)))
-        found, asked = [], [(w, N) for N in loaded_by for w in tried]
-        for number, (w, N) in enumerate(asked):
-            one = made.stick_slip(w, N)
-            found.append(_candidate(fit, "stick-slip", w, N, one, now, precision * duration * one.information))
+        precision = float(np.exp((np.linalg.slogdet(fisher)[1] - np.linalg.slogdet(seen)[1]) / len(fisher)))
+        results, grid = [], [(w, N) for N in loaded_by for w in tried]
+        for number, (w, N) in enumerate(grid):
+            run = runs.stick_slip(w, N)
+            results.append(_candidate(fit, "stick-slip", w, N, run, fisher, precision * duration * run.information))
             if progress is not None:
-                progress((number + 1) / len(asked))
+                progress((number + 1) / len(grid))
         for v in _sliding_speeds(fit, law, rig):
-            one = _steady(law, fit, rig, v, precision * duration * RATE)
-            found.append(_candidate(fit, "steady sliding", v / rig.r, rig.N, one, now, one.information))
-    ranked = tuple(sorted(found, key=lambda c: (c.refused is not None, -c.gain)))
+            run = _steady(law, fit, rig, v, precision * duration * RATE)
+            results.append(_candidate(fit, "steady sliding", v / rig.r, rig.N, run, fisher, run.information))
+    ranked = tuple(sorted(results, key=lambda c: (c.refused is not None, -c.gain)))
     names = [parameter.name for parameter in fit.parameters]
-    known = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(now))).tolist(), strict=True))
-    advice = _advice(ranked, known, _index(now), duration) + _holds(fit) + _reversal(fit)
-    return Design(ranked, known, _index(now), duration, advice)
+    sds = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(fisher))).tolist(), strict=True))
+    advice = _advice(ranked, sds, _index(fisher), duration) + _holds(fit) + _reversal(fit)
+    return Design(ranked, sds, _index(fisher), duration, advice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,10 +199,10 @@ class _Experiments:
             segments = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > 10]
             if not segments:
                 return _Seen(nothing, greatest, f"no slip above {THRESHOLD:g} m/s")
-            shown = sum((self._segment(fit, motion, w, N, a, b) for a, b in segments), nothing)
+            information = sum((self._segment(fit, motion, w, N, a, b) for a, b in segments), nothing)
         except StickslipError as error:
             return _Seen(nothing, 0.0, str(error))
-        return _Seen(shown / (motion.time[segments[-1][1]] - motion.time[segments[0][0]]), greatest)
+        return _Seen(information / (motion.time[segments[-1][1]] - motion.time[segments[0][0]]), greatest)
 
     def _segment(
         self, fit: FrictionFit, motion: SimulatedMotion, w: float, N: float, first: int, last: int
@@ -230,10 +230,10 @@ def loaded(fit: FrictionFit, N: float) -> FrictionFit:
 
 def _covariance(fit: FrictionFit) -> np.ndarray:
     deviation = np.array([parameter.standard_deviation for parameter in fit.parameters])
-    held = ", ".join(one.name for one in fit.parameters if one.held)
-    if held:
+    fixed = ", ".join(parameter.name for parameter in fit.parameters if parameter.held)
+    if fixed:
         raise StickslipError(
-            f"The fit holds {held} at a value: a design is of parameters that are found. Fit them all."
+            f"The fit holds {fixed} at a value: a design is of parameters that are found. Fit them all."
         )
     covariance = np.array(fit.correlation) * np.outer(deviation, deviation)
     if not np.all(np.isfinite(covariance)) or not np.all(np.linalg.eigvalsh(covariance) > 0):
@@ -260,14 +260,14 @@ def _steady(law: FittableLaw, fit: FrictionFit, rig: RigValues, v: float, precis
 
 
 def _candidate(
-    fit: FrictionFit, kind: str, w: float, N: float, one: _Seen, now: np.ndarray, more: np.ndarray
+    fit: FrictionFit, kind: str, w: float, N: float, run: _Seen, fisher: np.ndarray, added: np.ndarray
 ) -> Candidate:
-    then = now + more
+    then = fisher + added
     deviations = np.sqrt(np.diag(np.linalg.inv(then)))
-    ratio = np.exp(np.mean(np.log(deviations / np.sqrt(np.diag(np.linalg.inv(now))))))
+    ratio = np.exp(np.mean(np.log(deviations / np.sqrt(np.diag(np.linalg.inv(fisher))))))
     names = [parameter.name for parameter in fit.parameters]
     named = dict(zip(names, deviations.tolist(), strict=True))
-    return Candidate(kind, float(w), float(N), named, float(1 - ratio), _index(then), one.greatest_slip, one.refused)
+    return Candidate(kind, float(w), float(N), named, float(1 - ratio), _index(then), run.greatest_slip, run.refused)
 
 
 def _index(information: np.ndarray) -> float:
@@ -279,8 +279,8 @@ def _index(information: np.ndarray) -> float:
 
 def _reversal(fit: FrictionFit) -> str:
     """What to say where nothing in the logs shows the zero of the angle."""
-    ways = {float(np.sign(speed)) for log in fit.logs for speed in log.drive_speeds}
-    if len(ways) > 1 or any(constant.name == "k/J" for constant in fit.constants):
+    signs = {float(np.sign(speed)) for log in fit.logs for speed in log.drive_speeds}
+    if len(signs) > 1 or any(constant.name == "k/J" for constant in fit.constants):
         return ""
     return (
         " All drives turn one way and there is no free decay, so that a zero of the angle that is off passes for "
@@ -299,21 +299,21 @@ def _holds(fit: FrictionFit) -> str:
     )
 
 
-def _advice(ranked: Sequence[Candidate], known: Mapping[str, float], index: float, duration: float) -> str:
-    useful = [one for one in ranked if one.refused is None]
+def _advice(ranked: Sequence[Candidate], sds: Mapping[str, float], index: float, duration: float) -> str:
+    useful = [c for c in ranked if c.refused is None]
     if not useful:
         return "No candidate sticks and slips: try lower drive speeds or higher loads (--speeds, --loads)."
     best = useful[0]
-    falls = ", ".join(f"{name} {deviation(known[name])} -> {deviation(now)}" for name, now in best.deviations.items())
-    said = (
+    falls = ", ".join(f"{name} {deviation(sds[name])} -> {deviation(sd)}" for name, sd in best.deviations.items())
+    text = (
         f"{duration:g} s more of {best.kind} at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
         f"most: standard deviations {falls}; collinearity index {index:.3g} -> {best.index:.3g}."
     )
-    reached = max((one.greatest_slip for one in useful if one.kind == "stick-slip"), default=0.0)
-    steady = next((one for one in useful if one.kind == "steady sliding" and one.greatest_slip > reached), None)
+    reached = max((c.greatest_slip for c in useful if c.kind == "stick-slip"), default=0.0)
+    steady = next((c for c in useful if c.kind == "steady sliding" and c.greatest_slip > reached), None)
     if steady is not None and best.kind == "stick-slip":
-        said += (
+        text += (
             f" No cycle reaches slip speeds above {reached:.2g} m/s; steady sliding at {steady.drive_speed:.3g} rad/s "
             f"shows friction at {steady.greatest_slip:.2g} m/s."
         )
-    return said
+    return text

@@ -35,7 +35,7 @@ TWO = 2  # laws, the least that are compared
 class _Ranking:
     """Laws compared within some disturbances, the first of them, and whether its residuals are more than noise."""
 
-    found: LawComparison
+    comparison: LawComparison
     best: FittableLaw
     asks: bool
 
@@ -62,9 +62,9 @@ def compare_laws(
     sought = slip_laws() if laws is None else {find_law(name).name: find_law(name) for name in laws}
     if len(sought) < TWO:
         raise StickslipError("A comparison needs two laws or more.")
-    told = progress if progress is not None else lambda _: None
+    report = progress if progress is not None else lambda _: None
     causes = asked_for(disturbances)
-    first = _ranking(ready, sought, estimator, causes, lambda done: told(0.4 * done))
+    first = _ranking(ready, sought, estimator, causes, lambda done: report(0.4 * done))
     for turn in range(ROUNDS):
         if disturbances != AUTO or len(ready.contacts) > 1 or not first.asks:
             break
@@ -72,11 +72,11 @@ def compare_laws(
         if set(names) == set(causes):
             break
         causes, before = names, first.best.name
-        first = _ranking(ready, sought, estimator, causes, lambda done, at=turn: told(0.4 + 0.2 * (at + done)))
+        first = _ranking(ready, sought, estimator, causes, lambda done, at=turn: report(0.4 + 0.2 * (at + done)))
         if first.best.name == before:
             break
-    told(1.0)
-    return first.found
+    report(1.0)
+    return first.comparison
 
 
 def _ranking(
@@ -84,50 +84,50 @@ def _ranking(
     laws: Mapping[str, FittableLaw],
     estimator: str,
     causes: Sequence[str],
-    told: Callable[[float], None],
+    report: Callable[[float], None],
 ) -> _Ranking:
     """Laws by the residuals of an estimator, cut by the law that the weak form finds best."""
     options = Options(disturbances=terms_of(ready, causes))
     weak = weak_fits(ready, laws, options)
-    least = min(one.sum for one in weak.values())
-    near = {name: laws[name] for name in not_far(weak)}
+    least = min(fit.sum for fit in weak.values())
+    top = {name: laws[name] for name in not_far(weak)}
     ordered = sorted(weak, key=lambda name: weak[name].sum)
-    near |= {name: laws[name] for name in ordered[:TWO]}
+    top |= {name: laws[name] for name in ordered[:TWO]}
     aside = {
-        name: f"off by {np.sqrt(one.sum / least):.2g} times the residuals of {ordered[0]} in the weak form"
-        for name, one in weak.items()
-        if name not in near
+        name: f"off by {np.sqrt(fit.sum / least):.2g} times the residuals of {ordered[0]} in the weak form"
+        for name, fit in weak.items()
+        if name not in top
     }
     # of laws that are as good the one with the fewest parameters; one whose values the model refuses cuts nothing
-    begin = sorted((name for name in near), key=lambda name: (weak[name].sum > CLOSE * least, len(laws[name].names)))
-    cuts = (ESTIMATORS.load(estimator).estimate(ready, laws[name], options) for name in begin)
+    order = sorted((name for name in top), key=lambda name: (weak[name].sum > CLOSE * least, len(laws[name].names)))
+    cuts = (ESTIMATORS.load(estimator).estimate(ready, laws[name], options) for name in order)
     cut = next(cuts)
-    while cut.estimator.name != estimator and (other := next(cuts, None)) is not None:
-        cut = other
-    told(0.3)
-    made = fit_rivals(cut, near, lambda law: weak[law.name].law_values, progress=lambda done: told(0.3 + 0.4 * done))
+    while cut.estimator.name != estimator and (following := next(cuts, None)) is not None:
+        cut = following
+    report(0.3)
+    fits = fit_rivals(cut, top, lambda law: weak[law.name].law_values, progress=lambda done: report(0.3 + 0.4 * done))
     at_rest = float(cut.law.value(np.zeros(1), cut.solution.values[: len(cut.law.parameters)])[0])
     sticks = presliding(ready, at_rest) if len(ready.contacts) == 1 else None
     elastic = sticks is not None and sticks.elastic
     doubts = (*cut.warnings, *(sticks.warnings if sticks is not None and elastic else ()))
     names = [motion.log.name for motion in ready.motions]
-    if len(made.fitted) < TWO:
-        ((name, only),) = made.fitted.items()
-        said = f"{name}: no other law follows the logs."
-        found = single_law(name, only.problem, only.found, names, said, doubts)
+    if len(fits.fitted) < TWO:
+        ((name, only),) = fits.fitted.items()
+        verdict = f"{name}: no other law follows the logs."
+        comparison = single_law(name, only.problem, only.solution, names, verdict, doubts)
     else:
-        found = compare_problems(
-            {name: one.problem for name, one in made.fitted.items()},
+        comparison = compare_problems(
+            {name: fit.problem for name, fit in fits.fitted.items()},
             names,
-            solutions={name: one.found for name, one in made.fitted.items()},
-            asked=Comparing(nested=made.nested, doubts=doubts),
-            progress=lambda done: told(0.7 + 0.3 * done),
+            solutions={name: fit.solution for name, fit in fits.fitted.items()},
+            options=Comparing(nested=fits.nested, doubts=doubts),
+            progress=lambda done: report(0.7 + 0.3 * done),
         )
-    found = replace(found, estimator=cut.estimator.name, causes=tuple(causes), elastic=elastic)
-    found = replace(found, aside={**aside, **made.refused})
-    best = made.fitted[found.best.law]
-    white = whiteness(best.found.evaluation, names)
-    return _Ranking(found, best.law, white.more_than_noise)
+    comparison = replace(comparison, estimator=cut.estimator.name, causes=tuple(causes), elastic=elastic)
+    comparison = replace(comparison, aside={**aside, **fits.refused})
+    best = fits.fitted[comparison.best.law]
+    white = whiteness(best.solution.evaluation, names)
+    return _Ranking(comparison, best.law, white.more_than_noise)
 
 
 def compare_contacts(
@@ -141,19 +141,19 @@ def compare_contacts(
     """
     ready = logs if isinstance(logs, Pool) else pool(logs)
     names = [motion.log.name for motion in ready.motions]
-    made = {}
+    estimates = {}
     for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
-        made[name] = ESTIMATORS.load(estimator).estimate(ready, find_law(LAW), Options())
+        estimates[name] = ESTIMATORS.load(estimator).estimate(ready, find_law(LAW), Options())
         if progress is not None:
             progress(0.3 * (number + 1))
-    rigid, elastic = made[RIGID], made[BRISTLES]
+    rigid, elastic = estimates[RIGID], estimates[BRISTLES]
     if rigid.estimator.name != "whole-cycle":
         raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(rigid.warnings)}")
     if elastic.estimator.name != "lugre":
         return single_law(RIGID, rigid.problem, rigid.solution, names, " ".join(elastic.warnings))
     return compare_problems(
-        {name: one.problem for name, one in made.items()},
+        {name: estimate.problem for name, estimate in estimates.items()},
         names,
-        solutions={name: one.solution for name, one in made.items()},
+        solutions={name: estimate.solution for name, estimate in estimates.items()},
         progress=None if progress is None else lambda done: progress(0.6 + 0.4 * done),
     )

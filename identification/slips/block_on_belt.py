@@ -106,8 +106,8 @@ def fit_slip_model(statistics: SlipStatistics) -> SlipModel | None:
             break
         cycle = block.cycle(float(guess[0]), float(guess[1]))
         miss = np.array([cycle.peak, cycle.after]) - target
-        if (far := float(np.max(np.abs(miss)))) < nearest:
-            nearest, best = far, (guess, cycle)
+        if (error := float(np.max(np.abs(miss)))) < nearest:
+            nearest, best = error, (guess, cycle)
         if nearest <= ACCURACY * target[0]:
             break
         # d peak/d mu_s = 1, d after/d (mu_s, mu_k) = (-1, 2) for the steep fall
@@ -129,11 +129,11 @@ class _Block:
         from fmu_models.codegen.package import built
         from fmu_models.fmu.fmu import Fmu
 
-        known = statistics.known
+        rig = statistics.known
         self.fmu = Fmu.open(built("block_on_belt"))
-        self.weight = known["mass"] * GRAVITY
-        self.known, self.p = known, p
-        self.natural_period = natural_period(known)
+        self.weight = rig["mass"] * GRAVITY
+        self.known, self.p = rig, p
+        self.natural_period = natural_period(rig)
         self.step = self.natural_period / SAMPLES
         self.window = statistics.smoothed
         self.length = CYCLES * statistics.period.value
@@ -152,43 +152,43 @@ class _Block:
         """Statistics of the motion after a transient; friction is read from the spring, as in the log."""
         from fmu_models.simulation.run import simulate
 
-        known = self.known
+        rig = self.known
         parameters = {
-            "m": known["mass"],
-            "k": known["stiffness"],
-            "c": known.get("damping", 0.0),
+            "m": rig["mass"],
+            "k": rig["stiffness"],
+            "c": rig.get("damping", 0.0),
             "N": self.weight,
             "mu_s": mu_s,
             "mu_k": mu_k,
             "p": self.p,
         }
-        begin = mu_k * self.weight / known["stiffness"]
+        stretch = mu_k * self.weight / rig["stiffness"]
         time = np.arange(0.0, self.length + TRANSIENT * self.natural_period, self.step)
         run = simulate(
             self.fmu,
             time[-1],
             output_times=time,
             parameters=parameters,
-            inputs={"v_belt": known["speed"]},
-            start={"x": begin, "v": known["speed"]},
+            inputs={"v_belt": rig["speed"]},
+            start={"x": stretch, "v": rig["speed"]},
         )
-        friction = run["x"] * known["stiffness"] / self.weight
-        found = find_slips([(run.time, friction)], self.step, self.window)
-        if len(found.time) < TRANSIENT + 1:
+        friction = run["x"] * rig["stiffness"] / self.weight
+        slips = find_slips([(run.time, friction)], self.step, self.window)
+        if len(slips.time) < TRANSIENT + 1:
             raise StickslipError(
-                f"With mu_s = {mu_s:.4g} and mu_k = {mu_k:.4g} the block on a belt shows {len(found.time)} slips in "
-                f"{self.length:.3g} s, the log {CYCLES}: at {known['speed']:g} m/s it slides steadily, or sticks. The "
+                f"With mu_s = {mu_s:.4g} and mu_k = {mu_k:.4g} the block on a belt shows {len(slips.time)} slips in "
+                f"{self.length:.3g} s, the log {CYCLES}: at {rig['speed']:g} m/s it slides steadily, or sticks. The "
                 "log's slips are not those of one friction law with this spring and speed."
             )
         return _Cycle(
-            float(np.median(found.peak[1:])),
-            float(np.median(found.after[1:])),
-            float(np.mean(found.interval[2:])) if len(found.time) > TRANSIENT else float("nan"),
-            float(np.median(found.duration[1:])),
+            float(np.median(slips.peak[1:])),
+            float(np.median(slips.after[1:])),
+            float(np.mean(slips.interval[2:])) if len(slips.time) > TRANSIENT else float("nan"),
+            float(np.median(slips.duration[1:])),
         )
 
 
-def _compared(statistics: SlipStatistics, found: np.ndarray, p: float, cycle: _Cycle) -> SlipModel:
+def _compared(statistics: SlipStatistics, mu: np.ndarray, p: float, cycle: _Cycle) -> SlipModel:
     rows = (
         ("peak friction", "1", statistics.peak, cycle.peak, True),
         ("friction after slip", "1", statistics.after, cycle.after, True),
@@ -199,13 +199,13 @@ def _compared(statistics: SlipStatistics, found: np.ndarray, p: float, cycle: _C
         Prediction(name, unit, measured.value, modelled, fitted, measured.low <= modelled <= measured.high)
         for name, unit, measured, modelled, fitted in rows
     )
-    return SlipModel(float(found[0]), float(found[1]), p, predictions, _verdict(statistics, predictions[2]))
+    return SlipModel(float(mu[0]), float(mu[1]), p, predictions, _verdict(statistics, predictions[2]))
 
 
 def _verdict(statistics: SlipStatistics, period: Prediction) -> str:
-    place = "inside" if period.inside else "outside"
-    told = (
-        f"The model's period is {period.modelled:.4g} s, {place} the 95 % interval of the measured mean "
+    side = "inside" if period.inside else "outside"
+    sentence = (
+        f"The model's period is {period.modelled:.4g} s, {side} the 95 % interval of the measured mean "
         f"{statistics.period.low:.4g} .. {statistics.period.high:.4g} s."
     )
     spread = statistics.peak.spread / statistics.drop.value
@@ -213,5 +213,5 @@ def _verdict(statistics: SlipStatistics, period: Prediction) -> str:
     varies = f"{periods} and peaks by {100 * spread:.2g} % of a drop"
     # noise moves a peak, and by its peak a period, as far as it goes itself
     if max(statistics.period_variation, spread) <= max(REPEATS, statistics.noise / statistics.drop.value):
-        return f"{told} One law repeats itself, and so do these slips: {varies}."
-    return f"{told} One law repeats itself; {varies}, which no law of slip speed alone explains."
+        return f"{sentence} One law repeats itself, and so do these slips: {varies}."
+    return f"{sentence} One law repeats itself; {varies}, which no law of slip speed alone explains."

@@ -74,16 +74,16 @@ def find_slips(
     falls = [_falls(s, least) for s in smooth]
     drops = np.concatenate([s[peak] - s[valley] for s, (peak, valley) in zip(smooth, falls, strict=True)])
     threshold = max(least, share * float(np.sqrt(np.mean(drops**2)))) if drops.size else least
-    parts = []
+    rows = []
     for (time, _), s in zip(pieces, smooth, strict=True):
         peak, valley = _falls(s, threshold)
         slips = [_slip_time(time, s, i, j) for i, j in zip(peak, valley, strict=True)]
         loads = [np.nan, *(_loading(time, s, j, i) for j, i in zip(valley[:-1], peak[1:], strict=True))]
         interval = np.diff(time[peak], prepend=np.nan)
-        parts.append(
+        rows.append(
             (time[peak], s[peak], s[valley], time[valley], np.array(slips), interval, np.array(loads[: len(peak)]))
         )
-    at, peak, after, end, duration, interval, loading = (np.concatenate(column) for column in zip(*parts, strict=True))
+    at, peak, after, end, duration, interval, loading = (np.concatenate(column) for column in zip(*rows, strict=True))
     everywhere = np.concatenate([time for time, _ in pieces])
     return SlipEvents(
         at,
@@ -134,18 +134,18 @@ def _slip_time(time: np.ndarray, values: np.ndarray, peak: int, valley: int) -> 
     fallen = (values[peak] - values[peak : valley + 1]) / (values[peak] - values[valley])
     edge = (1 - ORDINARY) / 2
     end = int(np.argmax(fallen >= 1 - edge))
-    begin = int(np.flatnonzero(fallen[: end + 1] <= edge)[-1])
+    start = int(np.flatnonzero(fallen[: end + 1] <= edge)[-1])
 
     def reached(level: float, sample: int) -> float:
         """Time between two samples, of which only a few may fall into a slip."""
         return float(np.interp(level, fallen[sample : sample + 2], time[peak + sample : peak + sample + 2]))
 
-    return reached(1 - edge, end - 1) - reached(edge, begin)
+    return reached(1 - edge, end - 1) - reached(edge, start)
 
 
 def _loading(time: np.ndarray, values: np.ndarray, valley: int, peak: int) -> float:
     """Rate, 1/s, at which friction rises from a valley to the next peak; NaN if there are too few samples."""
-    begin, end = (valley + round(part * (peak - valley)) for part in STICK)
-    if end - begin < 4:
+    start, end = (valley + round(share * (peak - valley)) for share in STICK)
+    if end - start < 4:
         return float("nan")
-    return float(np.polyfit(time[begin:end] - time[begin], values[begin:end], 1)[0])
+    return float(np.polyfit(time[start:end] - time[start], values[start:end], 1)[0])

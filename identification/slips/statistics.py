@@ -106,8 +106,8 @@ class SlipStatistics(Tabular):
         return f"SlipStatistics: {self.title}, {self.events} slips in {self.duration:.4g} s"
 
     def _contents(self) -> Mapping[str, Any]:
-        found = {name: getattr(self, name) for name in ("peak", "after", "drop", "period", "slip_time")}
-        return {name: f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})" for name, one in found.items()}
+        table = {name: getattr(self, name) for name in ("peak", "after", "drop", "period", "slip_time")}
+        return {name: f"{s.value:.4g} ({s.low:.4g} to {s.high:.4g})" for name, s in table.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values."""
@@ -147,14 +147,14 @@ def slip_statistics(
     for name in settings or {}:
         if name not in SETTINGS:
             raise StickslipError(f"There is no setting '{name}'.{nearest(name, SETTINGS)}")
-    known = {**read_slips(recipe), **(settings or {})}
-    share = known.pop("share")
+    rig = {**read_slips(recipe), **(settings or {})}
+    share = rig.pop("share")
     if not 0 <= share < 1:
         raise StickslipError(f"'share' must lie from 0 to below 1, found {share:g}.")
-    for name, value in known.items():
+    for name, value in rig.items():
         if not (0 < value < np.inf or (name == "damping" and value == 0)):
             raise StickslipError(f"'{name}' must be finite and above 0, found {value:g}.")
-    window = _window(recipe, known)
+    window = _window(recipe, rig)
     prepared = prepare(recipe, read_columns(log, reader=reader), repair)
     pieces = [(piece.values[TIME], piece.values[FRICTION]) for piece in prepared.pieces]
     longest = max(time[-1] - time[0] for time, _ in pieces)
@@ -175,7 +175,7 @@ def slip_statistics(
             "that they have no period. Record without gaps."
         )
     smoothed = max(window, odd_count(0.0, prepared.step) * prepared.step)
-    return _summary(recipe, os.fspath(log), known, definition, smoothed, events, seed), events
+    return _summary(recipe, os.fspath(log), rig, definition, smoothed, events, seed), events
 
 
 def read_slips(recipe: Recipe) -> dict[str, float]:
@@ -188,42 +188,40 @@ def read_slips(recipe: Recipe) -> dict[str, float]:
     document = recipe.document
     document.check_keys(SETTINGS, "slips")
     table = document.table("slips")
-    known = {
-        name: document.value(table[name], one.unit, "slips", name) for name, one in SETTINGS.items() if name in table
-    }
-    share = known.setdefault("share", SHARE)
+    rig = {name: document.value(table[name], s.unit, "slips", name) for name, s in SETTINGS.items() if name in table}
+    share = rig.setdefault("share", SHARE)
     if not 0 <= share < 1:
         raise document.fault(f"'share' must lie from 0 to below 1, found {share:g}.", "slips", "share")
-    return known
+    return rig
 
 
-def _window(recipe: Recipe, known: Mapping[str, float]) -> float:
-    if "smoothing" in known:
-        return known["smoothing"]
-    if "mass" in known and "stiffness" in known:
-        return SMOOTHING * natural_period(known)
-    missing = ", ".join(f"{name}=..." for name in ("mass", "stiffness") if name not in known)
+def _window(recipe: Recipe, rig: Mapping[str, float]) -> float:
+    if "smoothing" in rig:
+        return rig["smoothing"]
+    if "mass" in rig and "stiffness" in rig:
+        return SMOOTHING * natural_period(rig)
+    missing = ", ".join(f"{name}=..." for name in ("mass", "stiffness") if name not in rig)
     raise StickslipError(
         f"Recipe {recipe.name} does not say how far to smooth: give {missing} (from which follows the time a slip "
         "takes), or smoothing=... in s, in [slips] or with --set."
     )
 
 
-def swings(known: Mapping[str, float], period: Statistic) -> bool:
+def swings(rig: Mapping[str, float], period: Statistic) -> bool:
     """Whether slips come at the natural period or faster, which leaves no time to stick, as far as that is known."""
-    if "mass" not in known or "stiffness" not in known:
+    if "mass" not in rig or "stiffness" not in rig:
         return False
-    return period.value <= (1 + INERTIAL) * natural_period(known)
+    return period.value <= (1 + INERTIAL) * natural_period(rig)
 
 
-def natural_period(known: Mapping[str, float]) -> float:
-    return float(2 * np.pi * np.sqrt(known["mass"] / known["stiffness"]))
+def natural_period(rig: Mapping[str, float]) -> float:
+    return float(2 * np.pi * np.sqrt(rig["mass"] / rig["stiffness"]))
 
 
 def _summary(
     recipe: Recipe,
     log: str,
-    known: dict[str, float],
+    rig: dict[str, float],
     definition: str,
     smoothed: float,
     events: SlipEvents,
@@ -232,8 +230,8 @@ def _summary(
     interval = events.interval[np.isfinite(events.interval)]
     loading = float(np.nanmedian(events.loading)) if np.isfinite(events.loading).any() else float("nan")
     expected = None
-    if all(name in known for name in ("mass", "stiffness", "speed")):
-        expected = known["stiffness"] * known["speed"] / (known["mass"] * GRAVITY)
+    if all(name in rig for name in ("mass", "stiffness", "speed")):
+        expected = rig["stiffness"] * rig["speed"] / (rig["mass"] * GRAVITY)
     slip_time = statistic(events.duration, seed)
     period = statistic(interval, seed, mean=True)
     return SlipStatistics(
@@ -255,8 +253,8 @@ def _summary(
         slip_time,
         loading,
         expected,
-        known,
-        tuple(_verdicts(events, known, period, slip_time.value, loading, expected)),
+        rig,
+        tuple(_verdicts(events, rig, period, slip_time.value, loading, expected)),
     )
 
 
@@ -282,16 +280,16 @@ def statistic(values: np.ndarray, seed: int, *, mean: bool = False, draws: int =
 
 def _verdicts(
     events: SlipEvents,
-    known: Mapping[str, float],
+    rig: Mapping[str, float],
     period: Statistic,
     slip_time: float,
     loading: float,
     expected: float | None,
 ) -> list[str]:
-    said = []
+    verdicts = []
     if events.partial:
         falls = "1 smaller fall" if events.partial == 1 else f"{events.partial} smaller falls"
-        said.append(
+        verdicts.append(
             f"{falls} beyond noise (below {events.threshold:.3g}) not counted, as partial slips: the number of events "
             "and the period depend on 'share' (the definition 'every' counts them too)."
         )
@@ -299,23 +297,23 @@ def _verdicts(
         ratio = loading / expected
         rate = f"Loading in stick: {loading:.4g} 1/s, from k V/(m g) {expected:.4g} 1/s, ratio {ratio:.3f}"
         if np.isnan(ratio):
-            said.append("Too few samples lie in stick to see how fast it loads: record faster.")
+            verdicts.append("Too few samples lie in stick to see how fast it loads: record faster.")
         elif abs(ratio - 1) <= LOADING_SUSPECT:
-            said.append(f"{rate}: stiffness, speed and mass fit the log.")
+            verdicts.append(f"{rate}: stiffness, speed and mass fit the log.")
         else:
-            said.append(
+            verdicts.append(
                 f"{rate}: a stiffness, speed or mass is not that of this log, or the slider creeps or swings instead "
                 "of sticking."
             )
-    if swings(known, period):
-        said.append(
-            f"A slip comes every {period.value:.4g} s, the natural period is {natural_period(known):.4g} s: the slider "
+    if swings(rig, period):
+        verdicts.append(
+            f"A slip comes every {period.value:.4g} s, the natural period is {natural_period(rig):.4g} s: the slider "
             "swings on its spring instead of sticking (inertial regime). Peaks and drops are those "
             "of its swing; draw it slower for static friction."
         )
-    if "mass" in known and "stiffness" in known and slip_time > SLOW * natural_period(known):
-        said.append(
-            f"A slip takes {slip_time:.3g} s, longer than the natural period of {natural_period(known):.3g} s: what "
+    if "mass" in rig and "stiffness" in rig and slip_time > SLOW * natural_period(rig):
+        verdicts.append(
+            f"A slip takes {slip_time:.3g} s, longer than the natural period of {natural_period(rig):.3g} s: what "
             "falls is not a free slider."
         )
-    return said
+    return verdicts

@@ -36,8 +36,8 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
     document: Any = tomlkit.parse(source.read_text("utf-8"))
     laws = [(document["laws"], contact, law) for contact, law in scene.laws.items()]
     for table, key, reference in [(document, "model", scene.model), *laws]:
-        if (there := moved(reference, scene.folder, target.parent)) != reference:
-            table[key] = there
+        if (path := moved(reference, scene.folder, target.parent)) != reference:
+            table[key] = path
     for value in values:
         if value.target not in scene.parameters:
             raise StickslipError(
@@ -58,28 +58,28 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
     return target
 
 
-def _unit(scene: Scene, one: HandedValue, source: Path) -> str:
+def _unit(scene: Scene, handed: HandedValue, source: Path) -> str:
     """Unit of the parameter in the scene's model."""
     from fmu_models.codegen.package import variant
 
     model = variant(scene.model, scene.contacts, scene.laws, beside=scene.folder)
     quantities = {q.name: q for q in (*model.parameters, *model.inputs)}
-    if one.target not in quantities:
-        raise StickslipError(f"Scene '{source}' does not use '{one.target}': its contact is left out there.")
-    return quantities[one.target].unit
+    if handed.target not in quantities:
+        raise StickslipError(f"Scene '{source}' does not use '{handed.target}': its contact is left out there.")
+    return quantities[handed.target].unit
 
 
-def _put(document: Any, one: HandedValue, unit: str, source: Path) -> None:
+def _put(document: Any, handed: HandedValue, unit: str, source: Path) -> None:
     """Change the value where it stands: a number stays a number in the model's unit, a text keeps its unit."""
     where = f"'{source}'"
-    value = one.in_unit(unit, where)
-    table = next((document[name] for name in TABLES if one.target in document.get(name, {})), None)
+    value = handed.in_unit(unit, where)
+    table = next((document[name] for name in TABLES if handed.target in document.get(name, {})), None)
     if table is None:
-        document.setdefault("parameters", {})[one.target] = value if unit == "1" else f"{value!r} {unit}"
+        document.setdefault("parameters", {})[handed.target] = value if unit == "1" else f"{value!r} {unit}"
         return
-    old = table[one.target]
+    old = table[handed.target]
     if isinstance(old, str):
-        own = old.split(maxsplit=1)[1] if len(old.split(maxsplit=1)) > 1 else ""
-        table[one.target] = f"{one.in_unit(own, where)!r} {own}" if own else repr(value)
+        suffix = old.split(maxsplit=1)[1] if len(old.split(maxsplit=1)) > 1 else ""
+        table[handed.target] = f"{handed.in_unit(suffix, where)!r} {suffix}" if suffix else repr(value)
     else:
-        table[one.target] = value
+        table[handed.target] = value

@@ -87,15 +87,15 @@ def machine_values(
         StickslipError: as for `handed_values`.
     """
     deviations = {identifier(parameter.name): parameter.standard_deviation for parameter in fit.parameters}
-    found = {
+    values = {
         p.name: HandedValue(p.name, p.name, p.value, p.unit, deviations.get(p.name), p.description)
         for p in machine.parameters
     }
-    return _chosen(found, only, renamed)
+    return _chosen(values, only, renamed)
 
 
 def calibration_values(
-    fmu: Fmu, found: Calibration, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
+    fmu: Fmu, calibration: Calibration, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
 ) -> tuple[HandedValue, ...]:
     """What a calibration hands on to its model: parameters that all logs share, and those that were held; the rest is
     as for `handed_values`.
@@ -103,8 +103,8 @@ def calibration_values(
     Raises:
         StickslipError: as for `handed_values`.
     """
-    values = {name: (value, None) for name, value in found.held.items()}
-    values |= {one.name: (one.value, one.standard_deviation) for one in found.parameters}
+    values = {name: (value, None) for name, value in calibration.held.items()}
+    values |= {parameter.name: (parameter.value, parameter.standard_deviation) for parameter in calibration.parameters}
     return _chosen(
         {
             name: HandedValue(
@@ -124,34 +124,34 @@ def calibration_values(
 
 
 def _chosen(
-    found: Mapping[str, HandedValue], only: Sequence[str], renamed: Mapping[str, str] | None
+    values: Mapping[str, HandedValue], only: Sequence[str], renamed: Mapping[str, str] | None
 ) -> tuple[HandedValue, ...]:
     for name in (*only, *(renamed or {})):
-        if name not in found:
-            raise StickslipError(f"The fit hands on no '{name}'.{nearest(name, found)}")
-    kept = [found[name] for name in found if not only or name in only]
-    kept = [replace(one, target=(renamed or {}).get(one.name, one.name)) for one in kept]
-    targets = [one.target for one in kept]
+        if name not in values:
+            raise StickslipError(f"The fit hands on no '{name}'.{nearest(name, values)}")
+    chosen = [values[name] for name in values if not only or name in only]
+    chosen = [replace(value, target=(renamed or {}).get(value.name, value.name)) for value in chosen]
+    targets = [value.target for value in chosen]
     for target in targets:
         if targets.count(target) > 1:
             raise StickslipError(f"Two values would go to '{target}'. Rename them apart.")
-    return tuple(kept)
+    return tuple(chosen)
 
 
 def _value(fit: FrictionFit, model: FittedModel, name: str) -> HandedValue:
     variable = model.fmu.variables[name]
     fitted = {q.name: q for q in fit.parameters}
     # a single disc's parameters have no number in the fit; what an FMU's law computes from several has no deviation
-    one = fitted.get(name) or (fitted.get(name[:-1]) if name[-1:] in "01" else None)
-    same = one is not None and one.value == model.parameters[name]
+    parameter = fitted.get(name) or (fitted.get(name[:-1]) if name[-1:] in "01" else None)
+    same = parameter is not None and parameter.value == model.parameters[name]
     return HandedValue(
         name=name,
         target=name,
         value=model.parameters[name],
         unit=variable.unit or "1",
-        deviation=one.total_deviation if one is not None and same else None,
+        deviation=parameter.total_deviation if parameter is not None and same else None,
         description=str(variable.description or name),
-        at_least=one is not None and same and fit.at_least(one.name),
+        at_least=parameter is not None and same and fit.at_least(parameter.name),
     )
 
 
@@ -164,14 +164,14 @@ def check_targets(values: Sequence[HandedValue], fmu: Fmu) -> dict[str, float]:
     from fmu_models.coupling.wiring import unit_of
     from fmu_models.fmu.start_values import check_parameter
 
-    found = {}
-    for one in values:
-        if one.target not in fmu.variables:
+    targets = {}
+    for item in values:
+        if item.target not in fmu.variables:
             raise StickslipError(
-                f"'{fmu.path}' has no parameter '{one.target}'.{nearest(one.target, fmu.parameters)} Name it with "
-                f"--name {one.name}=ITS_NAME, or choose what to hand on with --only."
+                f"'{fmu.path}' has no parameter '{item.target}'.{nearest(item.target, fmu.parameters)} Name it with "
+                f"--name {item.name}=ITS_NAME, or choose what to hand on with --only."
             )
-        value = one.in_unit(unit_of(fmu, fmu.variables[one.target]), f"'{fmu.path}'")
-        check_parameter(fmu, one.target, value)
-        found[one.target] = value
-    return found
+        value = item.in_unit(unit_of(fmu, fmu.variables[item.target]), f"'{fmu.path}'")
+        check_parameter(fmu, item.target, value)
+        targets[item.target] = value
+    return targets

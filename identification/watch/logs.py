@@ -50,18 +50,18 @@ def seen_logs(folder: Path) -> list[Seen]:
     if not folder.is_dir():
         raise StickslipError(f"The folder '{folder}' is not there.")
     resources = load_json(folder / SIDECAR)["resources"] if (folder / SIDECAR).exists() else []
-    known = [files_of(resource) for resource in resources]
-    described = {name for files in known for name in files}
+    groups = [files_of(resource) for resource in resources]
+    described = {name for files in groups for name in files}
     others = [(path.name,) for path in log_files(folder) if path.name not in described]
-    found = []
-    for files in (*known, *others):
+    seen = []
+    for files in (*groups, *others):
         try:
             marks = {name: ((folder / name).stat().st_size, (folder / name).stat().st_mtime_ns) for name in files}
         except OSError:
             continue  # renamed or removed meanwhile
         if all(size for size, _ in marks.values()):
-            found.append(Seen(files[0], marks))
-    return found
+            seen.append(Seen(files[0], marks))
+    return seen
 
 
 def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
@@ -100,28 +100,28 @@ def _describe(folder: Path, seen: Seen) -> None:
         return
     if not resources:
         raise StickslipError(f"No log in '{folder}' is described. Describe the first: stickslip describe {folder}.")
-    made = draft([folder / seen.name], Answers(), like=folder)
-    if lacking := missing(made):
+    description = draft([folder / seen.name], Answers(), like=folder)
+    if lacking := missing(description):
         raise StickslipError(f"It is not of the recorder that is described: {' '.join(lacking)}")
-    write(made)
+    write(description)
 
 
 def _decays(folder: Path, name: str) -> list[RigLog]:
     """The first free decay that is described beside."""
-    for one in load_json(folder / SIDECAR)["resources"]:
-        if one.get("experiment", {}).get("kind") == "free-decay" and files_of(one)[0] != name:
-            return [read_log(folder / files_of(one)[0])]
+    for resource in load_json(folder / SIDECAR)["resources"]:
+        if resource.get("experiment", {}).get("kind") == "free-decay" and files_of(resource)[0] != name:
+            return [read_log(folder / files_of(resource)[0])]
     return []
 
 
 def silent_columns(log: RigLog) -> tuple[str, ...]:
     """Columns that show nothing: one value throughout, or hardly a number."""
-    found = []
+    silent = []
     for name, values in log.columns.items():
         good = values[np.isfinite(values)]
         if len(good) < 0.5 * len(values) or not np.ptp(good) > 0:
-            found.append(name)
-    return tuple(found)
+            silent.append(name)
+    return tuple(silent)
 
 
 def _silent(folder: Path, seen: Seen) -> tuple[str, ...]:
@@ -137,12 +137,12 @@ def _ratio(ready: Pool, fit: FrictionFit) -> dict[str, tuple[float, float]]:
     if len(ready.contacts) != 1:
         return {}
     R, r = fit.constant("R"), fit.constant("r")
-    kept = [stick_ratio(motion, r.value, R.value, ready.natural_period / 20) for motion in ready.motions]
-    found = [ratio for ratio, share in kept if share > 0]
-    if not found:
+    ratios = [stick_ratio(motion, r.value, R.value, ready.natural_period / 20) for motion in ready.motions]
+    positive = [ratio for ratio, share in ratios if share > 0]
+    if not positive:
         return {}
     sd = np.hypot(R.standard_uncertainty / R.value, r.standard_uncertainty / r.value)
-    return {RATIO: (float(np.mean(found)), float(max(sd, 2e-3)))}
+    return {RATIO: (float(np.mean(positive)), float(max(sd, 2e-3)))}
 
 
 def called(state: State, entry: Entry) -> tuple[str, ...]:
@@ -153,16 +153,16 @@ def called(state: State, entry: Entry) -> tuple[str, ...]:
     """
     before = state.fitted()
     calls = []
-    usual = [one for one in before[:FIRST] if one.name != entry.name]
-    lost = [name for name in entry.silent if usual and all(name not in one.silent for one in usual)]
+    usual = [e for e in before[:FIRST] if e.name != entry.name]
+    lost = [name for name in entry.silent if usual and all(name not in e.silent for e in usual)]
     calls += [f"lost sensor: '{name}' shows nothing" for name in lost]
     if entry.status == REFUSED and not lost and usual and "lacks" in entry.reason:
         calls.append(f"lost sensor: {entry.reason}")
     if entry.status != FITTED:
         return tuple(calls)
-    every = [one for one in before if one.name != entry.name and one.recorded <= entry.recorded] + [entry]
+    every = [e for e in before if e.name != entry.name and e.recorded <= entry.recorded] + [entry]
     for name in entry.values:
-        series = [one.values[name] for one in every if name in one.values]
+        series = [e.values[name] for e in every if name in e.values]
         chart = control_chart([value for value, _ in series], [sd for _, sd in series])
         if name == RATIO:
             if len(series) > 1 and entry.values[name][0] < chart.target * (1 - SLIPPED):
@@ -180,9 +180,9 @@ def rested(
     """Logs whose size and time have not changed for ``rest`` s; and since when each is as it is."""
     since = {}
     ready = []
-    for one in seen:
-        files, begin = before.get(one.name, (one.files, now))
-        since[one.name] = (one.files, begin if files == one.files else now)
-        if now - since[one.name][1] >= rest:
-            ready.append(one)
+    for log in seen:
+        files, start = before.get(log.name, (log.files, now))
+        since[log.name] = (log.files, start if files == log.files else now)
+        if now - since[log.name][1] >= rest:
+            ready.append(log)
     return ready, since

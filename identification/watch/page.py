@@ -27,18 +27,18 @@ SHOWN = 200  # logs in the table
 
 def names(state: State) -> list[str]:
     """What the logs give, in order."""
-    return list(dict.fromkeys(name for one in state.fitted() for name in one.values))
+    return list(dict.fromkeys(name for entry in state.fitted() for name in entry.values))
 
 
 def watch_table(state: State, last: int = SHOWN) -> Table:
     """The logs, the latest first, with their values and what was called."""
     columns = names(state)
     rows = []
-    for one in sorted(state.entries, key=lambda entry: -entry.recorded)[:last]:
-        cells = [Cell(like_sd(*one.values[name]) if name in one.values else "", "number") for name in columns]
-        said = "; ".join(one.calls) or one.reason
-        status = Cell(one.status, "text" if one.status != "refused" else "fail")
-        rows.append([_time(one), one.name, status, *cells, Cell(said, "fail" if one.calls else "text")])
+    for entry in sorted(state.entries, key=lambda entry: -entry.recorded)[:last]:
+        cells = [Cell(like_sd(*entry.values[name]) if name in entry.values else "", "number") for name in columns]
+        remark = "; ".join(entry.calls) or entry.reason
+        status = Cell(entry.status, "text" if entry.status != "refused" else "fail")
+        rows.append([_time(entry), entry.name, status, *cells, Cell(remark, "fail" if entry.calls else "text")])
     return made_table("Logs, the latest first", ("time", "log", "result", *columns, "called"), rows)
 
 
@@ -50,29 +50,29 @@ def watch_figure(state: State) -> Figure:
     """Each value against time: points with 95 % intervals (noise: the rig is one), EWMA with its limits."""
     from matplotlib.figure import Figure
 
-    shown = names(state)
-    figure = Figure(figsize=(8.0, 2.0 * max(len(shown), 1) + 0.4), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
-    for place, name in zip(axes, shown, strict=False):
-        entries = [one for one in state.fitted() if name in one.values]
-        _draw(place, name, entries)
+    columns = names(state)
+    figure = Figure(figsize=(8.0, 2.0 * max(len(columns), 1) + 0.4), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(max(len(columns), 1), 1, sharex=True))
+    for panel, name in zip(axes, columns, strict=False):
+        entries = [entry for entry in state.fitted() if name in entry.values]
+        _draw(panel, name, entries)
     axes[-1].set_xlabel("time (UTC)")
     figure.autofmt_xdate()
     return figure
 
 
-def _draw(place, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[no-untyped-def]
+def _draw(panel, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[no-untyped-def]
     at = [datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC) for entry in entries]
     value, sd = (np.array([entry.values[name][i] for entry in entries]) for i in (0, 1))
     chart = control_chart(value, sd)
-    place.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
-    place.plot(at, chart.level, color="#d55e00", label="EWMA")
-    place.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
+    panel.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
+    panel.plot(at, chart.level, color="#d55e00", label="EWMA")
+    panel.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
     if chart.out.any():
         out = np.flatnonzero(chart.out)
-        place.plot([at[i] for i in out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
-    place.set_ylabel(name)
-    place.legend(fontsize="x-small", ncols=4, loc="best")
+        panel.plot([at[i] for i in out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
+    panel.set_ylabel(name)
+    panel.legend(fontsize="x-small", ncols=4, loc="best")
 
 
 def write_page(path: Path, state: State, folder: Path, refresh: float) -> None:

@@ -51,11 +51,11 @@ class State:
 
     def with_entry(self, entry: Entry) -> State:
         """With one more; it takes the place of an older one of the same name."""
-        return replace(self, entries=(*(one for one in self.entries if one.name != entry.name), entry))
+        return replace(self, entries=(*(old for old in self.entries if old.name != entry.name), entry))
 
     def fitted(self) -> list[Entry]:
         """The entries that hold values, by time."""
-        return sorted((entry for entry in self.entries if entry.status == FITTED), key=lambda one: one.recorded)
+        return sorted((entry for entry in self.entries if entry.status == FITTED), key=lambda entry: entry.recorded)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -81,14 +81,14 @@ def read_state(path: Path, *, trust: bool = False) -> State:
         entries = tuple(
             Entry(
                 **{
-                    **one,
-                    "files": {name: (int(size), int(at)) for name, (size, at) in one["files"].items()},
-                    "values": {name: (float(value), float(sd)) for name, (value, sd) in one["values"].items()},
-                    "silent": tuple(one["silent"]),
-                    "calls": tuple(one["calls"]),
+                    **entry,
+                    "files": {name: (int(size), int(at)) for name, (size, at) in entry["files"].items()},
+                    "values": {name: (float(value), float(sd)) for name, (value, sd) in entry["values"].items()},
+                    "silent": tuple(entry["silent"]),
+                    "calls": tuple(entry["calls"]),
                 }
             )
-            for one in plain["entries"]
+            for entry in plain["entries"]
         )
         state = State(str(plain["law"]), str(plain["estimator"]), entries)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -46,8 +46,8 @@ class Stribeck(DryFriction):
 
     def dry(self, speed: sympy.Expr) -> sympy.Expr:
         """Force without its viscous part, N."""
-        left = sympy.exp(-((speed / self.v_s) ** self.exponent))
-        return self.N * (self.mu_k + (self.mu_s - self.mu_k) * left)
+        decay = sympy.exp(-((speed / self.v_s) ** self.exponent))
+        return self.N * (self.mu_k + (self.mu_s - self.mu_k) * decay)
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Force, N, for a slip speed without sign, m/s."""

@@ -113,7 +113,7 @@ def test_laws_are_shot_at_the_same_residuals(exponential: Pool) -> None:
     assert not found.refused and found.nested == (("Conti", "Conti+viscous"),)
     sums = {name: one.sum for name, one in found.fitted.items()}
     assert sums["Tustin"] < sums["Conti+viscous"] < sums["Conti"]
-    assert len({len(one.found.evaluation.residual) for one in found.fitted.values()}) == 1
+    assert len({len(one.solution.evaluation.residual) for one in found.fitted.values()}) == 1
 
 
 def test_a_law_that_begins_at_its_least_sum_is_not_searched(exponential: Pool) -> None:
@@ -121,6 +121,6 @@ def test_a_law_that_begins_at_its_least_sum_is_not_searched(exponential: Pool) -
     best, laws = other.solution.values, {one.name: one for one in (first.law, other.law)}
     off = best + np.array([0.01, 0.01, 1.0, 0.01])
     stayed, searched = (fit_rivals(first, laws, lambda _, q=q: q).fitted["Conti+viscous"] for q in (best, off))
-    assert np.array_equal(stayed.found.values, best) and not np.array_equal(searched.found.values, off)
+    assert np.array_equal(stayed.solution.values, best) and not np.array_equal(searched.solution.values, off)
     # the search stops in a flat valley, above the least sum
     assert stayed.sum <= searched.sum < 1.01 * stayed.sum

@@ -69,7 +69,7 @@ def test_with_known_noise_a_sum_of_squares_is_a_likelihood() -> None:
 
 
 def test_nothing_is_sure_above_what_is_not_the_whole_truth() -> None:
-    found = compare_problems(polynomials(white(3), 0.6), "abc", asked=Comparing(doubts=("Elastic.",)))
+    found = compare_problems(polynomials(white(3), 0.6), "abc", options=Comparing(doubts=("Elastic.",)))
     assert found.warnings == ("Elastic.",) and found.verdict.endswith("not the whole truth, see below.")
     assert "Sure" not in found.verdict and "Likely" not in found.verdict
 

@@ -93,10 +93,13 @@ def _quantity(subject: Subject, variable: ScalarVariable) -> dict[str, Any]:
     size = abs(value) or float(variable.nominal or 1.0)
     lower = -_rounded(SPAN * size) if low is None else low
     upper = _rounded(max(SPAN * size, lower + size)) if high is None else high
+    logarithmic = _decades(value, low, high)
+    if variable.name in subject.ranges:
+        (lower, upper), logarithmic = subject.ranges[variable.name], None
     return {
         **_named(variable),
         **{"value": value, "default": float(variable.start or 0.0), "min": low, "max": high},
-        **{"low": lower, "high": upper, "log": _decades(value, low, high)},
+        **{"low": lower, "high": upper, "log": logarithmic},
     }
 
 

@@ -103,7 +103,11 @@ def explore(
         StickslipError: there is no such model, contact or coordinate, more than six coordinates without a choice, an
             FMU of somebody else, or the compiler fails.
     """
-    subject = subject_of(model, contacts, trust=trust)
+    return explored(subject_of(model, contacts, trust=trust), plot)
+
+
+def explored(subject: Subject, plot: Sequence[str] | None = None) -> Explorer:
+    """The page of what is to be explored, an FMU that passes ``check``; other errors as in `explore`."""
     described = describe(subject, plot)
     states = subject.fmu.states
     planes = tuple((states[i], states[j]) for i, j in described["planes"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +31,7 @@ class Subject:
         until: s, end of the run; None to choose it by the motion.
         contacts, laws: as in a scene; None, all of the model.
         notes: what the page leaves out of what was asked for.
+        ranges: of sliders, by name, in place of those about the value.
     """
 
     fmu: Fmu
@@ -41,6 +42,7 @@ class Subject:
     contacts: tuple[str, ...] | None
     laws: Mapping[str, str]
     notes: tuple[str, ...] = ()
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bool = False) -> Subject:

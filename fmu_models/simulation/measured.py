@@ -17,6 +17,42 @@ from fmu_models.base.shown import Shown, span
 from fmu_models.base.unit_names import conversion
 from fmu_models.simulation.signal import Signal
 
+ROLES = ("input", "measured", "event")  # of a column for a model
+IDEAL = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # constants of a sensor that shows what is
+
+
+@dataclass(frozen=True)
+class SensorConstant:
+    """value, and its standard deviation: 0 where it is held, infinite where it is to be found."""
+
+    value: float
+    deviation: float = 0.0
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """How a column was measured, as far as anybody says. role: one of `ROLES`, "" of a column that is not to be read;
+    noise: standard deviation; constants: of `IDEAL`, by name; clip: least and greatest reading. Noise, offset and clip
+    in the unit of the column, delay in s."""
+
+    role: str | None = None
+    noise: float | None = None
+    constants: Mapping[str, SensorConstant] = field(default_factory=dict)
+    clip: tuple[float, float] | None = None
+
+    def scaled(self, factor: float) -> Instrument:
+        """In another unit, of which the column's is ``factor``."""
+        constants = {
+            name: SensorConstant(factor * one.value, abs(factor) * one.deviation) if name == "offset" else one
+            for name, one in self.constants.items()
+        }
+        low, high = sorted(factor * end for end in self.clip or (0.0, 0.0))
+        noise = None if self.noise is None else abs(factor) * self.noise
+        return Instrument(self.role, noise, constants, (low, high) if self.clip else None)
+
+
+UNSTATED = Instrument()
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredLog(Shown):
@@ -29,6 +65,7 @@ class MeasuredLog(Shown):
         units: of those columns whose unit is stated.
         stepwise: columns whose values hold until the next sample; the others are straight lines between samples.
         variables: per column the variable of a model that it measures, where that has another name.
+        instruments: per column how it was measured, where anything is said of that.
         locate: where a row stands in the file, for messages.
     """
 
@@ -38,6 +75,7 @@ class MeasuredLog(Shown):
     units: Mapping[str, str] = field(default_factory=dict)
     stepwise: frozenset[str] = frozenset()
     variables: Mapping[str, str] = field(default_factory=dict)
+    instruments: Mapping[str, Instrument] = field(default_factory=dict)
     locate: Callable[[int], str] = "row {}".format
 
     def _heading(self) -> str:

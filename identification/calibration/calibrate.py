@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
 from identification.calibration.conclude import Concluded, conclude
 from identification.calibration.follow import follow, residuals_of
 from identification.calibration.log import LogLike, ModelLog, Reading, model_log, rows_of
-from identification.calibration.pose import Settings, problem_of
+from identification.calibration.pose import Settings, problem_of, with_instruments
 from identification.calibration.problem import IDEAL, SegmentProblem
 from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum
 from identification.calibration.search import Minimum, Plan, Progress, search
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 WITHIN = 1.1  # times the least misfit: minima that are listed
 
 
+@one_blas_thread()
 def calibrate(
     model: Model | Fmu,
     logs: LogLike | Sequence[LogLike],
@@ -60,6 +62,7 @@ def calibrate(
     if not free:
         raise StickslipError("Name at least one parameter that is sought: --free k,c.")
     read = [_log(log, fmu, said, f"log {number + 1}") for number, log in enumerate(_several(logs))]
+    said = with_instruments(said, read)
     problem, sought = problem_of(fmu, read, list(free), said)
     _check_count(problem)
     plan = Plan(said.guesses, said.attempts, said.segments, said.seed, progress or (lambda _: None))

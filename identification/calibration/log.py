@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import existing
+from fmu_models.base.unit_names import conversion
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.inputs import signal_of
-from fmu_models.simulation.measured import MeasuredLog, in_unit, read_measured
+from fmu_models.simulation.measured import UNSTATED, Instrument, MeasuredLog, in_unit, read_measured
 from fmu_models.simulation.signal import Signal
-from rig_io.packages.datapackage import read_columns
+from rig_io.packages.datapackage import described_columns
 
 if TYPE_CHECKING:
     import pandas
@@ -54,7 +56,7 @@ class Reading:
 @dataclass(frozen=True, eq=False)
 class ModelLog:
     """name: of the log; time: (n,) s; measured: (n,) by variable, in its unit; inputs: by name; events:
-    (k,) s by contact.
+    (k,) s by contact; instruments: what is said of the sensors of measured variables, in their units.
 
     Raises:
         StickslipError: times that do not ascend, a cell without a number, an input that does not cover the log.
@@ -65,6 +67,7 @@ class ModelLog:
     measured: Mapping[str, NDArray[np.float64]]
     inputs: Mapping[str, float | Signal] = field(default_factory=dict)
     events: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    instruments: Mapping[str, Instrument] = field(default_factory=dict)
 
     @property
     def observed(self) -> dict[str, NDArray[np.float64]]:
@@ -137,10 +140,13 @@ def model_log(
     known = [*_measurable(fmu), *fmu.inputs]
     measured: dict[str, NDArray[np.float64]] = {}
     driven: dict[str, float | Signal] = {}
+    instruments: dict[str, Instrument] = {}
     for column in log.columns:
         variable = named.get(column, log.variables.get(column, column))
-        if variable not in known and named and column not in named:
+        instrument = log.instruments.get(column, UNSTATED)
+        if variable not in known and ((named and column not in named) or instrument.role == ""):
             continue
+        _check_role(log, column, variable, instrument, fmu)
         if variable not in known:
             raise StickslipError(
                 f"Column '{column}' of {log.source} is no state, output or input of '{fmu.description.modelName}'."
@@ -151,12 +157,24 @@ def model_log(
             driven[variable] = log.signal(column, unit, f"input '{variable}'")
         else:
             measured[variable] = log.values(column, unit, f"variable '{variable}'")
+            stated = log.units.get(column)
+            instruments[variable] = instrument.scaled(conversion(stated, unit, log.source) if stated else 1.0)
     if not measured and not timed:
         raise StickslipError(
             f"{log.source} measures nothing of '{fmu.description.modelName}': it needs a column of a state or output "
             f"({', '.join(_measurable(fmu)[:12])})."
         )
-    return ModelLog(label, log.time, measured, driven | _inputs(fmu, inputs, log.time), timed)
+    return ModelLog(label, log.time, measured, driven | _inputs(fmu, inputs, log.time), timed, instruments)
+
+
+def _check_role(log: MeasuredLog, column: str, variable: str, instrument: Instrument, fmu: Fmu) -> None:
+    """Refuse a role that the variable cannot have."""
+    if instrument.role in ("input", "measured") and (instrument.role == "input") != (variable in fmu.inputs):
+        names = fmu.inputs if instrument.role == "input" else _measurable(fmu)
+        raise StickslipError(
+            f"{log.source}: column '{column}' has the role '{instrument.role}' in datapackage.json, and '{variable}' "
+            f"is none of '{fmu.description.modelName}'.{nearest(variable, names)}"
+        )
 
 
 def _inputs(fmu: Fmu, inputs: Mapping[str, Any] | None, time: NDArray[np.float64]) -> dict[str, float | Signal]:
@@ -174,9 +192,13 @@ def _events(
     source: LogLike, fmu: Fmu, events: Mapping[str, str], label: str
 ) -> tuple[LogLike | None, dict[str, NDArray[np.float64]]]:
     """The log without columns of event times, None if nothing else is in it; and these times by contact."""
+    table = None
+    if isinstance(source, str | os.PathLike):
+        table, fields, _ = described_columns(existing(source, "log"))
+        said = {one.variable or one.name: one.name for one in fields if one.instrument.role == "event"}
+        events = {**said, **events}
     if not events:
         return source, {}
-    table = read_columns(source) if isinstance(source, str | os.PathLike) else None
     columns: Any = table.columns if table is not None else source
     timed = {}
     for contact, column in events.items():
@@ -194,8 +216,11 @@ def _events(
                 f"'{column}' of {label} holds {times.size} event times; {FEWEST} or more are needed, ascending."
             )
         timed[contact] = times
-    others = {name: columns[name] for name in columns if name not in events.values()}
-    return (others or None), timed
+    if not any(name not in events.values() for name in columns):
+        return None, timed
+    log = _measured(source, label)
+    samples = {name: values for name, values in log.columns.items() if name not in events.values()}
+    return replace(log, columns=samples), timed
 
 
 def _around(events: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:

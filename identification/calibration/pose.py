@@ -10,12 +10,13 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.measured import UNSTATED
 from identification.calibration.log import LogLike, ModelLog
 from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
 from identification.calibration.search import GUESSES, STARTS, noise_of
 from identification.calibration.subject import subject_of
 from identification.calibration.unknowns import Bounds, Free, free_parameters
-from identification.inference.problem import Unknown
+from identification.inference.problem import Prior, Unknown
 
 DELAY = 0.02  # of a log: the longest delay that is tried, to either side, unless stated
 
@@ -58,7 +59,9 @@ def problem_of(
     Raises:
         StickslipError: as in `calibrate`.
     """
-    sought = free_parameters(fmu, free, said.parameters, said.bounds, said.priors)
+    constants = {f"{name} {key}": (name, key) for name, key in said.sensed}
+    priors = {name: prior for name, prior in said.priors.items() if name not in constants}
+    sought = free_parameters(fmu, free, said.parameters, said.bounds, priors)
     measured = list(dict.fromkeys(name for log in logs for name in log.observed))
     subject = subject_of(fmu, free, measured)
     if stray := [name for name in said.each if name not in free]:
@@ -75,7 +78,11 @@ def problem_of(
     sensed = {}
     for name, key in said.sensed:
         sensed[name, key] = len(unknowns)
-        unknowns.append(_sensor_constant(name, key, said.sensors.get(name, IDEAL), logs))
+        constant = _sensor_constant(name, key, said.sensors.get(name, IDEAL), logs)
+        if known := said.priors.get(constant.unknown.name):
+            prior = Prior(constant.unknown.name, known[0], constant.unknown.unit, known[1], "given")
+            constant = replace(constant, unknown=replace(constant.unknown, prior=prior))
+        unknowns.append(constant)
     held = {name: value for name, value in said.parameters.items() if name not in free}
     loose = _loose(subject.states, held, said.starts)
     variables = fmu.variables
@@ -102,12 +109,43 @@ def problem_of(
         starts=starts,
         noise={},
         scale=np.ones(len(subject.states)),
-        noise_known=all(name in said.noise for name in measured),
+        noise_known=all(_stated_noise(said, log, name) is not None for log in logs for name in log.observed),
         sensors=dict(said.sensors),
         sensed=sensed,
     )
-    noise = {key: said.noise.get(key[1], sd) for key, sd in noise_of(problem).items()}
+    noise = {key: _stated_noise(said, logs[key[0]], key[1]) or sd for key, sd in noise_of(problem).items()}
     return replace(problem, noise=noise), tuple(unknowns)
+
+
+def _stated_noise(said: Settings, log: ModelLog, name: str) -> float | None:
+    """Of a variable, or of event times of a contact: as it was set, else as it stands with the log."""
+    stated = log.instruments.get(name, UNSTATED).noise
+    return said.noise.get(name, stated)
+
+
+def with_instruments(said: Settings, logs: Sequence[ModelLog]) -> Settings:
+    """Settings with what stands with the logs of their sensors, where it was not set.
+
+    Raises:
+        StickslipError: logs that differ in what is said of a sensor.
+    """
+    sensors, sensed, priors = dict(said.sensors), list(said.sensed), dict(said.priors)
+    for name in dict.fromkeys(name for log in logs for name in log.measured):
+        stated = [log.instruments.get(name, UNSTATED) for log in logs if name in log.measured]
+        first = stated[0]
+        if any((one.constants, one.clip) != (first.constants, first.clip) for one in stated):
+            raise StickslipError(f"The logs differ in what is said of the sensor of '{name}'. Say the same of all.")
+        given = said.sensors.get(name, IDEAL)
+        own = {key: value for key, value in vars(given).items() if value != getattr(IDEAL, key)}
+        values = {key: constant.value for key, constant in first.constants.items()}
+        sensors[name] = replace(Sensor(**values, clip=first.clip or IDEAL.clip), **own)
+        for key, constant in first.constants.items():
+            if constant.deviation == 0 or key in own or (name, key) in sensed:
+                continue
+            sensed.append((name, key))
+            if np.isfinite(constant.deviation):
+                priors[f"{name} {key}"] = constant.value, constant.deviation
+    return replace(said, sensors=sensors, sensed=tuple(sensed), priors=priors)
 
 
 def _loose(states: Sequence[str], held: Mapping[str, float], asked: Sequence[str] | None) -> list[str]:

@@ -5,7 +5,8 @@ whole runs are differenced,
 
     dy/dp = (y(p + h) - y(p - h))/(2 h),    h = `STEP` max(|p|, size of p),
 
-at a tolerance tight enough that the steps' own errors cancel: at 1e-8 the same step loses five digits.
+at a tolerance tight enough that the steps' own errors cancel: at 1e-8 the same step loses five digits. Where one of the
+halves holds a jump, as of a sample that an impact passes, the other half is the derivative.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ Inputs = Mapping[str, float | Signal]
 
 TOLERANCE = 1e-10  # of runs that are differenced
 STEP, STEP_OF_SOLVER = 1e-4, 1e-2  # relative, of a difference: of a method of integration, of an FMU's own
+JUMP = 0.5  # relative: halves of a difference that differ by more have a jump, or nothing but rounding
 KINEMATIC = 1e-9  # relative: so near to the rate of a state another one is that rate
 SOLVER = "The FMU is co-simulated: model and solver are identified together."
 
@@ -118,6 +120,12 @@ class Subject(ABC):
             raise StickslipError(f"The run of '{self.fmu.description.modelName}' ended early.")
         return values, hits
 
+    def shown(self, stretch: Stretch) -> Response:
+        """The run without derivatives; errors as in `trajectory`."""
+        values, hits = self.observed(stretch)
+        none = np.empty((0, 0, 0))
+        return Response(values, none, hits={name: (times, none) for name, times in hits.items()})
+
     def rates(self, stretch: Stretch) -> dict[str, str]:
         """Which states are rates of others, seen in a run: the position's name -> the speed's."""
         run = self.trajectory(stretch)
@@ -195,7 +203,10 @@ class ForeignSubject(Subject):
         for place, (name, step) in enumerate(zip(self.by, steps, strict=True)):
             rows[name][1 + 2 * place : 3 + 2 * place] += -step, step
         values = self._swept(stretch, rows) if self.states else self._each(stretch, rows)
-        slopes = (values[2::2] - values[1::2]) / (2 * steps[:, None, None])
+        below, above = (values[0] - values[1::2]), (values[2::2] - values[0])
+        smaller = np.where(np.abs(below) < np.abs(above), below, above)
+        jumps = np.abs(above - below) > JUMP * np.maximum(np.abs(above), np.abs(below))
+        slopes = np.where(jumps, smaller, (above + below) / 2) / steps[:, None, None]
         return Response(values[0], np.moveaxis(slopes, 0, -1))
 
     def _swept(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:

@@ -9,9 +9,17 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
+from identification.commands.calibrations import compare_calibration
 from identification.commands.fits import FigurePath, FitFile, draw_families, print_comparison
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
-from identification.commands.machines import MachinePlace, Window, compare_machine, refuse_of_machines, refuse_of_rigs
+from identification.commands.machines import (
+    MachinePlace,
+    Window,
+    compare_machine,
+    refuse,
+    refuse_of_machines,
+    refuse_of_rigs,
+)
 
 SceneOption = Annotated[
     str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
@@ -39,10 +47,14 @@ def compare(
 
     Logs above the bifurcation, where the disc slides steadily, belong to the family.
 
-    A fitted machine is run beside its logs, from the measured state by the measured efforts.
+    A fitted machine is run beside its logs, from the measured state by the measured efforts. A calibrated model is run
+    along each log, those held out among them, from start states that are found anew; what is left is tested.
 
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
+
+    Example: stickslip compare tanks.json test.csv
     """
+    from identification.calibration.result import is_calibration
     from identification.fit.result import read_fit
     from identification.machines.machine_fit import is_machine_fit
     from identification.model_check.families import compare_families
@@ -52,6 +64,11 @@ def compare(
         from fmu_models.base.figures import check_format
 
         check_format(figure)
+    if is_calibration(fitted):
+        given = {"set": settings, "scene": scene, "window": window, "repair": repair, "reader": reader}
+        refuse("any model", "a rig or a machine", given)
+        compare_calibration(fitted, logs, machine, figure, overwrite, json)
+        return
     if is_machine_fit(fitted):
         refuse_of_machines(set=settings, scene=scene)
         compare_machine(fitted, logs, machine, window, (reader, repair), figure, overwrite, json)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from identification.report.page import Findings
     from rig_io.logs.log import RigLog
 
-FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")]
+FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit', 'inverse' or 'calibrate'.")]
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
 Disturbing = Annotated[
     str,

@@ -45,15 +45,16 @@ def gravity_of(text: str | None) -> tuple[float, ...]:
 
 def refuse_of_rigs(**given: Any) -> None:
     """Refuse options of machines for the fit of a rig."""
-    _refuse("a rig", "a machine", given)
+    refuse("a rig", "a machine", given)
 
 
 def refuse_of_machines(**given: Any) -> None:
     """Refuse options of rigs for the fit of a machine."""
-    _refuse("a machine", "a rig", given)
+    refuse("a machine", "a rig", given)
 
 
-def _refuse(one: str, other: str, given: dict[str, Any]) -> None:
+def refuse(one: str, other: str, given: dict[str, Any]) -> None:
+    """Refuse options of one kind of fit for another."""
     said = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
     if said:
         raise StickslipError(f"The fit is that of {one}; {', '.join(said)}: for that of {other}. Leave it out.")

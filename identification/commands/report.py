@@ -11,9 +11,10 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
+from identification.commands.calibrations import report_calibration
 from identification.commands.fits import FitFile, say_report
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
-from identification.commands.machines import MachinePlace, refuse_of_machines, refuse_of_rigs, report_machine
+from identification.commands.machines import MachinePlace, refuse, refuse_of_machines, refuse_of_rigs, report_machine
 
 
 @console.trusting
@@ -31,7 +32,8 @@ def report(
         bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
     ] = True,
     interactive: Annotated[
-        bool, typer.Option(help="The fitted model live beside the measured portraits: sliders for law, N and k.")
+        bool,
+        typer.Option(help="The model live: sliders for law, N and k over portraits, or for what was calibrated."),
     ] = False,
     machine: MachinePlace = None,
     overwrite: Overwrite = False,
@@ -45,7 +47,10 @@ def report(
     Example: stickslip report fit.json data/rigs/paper_rubber -o report.html
 
     Example: stickslip report fit.json data/rigs/paper_rubber --interactive -o live.html
+
+    Example: stickslip report tanks.json train.csv test.csv -o tanks.html
     """
+    from identification.calibration.result import is_calibration
     from identification.fit.result import read_fit
     from identification.machines.machine_fit import is_machine_fit
     from identification.report.findings import findings
@@ -53,6 +58,10 @@ def report(
     if output.suffix.lower() not in (".html", ".htm"):
         raise StickslipError(f"'{output}' is to be a page: end it in .html.")
     refuse_existing(output, overwrite=overwrite)
+    if is_calibration(fitted):
+        refuse("any model", "a rig or a machine", {"set": settings, "repair": repair, "reader": reader})
+        report_calibration(fitted, logs, output, machine, interactive, overwrite, json)
+        return
     if is_machine_fit(fitted):
         refuse_of_machines(set=settings, interactive=interactive)
         report_machine(fitted, logs, output, machine, (reader, repair), overwrite, json)

@@ -106,6 +106,10 @@ class Problem(ABC):
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Residuals and gradient at x (m,)."""
 
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Residuals (n,) at x (m,) alone."""
+        return self.evaluate(x).residual
+
     def squares(self) -> Callable[[np.ndarray], float]:
         """The function that gives the sum of squares at x (m,) without a gradient, near the last evaluation.
 
@@ -241,12 +245,17 @@ def solve(
         evaluation = problem.evaluate(initial)
         return Solution(initial, evaluation, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
     values, converged, message = search.run(initial, tolerance, evaluations, loss)
-    low, high = problem.limits
-    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
-    at_bound = search.free & ((values - low < edge) | (high - values < edge))
+    at_bound = search.free & at_bounds(problem, values)
     return Solution(
         values, problem.evaluate(values), converged, message, tuple(bool(b) for b in at_bound), tuple(fixed)
     )
+
+
+def at_bounds(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """(m,) which unknowns ended on a bound of the search."""
+    low, high = problem.limits
+    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
+    return (values - low < edge) | (high - values < edge)
 
 
 class Search:

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Table, known_to, number, sd, table
+from fmu_models.base.table import Column, Table, known_to, number, sd, table
 from identification.calibration.conclude import MISTRUSTED
-from identification.calibration.result import Calibration
+from identification.calibration.follow import FollowedLog
+from identification.calibration.result import Calibration, SeriesResidual
+from identification.inference.whiteness import COLOURED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from rich.console import Group
+
+WORSE = 1.5  # times what is left in the calibration: a log that is followed less well
 
 
 def calibration_report(found: Calibration) -> Group:
     """Everything that a calibration says."""
     from rich.console import Group
 
-    notes = [*found.directions, *_minima(found), *found.warnings]
-    parts = [values_table(found), residuals_table(found), plain(_meaning(found))]
-    return Group(plain(found.title, "bold"), *parts, *(plain(f"- {note}") for note in notes))
+    parts = [values_table(found), residuals_table(found.residuals), plain(meaning(found))]
+    return Group(plain(found.title, "bold"), *parts, *(plain(f"- {note}") for note in verdicts(found)))
+
+
+def verdicts(found: Calibration) -> list[str]:
+    """What the logs leave open, other minima, warnings."""
+    return [*found.directions, *_minima(found), *found.warnings]
 
 
 def values_table(found: Calibration) -> Table:
@@ -44,7 +53,7 @@ def values_table(found: Calibration) -> Table:
     return table("Values", ["of", "value", "sd", "from", "to (95 %)", "unit", "first"], rows)
 
 
-def residuals_table(found: Calibration) -> Table:
+def residuals_table(residuals: Sequence[SeriesResidual]) -> Table:
     """What is left of each series."""
     rows = [
         [
@@ -53,12 +62,51 @@ def residuals_table(found: Calibration) -> Table:
             number(one.samples, "d"),
             number(one.rms, ".4g"),
             one.unit,
+            number(None if one.share is None else 100 * one.share, ".3g"),
             number(one.autocorrelation, ".2f"),
+            number(one.chance, ".2g"),
             number(one.order, "d"),
         ]
-        for one in found.residuals
+        for one in residuals
     ]
-    return table("Residuals", ["log", "variable", "samples", "rms", "unit", "neighbours", "AR order"], rows)
+    columns = ["log", "variable", "samples", "rms", "unit", Column("of the motion", "%", spare=2)]
+    columns += ["neighbours", Column("white by chance (Ljung-Box)", spare=1), Column("AR order", spare=3)]
+    return table("Residuals", columns, rows)
+
+
+def followed_sentences(found: Calibration, followed: Sequence[FollowedLog]) -> list[str]:
+    """How well logs are followed, against what is left of those that were calibrated with."""
+    fitted: dict[str, float] = {}
+    for line in found.residuals:
+        if not line.held_out:
+            fitted[line.variable] = max(fitted.get(line.variable, 0.0), line.rms)
+    sentences = []
+    for one in followed:
+        windows = "" if len(one.begins) == 1 else f" in {len(one.begins)} runs within the horizon"
+        for line in one.residuals:
+            motion = "" if line.share is None else f", {100 * line.share:.2g} % of its motion"
+            text = f"{line.log}: '{line.variable}' is followed to {line.rms:.3g} {line.unit} rms{motion}{windows}"
+            ratio = line.rms / fitted[line.variable] if fitted.get(line.variable) else None
+            if ratio is None:
+                text += "; the calibration did not measure it."
+            elif ratio > WORSE:
+                text += f": {ratio:.2g} times what it left in the calibration. The model or its parameters differ here."
+            else:
+                text += f", {ratio:.2g} times what it left in the calibration."
+            if line.chance < COLOURED:
+                text += f" What is left is coloured (neighbours {line.autocorrelation:+.2f})."
+            sentences.append(text)
+    return [*sentences, *(note for one in followed for note in one.notes)]
+
+
+def followed_report(found: Calibration, followed: Sequence[FollowedLog]) -> Group:
+    """Logs beside the calibrated model."""
+    from rich.console import Group
+
+    lines = residuals_table([line for one in followed for line in one.residuals])
+    return Group(
+        plain(found.title, "bold"), lines, *(plain(f"- {text}") for text in followed_sentences(found, followed))
+    )
 
 
 def _minima(found: Calibration) -> list[str]:
@@ -71,7 +119,7 @@ def _minima(found: Calibration) -> list[str]:
     return [f"Other minima within a tenth of the least misfit: {'; '.join(others)}."]
 
 
-def _meaning(found: Calibration) -> str:
+def meaning(found: Calibration) -> str:
     whitened = any(one.order for one in found.residuals)
     ratio = f"{found.inflation:.2g} times as large at most"
     if found.inflation > MISTRUSTED:

@@ -44,6 +44,13 @@ def machine_citations(fit: MachineFit) -> list[str]:
     return [program, BY_METHOD[fit.method], base, BY_COVARIANCE["hac"]]
 
 
+def calibration_citations() -> list[str]:
+    """One sentence each: this program, and where the methods are from."""
+    program = f"stickslip {version()}, calibration of models with events from measured series."
+    whitening = "P. J. Brockwell, R. A. Davis, Time Series: Theory and Methods (1991): whitening by autoregressions."
+    return [program, BY_ESTIMATOR["shooting"], whitening, BY_COVARIANCE["hac"]]
+
+
 def citations(fit: FrictionFit) -> list[str]:
     """One sentence each: this program, the rig, and where the methods are from."""
     found = [f"stickslip {version()}, identification of friction laws from rig logs.", RIG]

@@ -10,18 +10,22 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.unit_names import conversion
+from fmu_models.simulation.measured import ROLES, UNSTATED, Instrument
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.table import Table
 from rig_io.logs.text_layout import unit_like
+from rig_io.packages.instruments import INSTRUMENT_KEYS, instrument_of
 
 # what the reference of the manual says of each key of a field
 FIELD_KEYS = {
     "name": "in the file",
-    "role": "what the column is, as listed below; null: it is not to be read; its name is its role if left out",
+    "role": "what the column is, as listed below; for a model `input`, `measured` or `event` (times at which the "
+    "contact `variable` began to touch or to slip); null: it is not to be read; its name is its role if left out",
     "unit": "of the column; that which the file states if left out",
     "header_unit": "which the file states, and which `unit` overrules",
     "file": "that it stands in, where the log has several",
     "variable": "of a model that the column measures; its name if left out",
+    **INSTRUMENT_KEYS,
     "hold": "as an input of a model: true where a value holds until the next one; straight lines if left out",
     "guessed": "what of it nobody has confirmed, and why it was guessed",
 }
@@ -30,7 +34,7 @@ COUNT_UNITS = ("", "1", "-", "count", "counts", "pulses")
 
 @dataclass(frozen=True)
 class Field:
-    """One column as described; role: None where it is not to be read."""
+    """One column as described; role: of a rig, None where a rig's log does not read it."""
 
     name: str
     role: str | None
@@ -41,6 +45,7 @@ class Field:
     guessed: tuple[str, ...] = ()
     variable: str | None = None
     hold: bool = False
+    instrument: Instrument = UNSTATED
 
 
 def files_of(resource: Mapping[str, Any]) -> tuple[str, ...]:
@@ -78,8 +83,9 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
     name = str(entry["name"])
     explicit = "role" in entry
     role = entry["role"] if explicit else name if name in COLUMNS else None
-    if role is not None and role not in COLUMNS:
-        raise StickslipError(f"{where}: column '{name}' has the unknown role {role!r}.{nearest(str(role), COLUMNS)}")
+    if role is not None and role not in (*COLUMNS, *ROLES):
+        near = nearest(str(role), (*COLUMNS, *ROLES))
+        raise StickslipError(f"{where}: column '{name}' has the unknown role {role!r}.{near}")
     guesses = entry.get("guessed", {})
     unit, header, file, variable = (entry.get(key) for key in ("unit", "header_unit", "file", "variable"))
     hold = entry.get("hold", False)
@@ -87,7 +93,7 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
         raise StickslipError(f"{where}: \"hold\" of column '{name}' is {hold!r}; expected true or false.")
     return Field(
         name,
-        role,
+        None if role in ROLES else role,
         None if unit is None else str(unit),
         None if header is None else str(header),
         None if file is None else str(file),
@@ -95,6 +101,7 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
         tuple(str(key) for key in guesses) if isinstance(guesses, dict) else (),
         None if variable is None else str(variable),
         hold,
+        instrument_of(entry, where),
     )
 
 

@@ -39,6 +39,7 @@ def read_measured(path: Path) -> MeasuredLog:
         {name: unit for name, unit in table.units.items() if name != clock},
         frozenset(field.name for field in fields if field.hold),
         {field.name: field.variable for field in fields if field.variable},
+        {field.name: field.instrument for field in fields},
         table.place,
     )
 

@@ -57,6 +57,14 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     assert (starts["a0"], starts["k"]) == pytest.approx((values["a0"]["value"], values["k"]["value"]), rel=1e-15)
     assert stickslip("apply", result, "-o", tmp_path / "belt.ssv").code == 0
     assert 'name="k"' in (tmp_path / "belt.ssv").read_text()
+    compared = stickslip("compare", result, log, "--figure", tmp_path / "c.svg", "--json")
+    (one,) = compared.json["logs"]
+    assert one["residuals"][0]["rms"] == pytest.approx(5e-3, rel=0.15) and not one["residuals"][0]["held_out"]
+    assert (tmp_path / "c.svg").stat().st_size > 1000
+    assert stickslip("report", result, log, "-o", tmp_path / "r.html").code == 0
+    assert "run.csv" in (tmp_path / "r.html").read_text()
+    refused = stickslip("compare", result, log, "--scene", "a.toml")
+    assert refused.code == 2 and "that of any model; --scene: for that of a rig or a machine" in refused.err
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,16 @@ CASES = {
         ("apply", "FILE", "-o", "model.ssv"),
         lambda path, **how: calibrated_fmu(read_calibration(path), **how),
     ),
+    "calibration, beside logs": Case(
+        lambda code: json.dumps({**CALIBRATION, "declaration": code}),
+        ("compare", "FILE", str(RIGS)),
+        lambda path, **how: calibrated_fmu(read_calibration(path), **how),
+    ),
+    "calibration, page": Case(
+        lambda code: json.dumps({**CALIBRATION, "declaration": code}),
+        ("report", "FILE", str(RIGS)),
+        lambda path, **how: calibrated_fmu(read_calibration(path), **how),
+    ),
     "scene, model": Case(lambda code: scene(model=code), ("scene", "FILE"), read_scene, "document.toml"),
     "scene, law": Case(lambda code: scene(law=code), ("simulate", "FILE"), read_scene, "document.toml"),
     "scene, kind": Case(lambda code: scene(kind=code), ("basins", "FILE"), explore, "document.toml"),

@@ -1,0 +1,161 @@
+"""The page of a calibration: values, logs beside the model, and the model with sliders within the intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.explorer.module import check
+from fmu_models.explorer.page import explored
+from fmu_models.explorer.subject import Subject
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.signal import Signal
+from identification.calibration.follow import FollowedLog, follow
+from identification.calibration.log import ModelLog
+from identification.calibration.result import Calibration
+from identification.report.calibration_figures import followed_figure
+from identification.report.calibration_summary import (
+    followed_sentences,
+    meaning,
+    residuals_table,
+    values_table,
+    verdicts,
+)
+from identification.report.citations import calibration_citations
+from identification.report.page import Findings, Section, bullets, drawing, paragraph, warned
+
+BESIDE = (
+    "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
+    "local parabolas of the measured and of the modelled samples. Start states alone were found for each log."
+)
+LIVE = (
+    "The calibrated model runs here from the start of the first log. Sliders of what was sought move within the 95 % "
+    "intervals; other values can be entered."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationFindings(Findings):
+    """What the report of a calibration is made of. followed: logs beside it; live: the model in a frame (empty: none);
+    notes: what could not be shown, and why."""
+
+    calibration: Calibration
+    followed: Sequence[FollowedLog]
+    live: str = ""
+    notes: Sequence[str] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The data of the report, plain values."""
+        return {
+            "calibration": self.calibration.to_dict(),
+            "logs": [one.to_dict() for one in self.followed],
+            "notes": list(self.notes),
+        }
+
+    def title(self) -> str:
+        """That of the model."""
+        return self.calibration.title
+
+    def about(self) -> str:
+        """How many values, and how."""
+        return f"{len(self.calibration.parameters)} values, calibrated by a {self.calibration.method}"
+
+    def citations(self) -> list[str]:
+        """The program, and where the methods are from."""
+        return calibration_citations()
+
+    def summary(self) -> list[str]:
+        """Values, what is least known, how logs are followed."""
+        found = self.calibration
+        known = [one for one in found.parameters if one.standard_deviation is not None]
+        sentences = [f"{len(found.parameters)} values of {found.model} were found in {', '.join(found.logs)}."]
+        if known:
+            worst = max(known, key=lambda one: (one.standard_deviation or 0.0) / max(abs(one.value), 1e-300))
+            sd = worst.standard_deviation or 0.0
+            unit = "" if worst.unit in ("", "1") else f" {worst.unit}"
+            sentences.append(f"Least well known is {worst.name}: {worst.value:.4g} +- {sd:.2g}{unit}.")
+        sentences += followed_sentences(found, self.followed)
+        count = len(verdicts(found))
+        verdict = {0: "There are no verdicts against it.", 1: "There is one verdict (below)."}
+        return [*sentences, verdict.get(count, f"{count} verdicts (below).")]
+
+    def values(self) -> list[str]:
+        """Parameters and start states, what their intervals rest on, verdicts."""
+        found = self.calibration
+        return [values_table(found).html(), paragraph(meaning(found), "about"), *warned("Verdicts", verdicts(found))]
+
+    def sections(self) -> list[Section]:
+        """Logs beside the model, the model with sliders, residuals of the calibration, the model."""
+        found, sections = self.calibration, []
+        if self.followed:
+            lines = residuals_table([line for one in self.followed for line in one.residuals])
+            parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
+            sections.append(Section("logs", "Logs beside the model", parts))
+        if self.live:
+            sections.append(Section("live", "The model, moved", [paragraph(LIVE), self.live]))
+        sections.append(Section("residuals", "What the calibration left", [residuals_table(found.residuals).html()]))
+        where = f"Declared in {found.declaration}." if found.declaration else "Declared in a program."
+        held = ", ".join(f"{name} = {value:g}" for name, value in found.held.items())
+        notes = [where, *([f"Held: {held}."] if held else []), *self.notes]
+        return [*sections, Section("model", "The model", [bullets(notes)])]
+
+
+def calibration_findings(
+    calibration: Calibration,
+    fmu: Fmu,
+    logs: Sequence[ModelLog],
+    *,
+    interactive: bool = False,
+    progress: Callable[[float], None] = lambda _: None,
+) -> CalibrationFindings:
+    """Everything that is in the report of a calibration; what cannot be had is left out with a note.
+
+    logs: that took part, or others; interactive: the model with sliders.
+
+    Raises:
+        StickslipError: as in `follow`.
+    """
+    followed = []
+    for number, log in enumerate(logs):
+        followed.append(follow(calibration, fmu, log))
+        progress(0.8 * (number + 1) / len(logs))
+    live, notes = _live(calibration, fmu, followed) if interactive else ("", [])
+    return CalibrationFindings(calibration, followed, live, notes)
+
+
+def _live(calibration: Calibration, fmu: Fmu, followed: Sequence[FollowedLog]) -> tuple[str, list[str]]:
+    """The model in a frame, as it ran along the first log, and what the frame leaves out."""
+    values = {**calibration.held, **calibration.values_in(calibration.logs[0])}
+    until, notes = None, []
+    if followed:
+        first = followed[0]
+        until = float(first.log.time[-1] - first.log.time[0])
+        values |= {name.removesuffix("(0)"): value for name, value in first.starts.items()}
+        for name, signal in first.log.inputs.items():
+            moving = isinstance(signal, Signal)
+            values[name] = float(signal.piece(np.array([first.log.time[0]]))[0][0]) if moving else float(signal)
+            notes += [f"'{name}' varies over time in the log; the moved model holds its first value."] if moving else []
+    ranges = {
+        one.name: ends
+        for one in calibration.parameters
+        if one.name in fmu.parameters and np.isfinite(ends := calibration.interval(one.name)).all()
+    }
+    subject = Subject(
+        fmu=fmu,
+        model=calibration.declaration,
+        arguments="",
+        values={name: value for name, value in values.items() if name in fmu.variables},
+        until=until,
+        contacts=None,
+        laws={},
+        ranges=ranges,
+    )
+    try:
+        check(fmu)
+        return explored(subject)._repr_html_(), notes
+    except StickslipError as error:
+        return "", [f"The model does not move here: {error}"]

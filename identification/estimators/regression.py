@@ -147,14 +147,14 @@ class Regression:
 
 @dataclass(frozen=True, eq=False)
 class RegressionProblem(FrictionProblem):
-    """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
-    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
+    """A regression and a law. ``rebuild`` makes the equations with other constants (relative changes by name, gain
+    among them; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
     deviation of the zero of an encoder."""
 
     law: FittableLaw
     regression: Regression
     held: tuple[Prior, ...] = ()
-    again: Callable[[Mapping[str, float]], Regression] | None = None
+    rebuild: Callable[[Mapping[str, float]], Regression] | None = None
     terms: tuple[DisturbanceTerm, ...] = ()
     drawn: int = 0
     zero: float = 0.0
@@ -163,7 +163,7 @@ class RegressionProblem(FrictionProblem):
 
     def __getstate__(self) -> dict[str, object]:
         """State for another process, which solves these equations and builds no others."""
-        return {**self.__dict__, "again": None}
+        return {**self.__dict__, "rebuild": None}
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # of the law
@@ -199,9 +199,9 @@ class RegressionProblem(FrictionProblem):
 
     def resampled(self, clusters: np.ndarray) -> RegressionProblem:
         """As in `Problem`."""
-        rebuild = self.again
+        rebuild = self.rebuild
         rebuilt = None if rebuild is None else lambda moved: rebuild(moved).of(clusters)
-        return replace(self, regression=self.regression.of(clusters), again=rebuilt)
+        return replace(self, regression=self.regression.of(clusters), rebuild=rebuilt)
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction of the equations, without what disturbances change."""
@@ -226,7 +226,7 @@ class RegressionProblem(FrictionProblem):
 
     def with_held(self, priors: tuple[Prior, ...]) -> RegressionProblem:
         """The same problem with equations that are built anew."""
-        rebuild = self.again
+        rebuild = self.rebuild
         if rebuild is None:
             return replace(self, held=priors)
         base = {new.name: new.value / old.value - 1 for new, old in zip(priors, self.held, strict=True)}
@@ -234,7 +234,7 @@ class RegressionProblem(FrictionProblem):
         def moved(by: Mapping[str, float]) -> Regression:
             return rebuild({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
 
-        return replace(self, held=priors, regression=moved({}), again=moved)
+        return replace(self, held=priors, regression=moved({}), rebuild=moved)
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Slopes from the difference of the equations with moved constants, whitened as these. Constants that scale the
@@ -242,18 +242,18 @@ class RegressionProblem(FrictionProblem):
         constants = {prior.name for prior in self.held}
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
         raw = self._model(self.regression, x) - self.regression.measured
-        if self.again is None:
+        if self.rebuild is None:
             return {}
         slopes = {}
         for name, step in steps.items():
-            variant = self.again({name: step})
+            variant = self.rebuild({name: step})
             moved = self._model(variant, x) - variant.measured
             louder = variant.noise / self.regression.noise if name in constants else 1.0
             slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
         if self.drawn:
-            others = [self.again({"lines": draw}) for draw in range(self.drawn)] + [self.again({"zero": self.zero})]
+            others = [self.rebuild({"lines": draw}) for draw in range(self.drawn)] + [self.rebuild({"zero": self.zero})]
             moved = np.stack([self._model(variant, x) - variant.measured - raw for variant in others], axis=1)
             moved[:, : self.drawn] /= np.sqrt(self.drawn)
             slopes["lines"] = self.regression.whitened(moved)
@@ -301,12 +301,12 @@ def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, 
     """
     period = ready.natural_period
 
-    def again(moved: Mapping[str, float]) -> Regression:
+    def build(moved: Mapping[str, float]) -> Regression:
         return replace(equations(*ready.moved(moved, window * period), period), workers=options.workers)
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
+    problem = RegressionProblem(law, build({}), ready.priors, build, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
     check_directions(law, problem.regression.sign)
     return problem

@@ -328,15 +328,15 @@ def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:
 def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> JointProblem:
     period = ready.natural_period
 
-    def again(moved: Mapping[str, float]) -> JointRegression:
+    def build(moved: Mapping[str, float]) -> JointRegression:
         return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
-    these = again({})
+    these = build({})
     return JointProblem(
         law,
         these,
         ready.priors,
-        again,
+        build,
         drawn=ready.drawn,
         zero=loose(ready),
         guess=first_guess(these, law) if guess is None else guess,

@@ -209,7 +209,7 @@ def _under(base: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
     if isinstance(base.problem, ShootingProblem):
         return under(base.problem, base.solution.values, law, q)
     if type(base.problem) is RegressionProblem:
-        return replace(base.problem, law=law, again=None)
+        return replace(base.problem, law=law, rebuild=None)
     raise StickslipError("Laws are compared on logs of one driving disc. Fit the logs of each disc by itself.")
 
 

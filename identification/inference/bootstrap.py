@@ -33,12 +33,12 @@ SEARCH = 1e-6  # relative, of each draw's search: far below the spread of the dr
 class Draws:
     """Estimates from resampled blocks.
 
-    values: (k, m) of all unknowns; asked: draws that were to be made; failed: those without a fit; interrupted: whether
-    the rest was left out; blocks: G/(G - 1) of the clusters of a log, by which a drawn variance is too small.
+    values: (k, m) of all unknowns; requested: number of draws asked for; failed: those without a fit; interrupted:
+    whether the rest was left out; blocks: G/(G - 1) of the clusters of a log, by which a drawn variance is too small.
     """
 
     values: np.ndarray
-    asked: int
+    requested: int
     failed: int
     interrupted: bool
     blocks: float
@@ -58,7 +58,7 @@ class Draws:
         """Warnings of missing draws."""
         warnings = []
         if self.interrupted:
-            warnings.append(f"The bootstrap was stopped: {len(self.values)} of {self.asked} draws count.")
+            warnings.append(f"The bootstrap was stopped: {len(self.values)} of {self.requested} draws count.")
         if self.failed > 0.05 * (len(self.values) + self.failed):
             warnings.append(
                 f"{self.failed} of {len(self.values) + self.failed} draws of the bootstrap could not be fitted: the "

@@ -215,9 +215,9 @@ class Target:
         self.least = point.sum
         self.noise = 1.0 if problem.noise_known else point.sum / (len(point.residual) - point.eliminated - len(self.at))
         precision = prior_precision(problem)
-        self.known = np.diag(precision)
+        self.precision = np.diag(precision)
         self.prior = np.array([0.0 if u.prior is None else u.prior.value for u in problem.unknowns])
-        self.flat = self.known == 0.0
+        self.flat = self.precision == 0.0
         curvature = point.gradient.T @ point.gradient / self.noise
         self.stretch = _stretch(curvature, self.flat, covariance)
         low, high = problem.limits
@@ -236,7 +236,7 @@ class Target:
             total = (self.squares(stretched) - self.least) / self.noise
         except StickslipError:
             return -np.inf
-        total += float(self.known @ (x - self.prior) ** 2)
+        total += float(self.precision @ (x - self.prior) ** 2)
         total += self.readings.squares(x)
         return -0.5 * total if np.isfinite(total) else -np.inf
 

@@ -165,7 +165,7 @@ def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[Motion, ...]:
     Raises:
         StickslipError: none of its samples is fast enough.
     """
-    motions = tuple(piece for candidate in prepared.pieces if len((piece := _motion(recipe, prepared, candidate)).kept))
+    motions = tuple(piece for raw in prepared.pieces if len((piece := _motion(recipe, prepared, raw)).indices))
     if not motions:
         raise StickslipError(f"{prepared.source}: no sample is as fast as 'least_speed' of {recipe.name}. Lower it.")
     return motions

@@ -338,10 +338,10 @@ def _band(pieces: Sequence[Motion], cutoff: float) -> Band:
     is taken off."""
     from scipy.signal import periodogram
 
-    step = float(np.diff(pieces[0].time[pieces[0].kept[:2]])[0])
+    step = float(np.diff(pieces[0].time[pieces[0].indices[:2]])[0])
     spectra = [periodogram(piece.thinned(piece.velocity), 1 / step, window="hann", axis=0) for piece in pieces]
     frequency = np.concatenate([grid for grid, _ in spectra])
-    power = np.concatenate([density * len(piece.kept) for piece, (_, density) in zip(pieces, spectra, strict=True)])
+    power = np.concatenate([density * len(piece.indices) for piece, (_, density) in zip(pieces, spectra, strict=True)])
     order = np.argsort(frequency)
     order = order[frequency[order] < NOISY[1] * cutoff]
     frequency, power = frequency[order], power[order]

@@ -35,7 +35,7 @@ Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
-    the efforts; log: number of its log; smooth: the second low-pass; kept: (k,) the thinned samples; weight: (n,
+    the efforts; log: number of its log; smooth: the second low-pass; indices: (k,) of the thinned samples; weight: (n,
     joints)."""
 
     log: int
@@ -47,16 +47,16 @@ class Motion:
     effort: np.ndarray
     weight: np.ndarray
     smooth: Smooth
-    kept: np.ndarray
+    indices: np.ndarray
 
     def thinned(self, values: np.ndarray) -> np.ndarray:
         """Values (n, ...) after the second low-pass at the thinned samples, (k, ...)."""
-        return self.smooth(values)[self.kept]
+        return self.smooth(values)[self.indices]
 
     @property
     def span(self) -> slice:
         """From the first used sample to the last."""
-        return slice(int(self.kept[0]), int(self.kept[-1]) + 1)
+        return slice(int(self.indices[0]), int(self.indices[-1]) + 1)
 
 
 @dataclass(frozen=True, eq=False)

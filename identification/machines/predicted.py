@@ -58,11 +58,11 @@ def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequ
     modelled, dry = rows.given + rows.columns @ values, rows.columns @ (values * friction)
     predictions, start = [], 0
     for piece in pieces:
-        end = start + len(piece.kept) * len(fit.joints)
+        end = start + len(piece.indices) * len(fit.joints)
         velocity, measured, model, force = (
             values[start:end].reshape(len(fit.joints), -1).T for values in (rows.speed, rows.effort, modelled, dry)
         )
-        predictions.append(Predicted(logs[piece.log], piece.time[piece.kept], velocity, measured, model, force))
+        predictions.append(Predicted(logs[piece.log], piece.time[piece.indices], velocity, measured, model, force))
         start = end
     return predictions
 

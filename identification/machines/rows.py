@@ -85,7 +85,7 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
     used = base.places if base.given is None else [*base.places, base.given]
     matrix = stacked(pieces, lambda p: regressor(p.position, p.velocity, p.acceleration)[:, :, used])
     columns, offset = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
-    each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
+    each = [np.broadcast_to(np.arange(joints), (len(piece.indices), joints)) for piece in pieces]
     return Rows(
         tuple(
             Unknown(parameter.name, parameter.unit, description=parameter.combination) for parameter in base.parameters
@@ -98,14 +98,14 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
         in_rows(each),
         in_rows([np.full_like(joint, piece.log) for joint, piece in zip(each, pieces, strict=True)]),
         in_rows([np.broadcast_to(block[:, None], (len(block), joints)) for block in _blocks(pieces)]),
-        in_rows([piece.weight[piece.kept] for piece in pieces]),
+        in_rows([piece.weight[piece.indices] for piece in pieces]),
         np.ones(joints),
     )
 
 
 def _blocks(pieces: Sequence[Motion]) -> list[np.ndarray]:
     """24th of its log of each thinned sample (k,), counted on from log to log."""
-    counts = [len(piece.kept) for piece in pieces]
+    counts = [len(piece.indices) for piece in pieces]
     blocks = []
     for number, piece in enumerate(pieces):
         mine = [index for index, sibling in enumerate(pieces) if sibling.log == piece.log]

@@ -170,7 +170,7 @@ class _Experiments:
         self.model = fitted_model(fit)
         by = (*(f"{name}{self.disc}" for name in law.names), *STARTS)
         self.run = SensitiveRun(self.model.fmu, by=by, recorded=STARTS)
-        self.kept: dict[tuple[float, float], _Seen] = {}
+        self.seen: dict[tuple[float, float], _Seen] = {}
 
     def __enter__(self) -> _Experiments:
         return self
@@ -180,9 +180,9 @@ class _Experiments:
 
     def stick_slip(self, w: float, N: float) -> _Seen:
         """The information of the slip segments at this drive speed and load."""
-        if (w, N) not in self.kept:
-            self.kept[w, N] = self._stick_slip(w, N)
-        return self.kept[w, N]
+        if (w, N) not in self.seen:
+            self.seen[w, N] = self._stick_slip(w, N)
+        return self.seen[w, N]
 
     def _stick_slip(self, w: float, N: float) -> _Seen:
         nothing, rig = np.zeros((len(self.law.parameters),) * 2), self.rig

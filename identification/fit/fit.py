@@ -12,6 +12,7 @@ from identification.disturbances.term import DisturbanceTerm
 from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
 from identification.fit.causes import WIDER, asked_for, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
@@ -19,6 +20,8 @@ from identification.fit.law_spread import MODES, causes_beside_law, contest, wit
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
+from identification.free_friction.curve import free_friction
+from identification.free_friction.result import FreeFriction
 from identification.inference.choice import Inference
 from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
 from identification.inference.lmfit_exchange import given
@@ -93,7 +96,18 @@ def fit_friction(
         terms_of(ready, named)  # names are judged before the work
         fit = work.with_causes(named)
     given_logs = [motion.log for motion in logs.motions] if isinstance(logs, Pool) else logs
-    return replace(fit, recorded=tuple(given_logs))
+    return replace(fit, recorded=tuple(given_logs), free=_curve(fit))
+
+
+def _curve(fit: FrictionFit) -> FreeFriction | None:
+    """Friction free of any law on the slips of a fit, where they tell it."""
+    solved = fit.solved
+    if fit.interrupted or solved is None or not isinstance(solved.problem, ShootingProblem):
+        return None
+    try:
+        return free_friction(solved.problem, solved.solution.values)
+    except (StickslipError, KeyboardInterrupt):
+        return None
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ from identification.fit.parts import (
     SpeedBin,
     StatedConstant,
 )
+from identification.free_friction.result import FreeFriction
 from identification.inference.defaults import COVARIANCE
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
@@ -81,7 +82,8 @@ class FrictionFit(Moving):
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
-    that of the fit, itself among them, empty where none were; posterior: where it was sampled.
+    that of the fit, itself among them, empty where none were; posterior: where it was sampled; free: friction over slip
+    speed without any law, where the slips of one disc tell it.
     solved: the problem behind it, None in a fit that was read back; recorded: its logs, beside which a notebook shows
     the model live; no file keeps them.
     """
@@ -119,6 +121,7 @@ class FrictionFit(Moving):
     contradictions: tuple[StatedConstant, ...] = ()
     rivals: tuple[RivalLaw, ...] = ()
     posterior: Posterior | None = None
+    free: FreeFriction | None = None
     solved: Solved | None = field(default=None, repr=False, compare=False)
     recorded: tuple[RigLog, ...] = field(default=(), repr=False, compare=False)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from identification.inference.uncertainty import LAG_RULE
+from identification.report.friction_figure import fitted_law
 from identification.report.tables import (
     constants_table,
     correlation_table,
@@ -41,6 +42,7 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     tables += [velocity_table(fit)] if "velocity_gain" in fit.sensors else []
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
     said += [fit.words_of_law]
+    said += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []
     said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
     warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
     return Group(*tables, *map(Text, said), *warnings)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from identification.estimators.savitzky_golay import FrictionSamples
     from identification.fit.result import FrictionFit
+    from identification.free_friction.result import FreeFriction
 
 # colours of Okabe and Ito, told apart by colour-blind readers
 MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
@@ -63,6 +64,8 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     speed = 1.05 * np.linspace(least, float(samples.slip.max()), 300)
     above.plot(speed, law(speed), color="black", linewidth=1.8, label=f"{fit.law} law, {fit.estimator}")
     below.axhline(0.0, color="black", linewidth=1.2)
+    if fit.free:
+        _draw_free(above, below, fit.free, law)
     bins = [b for b in fit.bins if b.contact == contact and b.standard_error is not None]
     if bins:
         below.errorbar(
@@ -90,6 +93,18 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     for axes in (above, below):
         axes.grid(alpha=0.25)
     above.set_title(_values_in_words(fit, contact), fontsize="medium")
+
+
+def _draw_free(above: Axes, below: Axes, free: FreeFriction, law: Callable[[np.ndarray], np.ndarray]) -> None:
+    """The curve that is free of any law, and the band in which all of its form lies, where slips were seen."""
+    speed, curve = np.array(free.speed), np.array(free.coefficient)
+    seen, reach = speed >= free.least, free.simultaneous * np.array(free.form_deviation)
+    label = "free of any law, 95 % band of the whole form"
+    style = {"facecolor": "#f0a0c0", "edgecolor": "#a04070", "alpha": 0.5, "hatch": "////", "linewidth": 0.8}
+    for axes, off in ((above, np.zeros(len(speed))), (below, law(speed))):
+        middle = (curve - off)[seen]
+        axes.fill_between(speed[seen], middle - reach[seen], middle + reach[seen], label=label, zorder=3, **style)
+        axes.plot(speed[seen], middle, color="#a04070", linestyle="--", linewidth=1.0, zorder=4)
 
 
 def _values_in_words(fit: FrictionFit, contact: str) -> str:

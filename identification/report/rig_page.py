@@ -148,14 +148,17 @@ def _summary(findings: RigFindings) -> list[str]:
 def _friction_sections(findings: RigFindings) -> list[Section]:
     if findings.samples is None:
         return []
-    from identification.report.friction_figure import friction_figure
+    from identification.report.friction_figure import fitted_law, friction_figure
 
     caption = (
         "Friction coefficient against slip speed: local values from the measured motion (marks by log), the fitted law "
-        "(line); below, what is left, with the means that the estimator used."
+        "(line), and the curve that is free of any law (hatched band); below, what is left, with the means that the "
+        "estimator used."
     )
-    figure = friction_figure(findings.fit, findings.samples)
-    return [Section("law", "Friction law", [drawing(figure, "friction", caption)])]
+    fit = findings.fit
+    parts = [drawing(friction_figure(fit, findings.samples), "friction", caption)]
+    parts += [paragraph(fit.free.words(fitted_law(fit, fit.contacts[0])))] if fit.free else []
+    return [Section("law", "Friction law", parts)]
 
 
 def _residual_sections(findings: RigFindings) -> list[Section]:

@@ -27,7 +27,7 @@ PLACED = frozenset(
         *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
         *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
         *("causes", "plain", "constants_correlation", "contradictions", "rivals"),
-        "posterior",
+        *("posterior", "free"),
     }
 )
 

@@ -1,0 +1,101 @@
+"""Friction over slip speed as slips tell it, without a law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from fmu_models.base.columns import frame_of
+from fmu_models.base.digits import value_with_sd
+from fmu_models.base.shown import Shown
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Where a law leaves the band of the curve: from and to, m/s, and its greatest distance there, relative."""
+
+    low: float
+    high: float
+    share: float
+
+    def __str__(self) -> str:
+        return f"by {100 * self.share:+.2g} % from {self.low:.3g} to {self.high:.3g} m/s"
+
+
+@dataclass(frozen=True)
+class FreeFriction(Shown):
+    """Friction coefficient over slip speed, of no law.
+
+    Attributes:
+        speed: m/s, from rest to the greatest seen.
+        coefficient: 1, of friction at these.
+        form_deviation: 1, of the form, with the constants of the rig as they are.
+        deviation: 1, with what is known of the constants.
+        simultaneous: deviations within which the whole curve lies, with a probability of 95 %.
+        least: m/s, the least slip speed seen; the band opens below.
+        unexplained: deviation of the friction coefficient, within slips, that no term explains.
+        misfit: sum of squares over the count of samples, 1 where nothing but noise is left.
+    """
+
+    speed: tuple[float, ...]
+    coefficient: tuple[float, ...]
+    form_deviation: tuple[float, ...]
+    deviation: tuple[float, ...]
+    simultaneous: float
+    least: float
+    unexplained: float
+    misfit: float
+
+    COLUMNS: ClassVar = ("[speed]=speed", "coefficient", "form_deviation", "deviation")
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each speed: coefficient and its deviations."""
+        return frame_of(self)
+
+    def at(self, speed: np.ndarray) -> np.ndarray:
+        """Friction coefficient at slip speeds (n,), m/s, straight between those of the curve."""
+        return np.interp(speed, self.speed, self.coefficient)
+
+    def departures(self, law: Callable[[np.ndarray], np.ndarray]) -> list[Departure]:
+        """Where the form of a law leaves the band of the whole curve. Its level may be off by one factor, which is that
+        of the constants of the rig.
+
+        Args:
+            law: friction coefficient by slip speed (n,), m/s.
+        """
+        speed, curve, deviation = map(np.array, (self.speed, self.coefficient, self.form_deviation))
+        seen = speed >= self.least
+        weight = np.where(seen, deviation**-2, 0.0)
+        values = law(speed)
+        values = values * float(weight @ (values * curve)) / float(weight @ values**2)
+        outside = seen & (np.abs(values - curve) > self.simultaneous * deviation)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], outside.astype(int), [0]]))).reshape(-1, 2)
+        off = values / curve - 1
+        return [
+            Departure(self.speed[a], self.speed[b - 1], float(off[a + np.argmax(np.abs(off[a:b]))])) for a, b in edges
+        ]
+
+    def words(self, law: Callable[[np.ndarray], np.ndarray]) -> str:
+        """What is said of the curve, and of a law beside it."""
+        shown = np.geomspace(max(self.least, 1e-6), self.speed[-1], 4)
+        deviation = np.interp(shown, self.speed, self.deviation)
+        values = ", ".join(
+            f"{value_with_sd(float(value), float(sd))} at {speed:.3g} m/s"
+            for speed, value, sd in zip(shown, self.at(shown), deviation, strict=True)
+        )
+        departures = " and ".join(map(str, self.departures(law)))
+        text = f"Friction free of any law: {values}. "
+        text += f"The law departs from its form: {departures}." if departures else "The law keeps to its form."
+        if self.unexplained:
+            text += (
+                f" In slips a torque acts that nothing in the model explains, of {self.unexplained:.1g} in units of "
+                "friction; the deviations allow for it as far as it varies from slip to slip."
+            )
+        return text

@@ -1,0 +1,341 @@
+"""All slips of one driving disc at once: their motion under a free friction, and its derivatives.
+
+    theta'' = -(k/J) theta - (c/J) omega + (R N/J) (s mu(v) A + x(t)),    v = s (r w - R omega),
+    x(t) = sum_n x_n cos(n pi t/T), n = 0 .. 3
+
+s is the direction of slip, A the factor of disturbances, w the speed of the drive, T how long the slip lasts. x is what
+no term explains, in units of the friction coefficient: being part of the torque, and not of the residual, it holds the
+motion near the record however wrong the model is. Slips run side by side by the Runge-Kutta method of fourth order;
+theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's fundamental matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from identification.disturbances.term import DisturbanceTerm, Whereabouts, disturbed, misread
+from identification.estimators.regression import load_factor
+from identification.estimators.segment_runs import ShootingSegment
+from identification.free_friction.spline import SpeedSpline
+from identification.measurement.motion import drive_angle
+from identification.measurement.pooled import Pool, RigValues, rig_values
+
+STEPS = 160  # a natural period: an error of 1e-7 of the motion
+MODES = 4  # of what no term explains, in each slip
+STARTS = 2  # angle and speed, of each slip
+DIFFERENCE = 1e-6  # rad, rad/s
+
+
+@dataclass(eq=False)
+class Guess:
+    """Where a search is. coefficients: of the spline; starts (n_slips, STARTS): rad, rad/s; unexplained: (n_slips,
+    MODES); shared: logarithms of constants over their values, gain, delay, terms, by name."""
+
+    coefficients: np.ndarray
+    starts: np.ndarray
+    unexplained: np.ndarray
+    shared: dict[str, float] = field(default_factory=dict)
+
+    def moved(self, step: np.ndarray, local: np.ndarray, names: Sequence[str]) -> Guess:
+        """Another, with steps of coefficients and named values (m,) and of each slip (n_slips, STARTS + MODES)."""
+        count = len(self.coefficients)
+        values = {name: self.shared.get(name, 0.0) + float(s) for name, s in zip(names, step[count:], strict=True)}
+        return Guess(
+            self.coefficients + step[:count],
+            self.starts + local[:, :STARTS],
+            self.unexplained + local[:, STARTS:],
+            self.shared | values,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Whitened residuals of one slip (n,), and their derivatives by what is its own (n, STARTS + MODES) and by what all
+    share (n, m)."""
+
+    residual: np.ndarray
+    local: np.ndarray
+    shared: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Slips:
+    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the spline."""
+
+    ready: Pool
+    segments: tuple[ShootingSegment, ...]
+    spline: SpeedSpline
+    terms: tuple[DisturbanceTerm, ...]
+    names: tuple[str, ...]
+
+    @cached_property
+    def lasts(self) -> np.ndarray:
+        """(n_slips, 1) s."""
+        return np.array([[segment.time[-1] - segment.start_time] for segment in self.segments])
+
+    @cached_property
+    def count(self) -> int:
+        """Steps of each slip."""
+        return int(np.ceil(STEPS * float(self.lasts.max()) / self.ready.natural_period))
+
+    @cached_property
+    def sign(self) -> np.ndarray:
+        """Direction of slip (n_slips, 1)."""
+        return np.array([[float(segment.sign)] for segment in self.segments])
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """(n_slips, 2 count + 1) s, at the steps and halfway."""
+        begin = np.array([[segment.start_time] for segment in self.segments])
+        return begin + self.lasts * np.linspace(0, 1, 2 * self.count + 1)
+
+    @cached_property
+    def drive(self) -> np.ndarray:
+        """Speed of the drive (n_slips, 2 count + 1), rad/s."""
+        drives = [segment.drives[0] for segment in self.segments]
+        return np.array([np.interp(t, drive.time, drive.value) for t, drive in zip(self.time, drives, strict=True)])
+
+    @cached_property
+    def modes(self) -> np.ndarray:
+        """cos(n pi t/T) (MODES, 2 count + 1)."""
+        return np.cos(np.pi * np.arange(MODES)[:, None] * np.linspace(0, 1, 2 * self.count + 1))
+
+    @cached_property
+    def where(self) -> Whereabouts:
+        """Where and when friction acts, but for the angle of the body (n_slips, 2 count + 1)."""
+        motions = [self.ready.motions[segment.log] for segment in self.segments]
+        turned, load, share = [], [], []
+        for time, motion in zip(self.time, motions, strict=True):
+            disc = int(motion.log.contacts[0][-1])
+            turned.append(np.interp(time, motion.time, drive_angle(motion, disc)))
+            load.append(np.interp(time, motion.time, load_factor(motion, self.ready.values.N)))
+            share.append((time - motion.time[0]) / (motion.time[-1] - motion.time[0]) - 0.5)
+        log = np.array([[segment.log] for segment in self.segments]) + np.zeros((1, self.time.shape[1]))
+        return Whereabouts(np.array(turned), np.zeros(self.time.shape), np.array(share), log, np.array(load))
+
+    def rig(self, guess: Guess) -> RigValues:
+        """Constants of the rig at a guess."""
+        stated = {prior.name: prior.value for prior in self.ready.priors}
+        return rig_values({name: value * np.exp(guess.shared.get(name, 0.0)) for name, value in stated.items()})
+
+    def factor(self, guess: Guess, angle: np.ndarray, place: int | slice) -> tuple[np.ndarray, list[np.ndarray]]:
+        """A of disturbances at angles of the body, and its derivative by each term."""
+        values = np.array([guess.shared.get(term.name, 0.0) for term in self.terms])
+        return disturbed(self.terms, values, replace(self.where.map(lambda part: part[:, place]), angle=angle))
+
+    def acceleration(
+        self, guess: Guess, rig: RigValues, pieces: np.ndarray, place: int | slice, state: tuple[np.ndarray, np.ndarray]
+    ) -> np.ndarray:
+        """theta'' of angles and speeds, each (n_slips,) or (n_slips, n)."""
+        angle, speed = state
+        sign = self.sign[:, 0] if isinstance(place, int) else self.sign
+        friction = sign * self.spline.value(pieces, sign * (rig.r * self.drive[:, place] - rig.R * speed))
+        if self.terms:
+            friction = friction * self.factor(guess, angle, place)[0]
+        torque = rig.R * rig.N * (friction + guess.unexplained @ self.modes[:, place])
+        return (torque - rig.k * angle - rig.c * speed) / rig.J
+
+    def run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
+        """Angles and speeds (n_slips, count + 1), rad and rad/s."""
+        rig, pieces, step = self.rig(guess), self.spline.pieces(guess.coefficients), self.lasts[:, 0] / self.count
+        motion = np.empty((2, len(self.segments), self.count + 1))
+        angle, speed = motion[..., 0] = guess.starts.T
+        for number in range(self.count):
+            place = 2 * number
+            first = self.acceleration(guess, rig, pieces, place, (angle, speed))
+            speed2 = speed + 0.5 * step * first
+            second = self.acceleration(guess, rig, pieces, place + 1, (angle + 0.5 * step * speed, speed2))
+            speed3 = speed + 0.5 * step * second
+            third = self.acceleration(guess, rig, pieces, place + 1, (angle + 0.5 * step * speed2, speed3))
+            speed4 = speed + step * third
+            fourth = self.acceleration(guess, rig, pieces, place + 2, (angle + step * speed3, speed4))
+            angle = angle + step / 6 * (speed + 2 * speed2 + 2 * speed3 + speed4)
+            speed = speed + step / 6 * (first + 2 * second + 2 * third + fourth)
+            motion[..., number + 1] = angle, speed
+        return motion[0], motion[1]
+
+    def least(self, guess: Guess) -> float:
+        """The least slip speed of all, m/s."""
+        rig = self.rig(guess)
+        return float(np.min(self.sign * (rig.r * self.drive[:, ::2] - rig.R * self.run(guess)[1])))
+
+    def squares(self, guess: Guess) -> float:
+        """Sum of squares of the whitened residuals; infinite where no motion is."""
+        with np.errstate(all="ignore"):
+            angle, speed = self.run(guess)
+            if not np.isfinite(angle).all():
+                return float("inf")
+            return sum(
+                float(np.sum(segment.whitened((seen - segment.measured)[:, None]) ** 2))
+                for segment, seen in zip(self.segments, self._seen(guess, angle, speed), strict=True)
+            )
+
+    def rows(self, guess: Guess) -> list[Rows]:
+        """Residuals of all slips and their derivatives."""
+        angle, speed = self.run(guess)
+        along = _along(guess, self, angle, speed)
+        return [
+            Rows(
+                segment.whitened((seen - segment.measured)[:, None])[:, 0],
+                segment.whitened(self._columns(number, guess, along.local[:, number], (angle, speed), ())),
+                segment.whitened(self._columns(number, guess, along.shared[:, number], (angle, speed), self.names)),
+            )
+            for number, (segment, seen) in enumerate(zip(self.segments, self._seen(guess, angle, speed), strict=True))
+        ]
+
+    def _seen(self, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
+        """What the sensor would show in each slip (n,), m or rad."""
+        return [self._shown(number, guess, angle, speed)[0] for number in range(len(self.segments))]
+
+    def _shown(
+        self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]:
+        """What the sensor would show (n,), its derivative by the angle, speeds (n,), derivatives by sensors' terms."""
+        segment, shared = self.segments[number], guess.shared
+        at, share, step = self._between(number)
+        turned = _hermite(angle[number], speed[number], at, share, step)
+        turning = (1 - share) * speed[number, at] + share * speed[number, at + 1]
+        values = np.array([shared.get(term.name, 0.0) for term in self.terms])
+        log = self.ready.motions[segment.log].time
+        part = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
+        nothing = np.zeros(len(part))
+        misreading, slopes = misread(
+            self.terms, values, Whereabouts(nothing, turned, part, nothing + segment.log, nothing + 1.0)
+        )
+        turned = turned + misreading - shared.get("delay", 0.0) * turning
+        if not segment.laser:
+            return turned, np.ones(len(turned)), turning, slopes
+        lever = self.ready.values.R
+        relative = shared.get("gain", 0.0) + shared.get("laser", 0.0)
+        if self.ready.laser_alone:
+            relative -= shared.get("R", 0.0)
+        return lever * np.sin(turned) * (1 - relative), lever * np.cos(turned), turning, slopes
+
+    def _columns(
+        self,
+        number: int,
+        guess: Guess,
+        response: np.ndarray,
+        motion: tuple[np.ndarray, np.ndarray],
+        names: Sequence[str],
+    ) -> np.ndarray:
+        """Derivatives (n, m) of what the sensor shows from responses of the angle (m, count + 1); names: of the last of
+        them, which may move the sensor too."""
+        at, share, _ = self._between(number)
+        shown, slope, turning, misreadings = self._shown(number, guess, *motion)
+        columns = ((1 - share) * response[:, at] + share * response[:, at + 1]).T * slope[:, None]
+        if not names:
+            return columns
+        first = columns.shape[1] - len(names)
+        sensors = {"gain": -shown, "laser": -shown, "delay": -slope * turning}
+        if self.ready.laser_alone and self.segments[number].laser:
+            sensors["R"] = shown
+        sensors |= {
+            term.name: slope * misreading
+            for term, misreading in zip(self.terms, misreadings, strict=True)
+            if term.of_sensor
+        }
+        for place, name in enumerate(names):
+            if name in sensors:
+                columns[:, first + place] += sensors[name]
+        return columns
+
+    def _between(self, number: int) -> tuple[np.ndarray, np.ndarray, float]:
+        """Of a slip's samples: the step before each (n,), the share of the step that is gone, and its length, s."""
+        step = float(self.lasts[number, 0]) / self.count
+        place = (self.segments[number].time - self.segments[number].start_time) / step
+        at = np.clip(place.astype(np.intp), 0, self.count - 1)
+        return at, place - at, step
+
+
+@dataclass(frozen=True, eq=False)
+class _Along:
+    """Responses of the angle at the steps, by start and unexplained torque (STARTS + MODES, n_slips, count + 1), and by
+    spline and names (m, n_slips, count + 1)."""
+
+    local: np.ndarray
+    shared: np.ndarray
+
+
+def _along(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> _Along:
+    rig, pieces, steps = slips.rig(guess), slips.spline.pieces(guess.coefficients), slice(0, None, 2)
+
+    def acceleration(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        return slips.acceleration(guess, rig, pieces, steps, (angle, speed))
+
+    by_angle, by_speed = (
+        (acceleration(angle + one * DIFFERENCE, speed + other * DIFFERENCE)
+         - acceleration(angle - one * DIFFERENCE, speed - other * DIFFERENCE)) / (2 * DIFFERENCE)
+        for one, other in ((1, 0), (0, 1))
+    )  # fmt: skip
+    step = slips.lasts / slips.count
+    fundamental = _fundamental(by_angle, by_speed, step)
+    whole = np.linalg.det(fundamental)
+
+    def response(torque: np.ndarray) -> np.ndarray:
+        """Of the angle to an acceleration (n_slips, count + 1)."""
+        first, second = (
+            _integral(torque * part / whole, step) for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
+        )
+        return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
+
+    scale, drive = rig.R * rig.N / rig.J, slips.drive[:, steps]
+    slip = slips.sign * (rig.r * drive - rig.R * speed)
+    factor, by_term = slips.factor(guess, angle, steps)
+    basis, steep = slips.spline.basis(slip), slips.spline.basis(slip, 1) @ guess.coefficients
+    friction = slips.sign * (basis @ guess.coefficients)
+    torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
+    forces: Mapping[str, np.ndarray] = {
+        **{name: -rig.k / rig.J * angle for name in ("k", "k/J")},
+        **{name: -rig.c / rig.J * speed for name in ("c", "c/J")},
+        "N": torque,
+        "R": torque - scale * factor * steep * rig.R * speed,
+        "r": scale * factor * steep * rig.r * drive,
+        **{term.name: scale * friction * by for term, by in zip(slips.terms, by_term, strict=True)},
+    }
+    inertia = -torque
+    for name, part in (("k", rig.k / rig.J * angle), ("c", rig.c / rig.J * speed)):
+        inertia = inertia + part * (name in slips.names)
+    forces = {**forces, "J": inertia}
+    nothing = np.zeros(angle.shape)
+    modes = [response(np.broadcast_to(scale * mode, angle.shape)) for mode in slips.modes[:, steps]]
+    shared = [response(scale * slips.sign * factor * part) for part in np.moveaxis(basis, -1, 0)]
+    shared += [response(nothing + forces[name]) if name in forces else nothing for name in slips.names]
+    return _Along(np.array([fundamental[..., 0, 0], fundamental[..., 0, 1], *modes]), np.array(shared))
+
+
+def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Fundamental matrices (n_slips, count + 1, 2, 2) of  d'' = by_angle d + by_speed d'."""
+    rate = np.zeros((*by_angle[:, 1:].shape, 2, 2))
+    rate[..., 0, 1] = step
+    rate[..., 1, 0] = 0.5 * step * (by_angle[:, 1:] + by_angle[:, :-1])
+    rate[..., 1, 1] = 0.5 * step * (by_speed[:, 1:] + by_speed[:, :-1])
+    square = rate @ rate
+    over = np.eye(2) + rate + square / 2 + square @ rate / 6 + square @ square / 24
+    whole = np.empty((*by_angle.shape, 2, 2))
+    whole[:, 0] = np.eye(2)
+    for number in range(over.shape[1]):
+        whole[:, number + 1] = over[:, number] @ whole[:, number]
+    return whole
+
+
+def _integral(values: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """From the first step to each (n_slips, count + 1), by trapezia."""
+    sums = np.zeros(values.shape)
+    np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]), axis=1, out=sums[:, 1:])
+    return sums * step
+
+
+def _hermite(value: np.ndarray, slope: np.ndarray, at: np.ndarray, share: np.ndarray, step: float) -> np.ndarray:
+    """Cubic between steps."""
+    left, right = (1 - share) ** 2, share**2
+    return (
+        (1 + 2 * share) * left * value[at]
+        + share * left * step * slope[at]
+        + (3 - 2 * share) * right * value[at + 1]
+        - (1 - share) * right * step * slope[at + 1]
+    )

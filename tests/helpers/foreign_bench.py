@@ -1,0 +1,74 @@
+"""Logs of the bench of `tests/oracle`, as ours would be read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from oracle.bench import Bench, Drive, Ruling, free_decay, slips_and_sticks
+
+from rig_io.logs.columns import COLUMNS
+from rig_io.logs.log import (
+    Calibration,
+    EncoderCalibration,
+    Experiment,
+    LaserCalibration,
+    Quantity,
+    RigConstants,
+    RigLog,
+)
+
+STATED = {
+    "J": Quantity(0.0548, "kg*m^2", 3e-4),
+    "k": Quantity(2.62, "N*m/rad", 0.015),
+    "c": Quantity(0.055, "N*m*s/rad", 1e-3),
+    "R": Quantity(0.125, "m", 5e-5),
+    "r": Quantity(0.06, "m", 5e-5),
+    "N": Quantity(4.905, "N", 5e-3),
+}
+NOISE, STEP = 20e-6, 10e-6  # m, of the laser
+RIG = RigConstants(**{{"N": "N0"}.get(name, name): quantity for name, quantity in STATED.items()})
+
+
+def with_drawn_constants(bench: Bench, rng: np.random.Generator) -> Bench:
+    """The bench with constants that differ from what is stated as the stated uncertainties say."""
+    drawn = {
+        name: quantity.value + (quantity.standard_uncertainty or 0.0) * float(rng.standard_normal())
+        for name, quantity in STATED.items()
+    }
+    return replace(bench, **drawn)
+
+
+def foreign_logs(
+    bench: Bench, seed: int, speeds: Sequence[float] = (0.41, 0.83, 1.4), duration: float = 10.0
+) -> list[RigLog]:
+    """A log for each drive speed in rad/s, and a free decay."""
+    rng = np.random.default_rng(seed)
+    body, shaft, gain = Ruling(rng), Ruling(rng), 1 + 0.002 * rng.standard_normal()
+    ticks = np.round(np.arange(round(1000 * duration) + 1) / 1000, 9)
+    logs = []
+    for number, speed in enumerate((*speeds, None)):
+        columns: dict[str, np.ndarray] = {}
+        if speed is None:
+            time, angle = free_decay(bench, duration + 0.2)
+            experiment = Experiment("free-decay", contacts=())
+        else:
+            drive = Drive(bench, speed, duration + 0.2, rng)
+            time, angle = slips_and_sticks(bench, drive, duration + 0.2, number)
+            columns |= dict(
+                zip(("drive0_count", "drive0_edge_time"), shaft.read(drive.time, drive.angle, ticks), strict=True)
+            )
+            experiment = Experiment(drive_speed=(speed,))
+        shown = gain * bench.R * np.sin(np.interp(ticks, time, angle)) + NOISE * rng.standard_normal(len(ticks))
+        columns |= {"laser": np.round(5 + STEP * np.round(shown / STEP) / 0.01, 9)}
+        columns |= dict(zip(("encoder_count", "encoder_edge_time"), body.read(time, angle, ticks), strict=True))
+        calibration = Calibration(
+            LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0),
+            EncoderCalibration(1000),
+            None if speed is None else EncoderCalibration(1000),
+        )
+        units = {name: COLUMNS[name].unit for name in ("time", *columns)}
+        name = "decay" if speed is None else f"log-{speed:g}"
+        logs.append(RigLog(name, ticks, columns, units, RIG, calibration, experiment))
+    return logs

@@ -104,11 +104,8 @@ def equilibria(
 def _sets(
     first_set: StickingSet, between: tuple[float, float], points: int, progress: Callable[[float], Any], clock: float
 ) -> EquilibriumBranch:
-    """The branch of the sets of what sticks, from one of them both ways.
-
-    Raises:
-        StickslipError: they are there at one value of the parameter alone.
-    """
+    """The branch of the sets of what sticks, from one of them both ways. StickslipError: they are there at one value of
+    the parameter alone."""
 
     def tell(node: Node) -> None:
         progress((node.value - between[0]) / (between[1] - between[0]))
@@ -135,15 +132,13 @@ def _sets(
 def _start(
     fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
 ) -> tuple[EquilibriumProblem, Vector]:
-    """The problem, and z of the start.
+    """The problem, and z of the start. StickslipError: unknown names or values out of their range, no Model Exchange, a
+    model that is forced.
 
     Args:
         between: range of the parameter, which holds its present value.
         start: states near it; as the declaration says what is left out.
         constants: values of parameters and inputs that are not at their default.
-
-    Raises:
-        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced.
     """
     check_names(fmu, "parameter or input", constants, numbers_of(fmu))
     check_names(fmu, "state", start, fmu.states)
@@ -156,11 +151,7 @@ def _start(
 
 
 def _begin(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:
-    """The equilibrium near a start.
-
-    Raises:
-        StickslipError: there is none, or none that stands alone.
-    """
+    """The equilibrium near a start. StickslipError: there is none, or none that stands alone."""
     try:
         node = solved(problem, scales, z / scales, parameter(float(z[-1])), reach=np.inf, halvings=20)
     except Lost:

@@ -35,34 +35,24 @@ class Condition(ABC):
 
     @abstractmethod
     def solved(self, node: Node, guess: Vector, pin: Border, step: float) -> Node:
-        """The motion near a guess of u that fulfils it, and the pin too.
+        """The motion near a guess of u that fulfils it, and the pin too. Lost: none is near, or of another word.
 
         Args:
             node: one of the curve.
             step: how far from the node, in u, the guess is.
-
-        Raises:
-            Lost: none is near, or of another word.
         """
 
     @abstractmethod
     def gradient(self, node: Node) -> Vector:
-        """(len(z),) of it, or (k, len(z)) of them, by z.
-
-        Raises:
-            Lost: events come and go around the motion.
-        """
+        """(len(z),) of it, or (k, len(z)) of them, by z. Lost: events come and go around the motion."""
 
     def place(self, node: Node, fixed: int | None = None) -> Vector:
         """z of the point itself; one of its unknowns may be held."""
         return node.z
 
     def directed(self, node: Node, towards: Vector | None) -> Node:
-        """With the tangent of the curve: nearest to a given one, or with a growing second parameter.
-
-        Raises:
-            Lost: there is no curve, where several equations do not go together.
-        """
+        """With the tangent of the curve: nearest to a given one, or with a growing second parameter. Lost: there is no
+        curve, where several equations do not go together."""
         rows = np.vstack([_scaled(node.seen, node.scales), self.gradient(node) * node.scales])
         sizes = np.abs(rows).max(axis=1, keepdims=True)
         rows /= np.where(sizes > 0.0, sizes, 1.0)

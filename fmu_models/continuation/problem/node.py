@@ -29,7 +29,8 @@ Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
 
 
 class Lost(Exception):
-    """Newton's method found no motion; at the unknowns ``nearest`` it was missed by least, if by any."""
+    """There is no such motion, as far as Newton's method tells; at the unknowns ``nearest`` it was missed by least, if
+    by any. Functions that look for a motion, or a point of a branch, say in their docstring when they raise it."""
 
     def __init__(self, why: str, nearest: Vector | None = None) -> None:
         super().__init__(why)
@@ -170,15 +171,13 @@ def solved(
     halvings: int = 4,
 ) -> Node:
     """The motion at a guess of u that has the border at zero, of more equations than one too, if they go together.
+    Lost: no convergence, or another word.
 
     Args:
         towards: the sense of its tangent.
         reach: how far from the guess it may be, in u.
         word: which runs on the way must have, if it is known; a step that leads out of it is halved.
         halvings: of a step into a run that there is none of, at most.
-
-    Raises:
-        Lost: no convergence, or another word.
     """
     u, step, last = guess.copy(), np.zeros_like(guess), np.inf
     least, nearest = np.inf, None

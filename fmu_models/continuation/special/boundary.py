@@ -114,11 +114,8 @@ def ahead(node: Node, step: float, within: float) -> Boundary | None:
 
 
 def _located(node: Node, i: int, distance: float) -> Boundary:
-    """The surface where an indicator falls to zero, about so far along the tangent.
-
-    Raises:
-        Lost: the branch does not come there.
-    """
+    """The surface where an indicator falls to zero, about so far along the tangent. Lost: the branch does not come
+    there."""
     boundary = _completed(*_place(node, i, distance), i)
     if boundary.after is None or boundary.states[0] != STICK:
         return boundary
@@ -128,12 +125,8 @@ def _located(node: Node, i: int, distance: float) -> Boundary:
 
 
 def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
-    """Where an indicator falls to zero, about so far along the tangent: the last equilibrium before, u of the
-    point, and the limit of the Jacobian.
-
-    Raises:
-        Lost: the branch does not come there.
-    """
+    """Where an indicator falls to zero, about so far along the tangent: the last equilibrium before, u of the point,
+    and the limit of the Jacobian. Lost: the branch does not come there."""
     problem = equilibrium_problem(node)
     places, nodes, root = [0.0], [node], distance
     values = [float(problem.indicators(node.z)[i])]

@@ -117,11 +117,7 @@ def shrinking(start: Node, passing: Passing, through: int, least: float = 0.0) -
 
 
 def from_miss(start: Node, miss: Passing) -> Touch:
-    """The point where a miss of a motion becomes an event.
-
-    Raises:
-        Lost: the way there leaves the word of the motion.
-    """
+    """The point where a miss of a motion becomes an event. Lost: the way there leaves the word of the motion."""
     node = start
     while True:
         passing = node.seen.match(miss)
@@ -147,11 +143,8 @@ def from_miss(start: Node, miss: Passing) -> Touch:
 
 
 def begun_after(node: Node, time: float) -> Node:
-    """The same motion, begun in the longest pause of the fourth of its period after a time.
-
-    Raises:
-        Lost: Newton's method does not find it there.
-    """
+    """The same motion, begun in the longest pause of the fourth of its period after a time. Lost: Newton's method does
+    not find it there."""
     length = node.seen.length
     passings = (mark.time for mark in (*node.seen.events, *node.seen.misses))
     marks = sorted(
@@ -171,11 +164,7 @@ def _towards(node: Node, passing: Passing) -> Vector:
 
 
 def other_word(touch: Touch) -> Node:
-    """The motion that has the event, at a small speed of it; its tangent leads away.
-
-    Raises:
-        Lost: none is near.
-    """
+    """The motion that has the event, at a small speed of it; its tangent leads away. Lost: none is near."""
     for depth, event, jump in _jumps(touch):
         step = stepped(touch.node, touch.miss, jump, depth)
         guesses = (touch.u + step - share * depth * _down(touch) for share in (0.0, 2.0, 10.0))
@@ -256,11 +245,7 @@ def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, 
 
 def exchanged(touch: Touch) -> Node:
     """The motion beyond a point where one event takes the place of another: that is of another word, and begins with no
-    event that is weak.
-
-    Raises:
-        Lost: none is near.
-    """
+    event that is weak. Lost: none is near."""
     node = touch.node
     straight = np.zeros_like(touch.u)
     straight[-1] = np.sign(node.tangent[-1])

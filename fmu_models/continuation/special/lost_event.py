@@ -25,11 +25,8 @@ SETTLED = 1e-6
 
 
 def from_event(start: Node, event: Passing) -> Touch:
-    """The point where an event of a motion is lost.
-
-    Raises:
-        Lost: the way there leaves the word of the motion, or no motion without the event is near.
-    """
+    """The point where an event of a motion is lost. Lost: the way there leaves the word of the motion, or no motion
+    without the event is near."""
     nodes = list(shrinking(start, event, LAST, FIRST_SPEED * event.far_speed(start.scales)))
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")

@@ -24,11 +24,8 @@ def turned(after: Problem, node: Node) -> Vector:
 
 
 def begun_at(node: Node, problem: Problem, z: Vector) -> Node:
-    """The motion of a node as that of a problem at another phase, z about its unknowns there.
-
-    Raises:
-        Lost: Newton's method does not find it, or with other events.
-    """
+    """The motion of a node as that of a problem at another phase, z about its unknowns there. Lost: Newton's method
+    does not find it, or with other events."""
     placed = solved(problem, node.scales, z / node.scales, parameter(node.value), reach=0.05)
     if placed.word != node.word:
         raise Lost("another motion begins there")

@@ -96,8 +96,8 @@ def equilibria(
         branch = _sets(sticking, (low, high), points, progress, clock)
     else:
         first = _begin(problem, z, scales)
-        both = both_ways(first, (low, high), points, progress, Keeper(None, problem))
-        branch = branch_of_ways(both, (low, high), time.process_time() - clock)
+        directions = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(directions, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 

@@ -83,8 +83,8 @@ class EquilibriumProblem(Problem):
         return replace(self, second=second)
 
     def present(self, name: str) -> float:
-        known = self.strobe.values.get(name)
-        value = float(self.field.fmu.variables[name].start or 0.0) if known is None else known
+        value = self.strobe.values.get(name)
+        value = float(self.field.fmu.variables[name].start or 0.0) if value is None else value
         check_value(self.field.fmu, name, value)
         return value
 

@@ -114,7 +114,7 @@ class FlowProblem(Problem):
 
     def present(self, name: str) -> float:
         value = self.strobe.values.get(name)
-        return float(self.strobe.fmu.variables[name].start or 0.0) if value is None else float(value)
+        return self.strobe.fmu.start_of(name) if value is None else float(value)
 
     def _run(self, z: Vector, start: float, stop: float) -> Any:
         if not self.kept:

@@ -107,7 +107,7 @@ class ImportedField:
         constants, mode = {**self.constants, **(values or {})}, self._seen(flow).contacts
         columns = []
         for name in by:
-            value = float(constants.get(name, self.fmu.variables[name].start or 0.0))
+            value = float(constants.get(name, self.fmu.start_of(name)))
             width = APART * (abs(value) or 1.0)
             for sense, (places, weights) in ((1.0, CENTRAL), (1.0, ONE_SIDED), (-1.0, ONE_SIDED)):
                 beside = [{**(values or {}), name: value + sense * offset * width} for offset in places]

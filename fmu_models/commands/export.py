@@ -96,7 +96,7 @@ def export(
     if fitted is not None and not as_system:
         raise StickslipError("A parameter set is packed along with --ssp. For an FMU: stickslip apply FIT -o FILE.fmu")
     fmi = fmi or (SYSTEM_FMI if as_system else FMI)
-    exposed = [what.strip() for what in (expose or "").split(",") if what.strip()]
+    exposed = [item.strip() for item in (expose or "").split(",") if item.strip()]
     chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": exposed}
     if as_system:
         with console.progress("packing") as advance:

@@ -119,10 +119,10 @@ class FmuPoints(SectionSystem):
         section.values = {**self.values, **{n: float(v) for n, v in values.items()}}
         return section
 
-    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) states by name, in SI units; what is not given has the default of the FMU."""
         starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
-        point = named_point(self.name, self.states, np.array([float(start or 0.0) for start in starts]), given)
+        point = named_point(self.name, self.states, np.array([float(start or 0.0) for start in starts]), values)
         for name, value in zip(self.states, point.tolist(), strict=True):
             if name in self.fmu.variables:
                 check_value(self.fmu, name, value)
@@ -157,9 +157,9 @@ class FmuPoints(SectionSystem):
 
 
 def _checked(
-    fmu: Fmu, names: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
+    fmu: Fmu, names: Sequence[str], constants: Mapping[str, float] | None, forcing: str | None, period: float | None
 ) -> dict[str, float]:
-    values = dict(given or {})
+    values = dict(constants or {})
     check_names(fmu, "parameter", values, names)
     for name, value in values.items():
         check_value(fmu, name, float(value))

@@ -360,11 +360,11 @@ def check_span(start: float, stop: float) -> None:
         raise StickslipError(f"The run must end after it starts, found start {start:g} s and stop {stop:g} s.")
 
 
-def checked_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
+def checked_times(values: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
     """Checked output times; 1001 equally spaced ones where none are given."""
-    if given is None:
+    if values is None:
         return np.linspace(start, stop, 1001)
-    times = np.array(given, dtype=float)
+    times = np.array(values, dtype=float)
     if times.ndim != 1 or times.size == 0:
         raise StickslipError(f"Output times must be a list of numbers, found shape {times.shape}.")
     first, last = times.item(0), times.item(-1)

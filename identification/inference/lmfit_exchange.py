@@ -46,7 +46,7 @@ class Given:
     held: Mapping[str, float] = field(default_factory=dict)
 
     def check(self, names: Iterable[str]) -> None:
-        """Refuse what is said of none of these unknowns.
+        """Refuse names that are none of these unknowns.
 
         Raises:
             StickslipError: which name is unknown.
@@ -96,7 +96,7 @@ NOTHING = Given()
 
 
 def given(parameters: Parameters | None) -> Given:
-    """What `lmfit.Parameters` say.
+    """First values, bounds and held values from `lmfit.Parameters`.
 
     Raises:
         StickslipError: a parameter is an expression of others, or has no finite value though it is held.

@@ -96,8 +96,8 @@ def equilibria(
         branch = _sets(sticking, (low, high), points, progress, clock)
     else:
         first = _begin(problem, z, scales)
-        both = both_ways(first, (low, high), points, progress, Keeper(None, problem))
-        branch = branch_of_ways(both, (low, high), time.process_time() - clock)
+        directions = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(directions, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 
@@ -144,7 +144,7 @@ def _start(
     check_names(fmu, "state", start, fmu.states)
     for name, value in {**constants, **start}.items():
         check_value(fmu, name, value)
-    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
+    point = np.array([float(start.get(state, fmu.start_of(state))) for state in fmu.states])
     field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     return problem, np.append(point, problem.value_within(between))

@@ -244,11 +244,16 @@ def arclength(u: Vector, tangent: Vector, scales: Vector, distance: float) -> Bo
 
 def parameter(value: float) -> Border:
     """At a value of the parameter."""
+    return pinned(-1, value)
+
+
+def pinned(index: int, value: float) -> Border:
+    """With an unknown at a value."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
         gradient = np.zeros_like(z)
-        gradient[-1] = 1.0
-        return float(z[-1]) - value, gradient
+        gradient[index] = 1.0
+        return float(z[index]) - value, gradient
 
     return border
 

@@ -52,6 +52,12 @@ BESIDE = 1e-4
 HIDDEN, SHORT = 4, 3e-5
 
 
+def is_far(node: Node, begin: Node) -> bool:
+    """Whether the states of a motion are on their way to infinity."""
+    n = len(node.problem.states)
+    return bool(np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(begin.u[:n]).max())))
+
+
 class Follower:
     """Follows one branch; see the module.
 
@@ -273,8 +279,7 @@ class Follower:
     def _ended(self, node: Node) -> bool:
         if self._at_bound(node):
             return True
-        n = len(node.problem.states)
-        if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+        if is_far(node, self.begin):
             self.way.end = ("infinity", f"the states grow without end towards {node.problem.over} = {node.value:.6g}")
             return True
         return self._shrunk(node) or self._closed(node)
@@ -360,7 +365,7 @@ class Follower:
     def _accumulates(self, touch: Touch) -> bool:
         """Whether one event after the other is added at values of the parameter that come together."""
         touches = [finding.touch for _, finding in self.way.found if finding.touch is not None][-CHAIN:]
-        lengths = [len(one.node.word) for one in touches]
+        lengths = [len(touch.node.word) for touch in touches]
         values = [float(member.u[-1]) for member in touches]
         if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
             return False

@@ -51,8 +51,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     miss = min(event.begun_in(pending), key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")
-    border = value_border(miss, miss.value, [miss.time])
-    node = solved(last.problem, last.scales, u, border, reach=0.05)
+    node = solved(last.problem, last.scales, u, value_border(miss, miss.value), reach=0.05)
     match = node.seen.match(miss)
     if match is None or len(node.word) >= len(last.word):
         raise Lost("no motion without the event is near")
@@ -98,8 +97,7 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
             goal = min(target, current.value * 4.0)
             speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(neighbour.u for _, neighbour in nodes[-3:])]
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
-            border = value_border(current, goal, [current.time])
-            node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
+            node = node.corrected(guess, value_border(current, goal), word=first.word)
             passing = node.seen.match(current)
             if passing is None:
                 raise Lost("the event is gone")

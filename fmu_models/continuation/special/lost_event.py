@@ -6,14 +6,7 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node, extrapolated, look, solved
 from fmu_models.continuation.problem.problem import TIE, Passing, Vector
-from fmu_models.continuation.special.discontinuous import (
-    LEAST_MISS,
-    Touch,
-    from_miss,
-    growing,
-    shrinking,
-    value_border,
-)
+from fmu_models.continuation.special.discontinuous import LEAST_MISS, Touch, from_miss, growing, shrinking, value_border
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from

@@ -28,12 +28,7 @@ from fmu_models.sections.system import SectionSystem
 SAME = 1e-9
 
 
-def branch(
-    system: SectionSystem,
-    over: str,
-    between: tuple[float, float],
-    **options: Any,
-) -> Branch:
+def branch(system: SectionSystem, over: str, between: tuple[float, float], **options: Any) -> Branch:
     """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it.
 
     Args:

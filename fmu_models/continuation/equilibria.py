@@ -28,12 +28,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.branch import both_ways
-from fmu_models.continuation.equilibrium_branch import (
-    EIGENVALUES,
-    EquilibriumBranch,
-    branch_of_sets,
-    branch_of_ways,
-)
+from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, branch_of_sets, branch_of_ways
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem, numbers_of, problem_at
 from fmu_models.continuation.problem.imported_field import ImportedField

@@ -149,11 +149,7 @@ class EquilibriumBranch(SolutionBranch):
     """
 
     COLUMNS: ClassVar = (
-        "{over}=values",
-        "{states}=points",
-        "{states}_from=intervals.0",
-        "{states}_to=intervals.1",
-        "stable",
+        *("{over}=values", "{states}=points", "{states}_from=intervals.0", "{states}_to=intervals.1", "stable"),
         "eigenvalue{}=eigenvalues",
     )
     RECORD: ClassVar = (

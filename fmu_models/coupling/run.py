@@ -47,10 +47,7 @@ class CoupledDriver(Driver):
 
 
 def couple(
-    system: CoupledSystem,
-    *,
-    output_times: ArrayLike | None = None,
-    progress: Callable[[float], None] | None = None,
+    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
 ) -> Trajectory:
     """Run a coupled system; variables of the trajectory are "unit.variable".
 
@@ -104,10 +101,7 @@ def couple(
 
 
 def recorded(
-    system: CoupledSystem,
-    *,
-    output_times: ArrayLike | None = None,
-    progress: Callable[[float], None] | None = None,
+    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
 ) -> Recording:
     """``couple``, with a description per variable and where all comes from."""
     trajectory = couple(system, output_times=output_times, progress=progress)

@@ -241,7 +241,7 @@ class Miss(Condition):
 
     def _at(self, node: Node, guess: Vector, target: float, pin: Border, time: float) -> Node:
         turned = self.like.turned
-        border = self._least(target) if turned else value_border(self.like, target, [time])
+        border = self._least(target) if turned else value_border(self.like, target, time)
         solution = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
         if not turned and solution.seen.match(self.like, time) is None:
             raise Lost("the near miss is gone")

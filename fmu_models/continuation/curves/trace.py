@@ -22,7 +22,7 @@ from fmu_models.continuation.curves.codimension import REAL, Function, functions
 from fmu_models.continuation.curves.condition import Condition, Determinant, Miss, Rank
 from fmu_models.continuation.curves.curve import Curve, told
 from fmu_models.continuation.curves.meeting import met
-from fmu_models.continuation.problem.node import Lost, Node, arclength, look, pinned
+from fmu_models.continuation.problem.node import Lost, Node, look, pinned
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.continuation.special.kinds import KINDS, kind_of
 from fmu_models.continuation.step.follow import LONGEST, SHORTEST, STRAIGHT, is_far
@@ -144,9 +144,7 @@ class _Trace:
         if end is not None:
             after = self._solved_at(end, node, increment)
         else:
-            after = self.condition.solved(
-                node, node.u + increment, arclength(node.u, node.tangent, node.scales, step), step
-            )
+            after = self.condition.solved(node, node.u + increment, node.arclength(step), step)
             # a bent curve leaves the range where its tangent does not
             end = self._end(node, after.u - node.u)
             after = after if end is None else self._solved_at(end, node, after.u - node.u)
@@ -193,7 +191,7 @@ class _Trace:
 
     def at(self, node: Node, step: float) -> Node:
         """The point of the curve so far from a node along its tangent."""
-        pin = arclength(node.u, node.tangent, node.scales, step)
+        pin = node.arclength(step)
         solution = self.condition.solved(node, node.u + step * node.tangent, pin, step)
         return self.condition.directed(solution, node.tangent)
 

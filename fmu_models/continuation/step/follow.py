@@ -18,7 +18,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.kept import Pieces
-from fmu_models.continuation.problem.node import SAME, Lost, Node, arclength, look, parameter, solved, tangent_of
+from fmu_models.continuation.problem.node import SAME, Lost, Node, look, parameter, tangent_of
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import Touch
@@ -233,15 +233,14 @@ class Follower:
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
         if low <= reached <= high:
-            border = arclength(node.u, node.tangent, node.scales, step)
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent)
+            after = node.corrected(guess, node.arclength(step))
             if low <= after.value <= high:
                 return after, step
             reached = after.value  # a curved branch left the range where its tangent did not
         value = min(max(reached, low), high)
         step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
         guess = node.u + step * node.tangent
-        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
+        return node.corrected(guess, parameter(value)), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""

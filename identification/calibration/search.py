@@ -113,15 +113,15 @@ def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[
         guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
         draws.append(guess)
     if not light.subject.states:
-        return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts), free_run, plan)
+        return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts, len(draws)), free_run, plan)
     nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], rates_of(light), plan.segments)
     scan = _Scan(light, nodes, free, generator)
     for number, draw in enumerate(draws):
         scan.score(draw)
         plan.progress(SCAN * (number + 1) / len(draws) / 2)
     scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
-    candidates = [over_segments(light, nodes, x, starts) for x, starts in scan.best(CANDIDATES * plan.starts)]
-    trials = telling(candidates, MORE * plan.starts)
+    candidates = (over_segments(light, nodes, x, starts) for x, starts in scan.best())
+    trials = telling(candidates, MORE * plan.starts, CANDIDATES * plan.starts)
     return _descended(trials, free_run, plan)
 
 
@@ -169,14 +169,14 @@ class _Scan:
                 done += 1
                 progress(done / total)
 
-    def best(self, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Guesses and start states of the best that differ."""
+    def best(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Guesses and start states that differ, the best first."""
         chosen: list[tuple[np.ndarray, np.ndarray]] = []
         shared = len(self.free)
         for _, x, starts in sorted(self.scored, key=lambda one: one[0]):
             if all(np.any(np.abs(x - y)[:shared] > SAME * np.abs(x)[:shared]) for y, _ in chosen):
                 chosen.append((x, starts))
-        return chosen[:count]
+        return chosen
 
 
 def _thinned(problem: SegmentProblem) -> SegmentProblem:

@@ -104,7 +104,7 @@ def telling(candidates: Iterable[Trial], count: int, most: int) -> list[Trial]:
         heard = heard | effects if judged else effects
         judged.append((int(np.count_nonzero(~effects)), (problem, x)))
         telling_trials += bool(effects.all())
-        if telling_trials == count or len(judged) >= most and heard.all():
+        if telling_trials == count or (len(judged) >= most and heard.all()):
             break
     _check_heard(judged[0][1][0], heard, len(judged))
     judged.sort(key=lambda one: one[0])

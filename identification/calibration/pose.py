@@ -14,7 +14,7 @@ from fmu_models.simulation.measured import UNSTATED
 from identification.calibration.log import LogLike, ModelLog
 from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
 from identification.calibration.search import GUESSES, STARTS, noise_of
-from identification.calibration.subject import subject_of
+from identification.calibration.systems import subject_of
 from identification.calibration.unknowns import Bounds, Free, free_parameters
 from identification.inference.problem import Prior, Unknown
 
@@ -64,6 +64,8 @@ def problem_of(
     sought = free_parameters(fmu, free, said.parameters, said.bounds, priors)
     measured = list(dict.fromkeys(name for log in logs for name in log.observed))
     subject = subject_of(fmu, free, measured)
+    for log in logs:
+        subject.check(log.time)
     if stray := [name for name in said.each if name not in free]:
         raise StickslipError(f"'{stray[0]}' is to have a value for each log and is not free. Add it to --free.")
     unknowns: list[Free] = []

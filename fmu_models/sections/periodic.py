@@ -61,11 +61,7 @@ class PeriodicMotion(Shown):
 
 
 def find_periodic(
-    iteration: Iteration,
-    period: int = 1,
-    *,
-    box: Any = None,
-    starts: int = 5000,
+    iteration: Iteration, period: int = 1, *, box: Any = None, starts: int = 5000
 ) -> tuple[PeriodicMotion, ...]:
     """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
 

@@ -195,7 +195,7 @@ def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
     found = {}
     for number, log in enumerate(problem.logs):
         rows = np.unique(np.linspace(0, log.time.size - 1, 200).astype(int))
-        noise = local_motion(log, rows)[1] if log.measured else {}
+        noise = local_motion(log, rows, problem.subject.half)[1] if log.measured else {}
         noise |= {name: TIMED * float(np.median(np.diff(times))) for name, times in log.events.items()}
         found |= {(number, name): sd for name, sd in noise.items()}
     return found

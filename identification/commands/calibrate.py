@@ -20,10 +20,14 @@ if TYPE_CHECKING:
     from identification.calibration.problem import Sensor
 
 
+@console.trusting
 def calibrate(
     model: Annotated[
         str,
-        typer.Argument(metavar="MODEL", help="A name of 'stickslip models', a declaration my_model.py, or any .fmu."),
+        typer.Argument(
+            metavar="MODEL",
+            help="A model or a map by its name, its file my_model.py or .fmu, or a system of FMUs: .toml, .ssd, .ssp.",
+        ),
     ],
     logs: Annotated[
         list[Path], typer.Argument(metavar="LOG...", help="Logs with columns named after states, outputs and inputs.")

@@ -63,19 +63,8 @@ class Diagram(Pictured):
     """
 
     RECORD: ClassVar = (
-        *(
-            "model",
-            "over",
-            "values",
-            "directions",
-            "periods",
-            "words",
-            "steps",
-            "failures=refused",
-            "branches=laid",
-            "lost",
-            "how",
-        ),
+        *("model", "over", "values", "directions", "periods", "words", "steps"),
+        *("failures=refused", "branches=laid", "lost", "how"),
     )
 
     model: str
@@ -174,12 +163,10 @@ def orbit_diagram(
     exponents: bool = False,
     of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,
     branches: Annotated[
-        int,
-        Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none"),
+        int, Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none")
     ] = 0,
     against_branches: Annotated[
-        int,
-        Option("Tell where a sweep left a stable branch, of motions to this period.", minimum=0, default="none"),
+        int, Option("Tell where a sweep left a stable branch, of motions to this period.", minimum=0, default="none")
     ] = 0,
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,

@@ -46,7 +46,7 @@ class Saddle:
     @cached_property
     def sizes(self) -> Vector:
         """(n,) nominal values of the states."""
-        return sizes_of(self.fmu)
+        return np.array([self.fmu.size_of(name) for name in self.fmu.states])
 
     @cached_property
     def _eigen(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -122,19 +122,14 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     for name, value in {**given, **start}.items():
         check_value(fmu, name, value)
     field = VectorField(fmu, given)
-    point = np.array([float(start.get(name, fmu.variables[name].start or 0.0)) for name in fmu.states])
+    point = np.array([float(start.get(name, fmu.start_of(name))) for name in fmu.states])
     point, slopes = _rest(fmu, field, point)
     return _checked(Saddle(fmu, field, given, point, slopes))
 
 
-def sizes_of(fmu: Fmu) -> Vector:
-    """(n,) nominal values of the states."""
-    return np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
-
-
 def _rest(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
     """The equilibrium near a point by Newton's method, and the derivative of the rates there."""
-    sizes = sizes_of(fmu)
+    sizes = np.array([fmu.size_of(name) for name in fmu.states])
     for _ in range(STEPS):
         slopes = field.slopes(point, ())
         try:

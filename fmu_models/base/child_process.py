@@ -80,11 +80,7 @@ class Child:
     """A process, the jobs it has, the first being worked on, until when it may, and the group of jobs that it knows."""
 
     def __init__(
-        self,
-        work: bytes,
-        limits: Limits,
-        threads: int | None,
-        reports: queue.Queue[tuple[Child, bytes | None]],
+        self, work: bytes, limits: Limits, threads: int | None, reports: queue.Queue[tuple[Child, bytes | None]]
     ) -> None:
         self.limits = limits
         self.group: Hashable = None
@@ -130,7 +126,7 @@ class Child:
         return int(AHEAD * self.finished / self.worked) if self.worked else 1
 
     def begin(self) -> None:
-        """From now on its time counts."""
+        """Start the clock of the current job."""
         self.since = time.monotonic()
         self.due = math.inf if self.limits.time is None else self.since + self.limits.time
 
@@ -170,7 +166,7 @@ class Child:
 
 
 def cause_of_death(child: Child) -> IsolatedFailure:
-    """What ended a child that reports no more, by its exit code and its memory."""
+    """The cause of death of a child that reports no more, by its exit code and its memory."""
     code, peak = _end_of(child.process)
     if code is None:
         return IsolatedFailure("It broke the connection to its process.", "own")
@@ -210,7 +206,7 @@ def _end_of(child: subprocess.Popen[bytes]) -> tuple[int | None, float | None]:
 
 
 def out_of_memory(limits: Limits, code: int | None = None) -> IsolatedFailure:
-    """That the limit of memory ended a job."""
+    """The sentence that the limit of memory ended a job."""
     return IsolatedFailure(f"It needed more than the {limits.memory:g} MB of memory allowed.", "memory", code)
 
 

@@ -100,7 +100,7 @@ def interactive() -> bool:
 
 
 def console() -> Console:
-    """Where results are printed for people."""
+    """The console on which results are printed for people."""
     from fmu_models.base.printable_console import PrintableConsole
 
     printer = PrintableConsole(highlight=False)

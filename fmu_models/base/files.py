@@ -97,7 +97,7 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
 
 
 def disk_error(error: OSError, path: str | os.PathLike[str]) -> WriteError:
-    """What to say where a disk takes no more."""
+    """The error of a disk that takes no more."""
     return WriteError(f"'{path}' cannot be written: {error.strerror}. Make room, or write to another place.")
 
 

@@ -21,7 +21,7 @@ _CONSTANTS = {"pi": np.pi}
 
 @dataclass(frozen=True)
 class Formula:
-    """Such as ``f0/sqrt((k - m*omega**2)**2 + (c*omega)**2)``.
+    """A formula such as ``f0/sqrt((k - m*omega**2)**2 + (c*omega)**2)``.
 
     Attributes:
         text: as it was given.
@@ -51,7 +51,7 @@ class Formula:
         return formula
 
     def __call__(self, values: Mapping[str, Any]) -> Any:
-        """Its value; nan where it has none.
+        """The formula's value; nan where it has none.
 
         Args:
             values: of all its names, numbers or arrays of one shape.

@@ -21,7 +21,7 @@ APART = 0.05  # s between samples that are kept
 
 
 class Pace:
-    """Of one piece of work, which begins now (0 s) with nothing done."""
+    """The pace of one piece of work, which begins now (0 s) with nothing done."""
 
     def __init__(self) -> None:
         self.times, self.done = [0.0], [0.0]
@@ -33,7 +33,7 @@ class Pace:
         if elapsed >= last + APART:
             self.times.append(elapsed)
             self.done.append(done)
-        estimates = [self._left(fraction, elapsed, done) for fraction in PARTS]
+        estimates = [self._remaining(fraction, elapsed, done) for fraction in PARTS]
         least, greatest = min(estimates), max(estimates)
         if elapsed < EARLY or not greatest < math.inf or greatest > AGREED * least + 1:
             self.mean = None
@@ -43,7 +43,7 @@ class Pace:
         self.mean = end if self.mean is None else self.mean + share * (end - self.mean)
         return max(self.mean - elapsed, 0.0)
 
-    def _left(self, fraction: float, elapsed: float, done: float) -> float:
+    def _remaining(self, fraction: float, elapsed: float, done: float) -> float:
         """Seconds at the speed of the latter part of the time so far; infinite where too little was done in it."""
         since = bisect_right(self.times, elapsed * (1 - fraction)) - 1
         # a share that falls back, as where a search begins anew, says nothing either

@@ -21,7 +21,7 @@ def printable(text: str) -> str:
 
 
 def in_line(text: str) -> str:
-    """The same in one line: what separates words and lines is a space."""
+    """The text in one line: what separates words and lines is a space."""
     return text if text.isprintable() else printable("".join(" " if c.isspace() else c for c in text))
 
 

@@ -14,7 +14,7 @@ class PrintableConsole(Console):
     """Texts are escaped where they become segments, after all markup and before all styles: none gets past."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """As rich does."""
+        """Render as rich does."""
         for segment in super().render(renderable, options):
             if segment.control or segment.text.isprintable():
                 yield segment

@@ -126,7 +126,7 @@ class Pool(Generic[Value]):
                 self._start(len(jobs) - finished)
                 # one for each before the second for any
                 for child in sorted(self._children, key=lambda child: len(child.jobs)):
-                    self._give(child, jobs, waiting)
+                    self._assign(child, jobs, waiting)
                 child, outcome = self._next_outcome()
                 number = child.done()
                 if isinstance(outcome, IsolatedFailure):
@@ -144,7 +144,7 @@ class Pool(Generic[Value]):
         for _ in range(len(self._children), min(self.processes, count)):
             self._children.append(Child(self._work, self.limits, self.threads, self._reports))
 
-    def _give(self, child: Child, jobs: Sequence[tuple[Any, ...]], waiting: dict[Hashable, deque[int]]) -> None:
+    def _assign(self, child: Child, jobs: Sequence[tuple[Any, ...]], waiting: dict[Hashable, deque[int]]) -> None:
         """Some jobs of one group, if it has too few: fewer at a time towards the end, so that all end together."""
         remaining = sum(map(len, waiting.values()))
         target = max(1, min(child.pace(), remaining // (2 * len(self._children))))

@@ -211,7 +211,7 @@ def code_of_user(folder: Path | None, package: str = "") -> Iterator[None]:
         with redirect_stdout(sys.stderr), everything():
             yield
     except (Exception, SystemExit) as error:
-        location = _place(error, folder, package)
+        location = _location(error, folder, package)
         if location is None:
             raise
         message = str(error.msg if isinstance(error, SyntaxError) else error)
@@ -263,15 +263,15 @@ def _import(name: str, folder: Path | None, kind: str) -> ModuleType:
             raise
 
 
-def _place(error: BaseException, folder: Path | None, package: str) -> str | None:
+def _location(error: BaseException, folder: Path | None, package: str) -> str | None:
     """File and line that an error arose in, in a folder or a package; None if in neither."""
     if isinstance(error, SyntaxError) and error.filename and Path(error.filename).is_file():
-        return f"{_shown(error.filename)}, line {error.lineno}"
+        return f"{_short_path(error.filename)}, line {error.lineno}"
     location = None
     for frame, line in traceback.walk_tb(error.__traceback__):
         file, module = frame.f_code.co_filename, frame.f_globals.get("__name__", "")
         if (folder and _is_in(folder, file, module)) or (package and module.partition(".")[0] == package):
-            location = f"{_shown(file)}, line {line}"
+            location = f"{_short_path(file)}, line {line}"
     return location
 
 
@@ -282,7 +282,7 @@ def _is_in(folder: Path, file: str | None, module: str) -> bool:
     return "site-packages" not in Path(file).relative_to(folder).parts
 
 
-def _shown(file: str) -> str:
+def _short_path(file: str) -> str:
     """A path as the user would write it."""
     path = Path(file)
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
@@ -293,7 +293,7 @@ def _short(name: str) -> str:
 
 
 def _entry_points(group: str) -> Sequence[EntryPoint]:
-    """What installed packages offer, as it is now."""
+    """Entry points of the installed packages, as they are now."""
     from importlib import metadata  # takes a tenth of the start of a command that needs none
 
     return tuple(metadata.entry_points(group=group))

@@ -45,7 +45,7 @@ class Shown:
         return type(self).__name__
 
     def _contents(self) -> Mapping[str, Any]:
-        """What is shown, by name."""
+        """The shown values, by name."""
         assert is_dataclass(self)
         return {field.name: getattr(self, field.name) for field in fields(self) if field.init}
 
@@ -63,7 +63,7 @@ class Shown:
         return "\n".join([_cut(heading), *(_cut(f"  {name:{wide}}  {text}") for name, text in rows)])
 
     def _repr_html_(self) -> str:
-        """For notebooks."""
+        """The value as HTML, for notebooks."""
         rows = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{html.escape(text)}</td></tr>" for name, text in self._rows()
         )
@@ -124,11 +124,11 @@ class Pictured(Tabular):
         return save_figure(figure, path, overwrite=overwrite)
 
     def summary(self) -> str:
-        """All that it says, as in a terminal."""
+        """The whole value as text, as in a terminal."""
         return _view(tell, self)(self)
 
     def record(self) -> dict[str, Any]:
-        """All that it holds, as JSON has it; see ``record``."""
+        """The whole value as plain data for JSON; see ``record``."""
         return record(self)
 
 

@@ -38,7 +38,7 @@ def temporary_folder(kind: str, parent: Path | None = None) -> Iterator[Path]:
 
 
 def claim_folder(kind: str, parent: Path | None = None) -> Path:
-    """The same, to be removed by ``release_folder``."""
+    """A folder as of ``temporary_folder``, to be removed by ``release_folder``."""
     root = Path(tempfile.gettempdir()) if parent is None else parent
     if root not in _swept:
         _swept.add(root)

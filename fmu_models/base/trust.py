@@ -128,7 +128,7 @@ def _resolved(reference: str, folder: Path) -> Path:
 
 
 def _line() -> str:
-    """What to type to trust it."""
+    """The words to add to a command to trust it."""
     if _process.command is None:
         return "If you trust it, say trust=True where you read it."
     return f"If you trust it:\n  stickslip {shlex.join(_process.command)} --trust"

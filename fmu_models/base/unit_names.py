@@ -75,7 +75,7 @@ def base_units(unit: str) -> BaseUnits:
         base = parse_unit(unit).to_base_units()
         return float(base.magnitude), [(str(name), power) for name, power in base.unit_items()]
 
-    factor, powers = _kept(found, unit)
+    factor, powers = _cached(found, unit)
     return BaseUnits(factor, tuple((name, power) for name, power in powers))
 
 
@@ -98,7 +98,7 @@ def conversion_factor(unit: str, to: str) -> float:
         except PintError as error:
             raise ValueError(str(error)) from error
 
-    factor = _kept(found, unit, to)
+    factor = _cached(found, unit, to)
     if isinstance(factor, str):
         raise OtherDimensionError(factor)
     return factor
@@ -131,8 +131,8 @@ def conversion(unit: str, expected: str, where: str) -> float:
     return factor
 
 
-def _kept(compute: Callable[[], Any], *units: str) -> Any:
-    """What is found of units, from the user's cache where it was found before."""
+def _cached(compute: Callable[[], Any], *units: str) -> Any:
+    """The result of ``compute`` for units, from the user's cache where it was computed before."""
     try:
         key = digest(*units, metadata.version("pint"), Path(__file__).read_bytes())
         text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(compute()))

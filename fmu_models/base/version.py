@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def version() -> str:
-    """As the installed distribution says it."""
+    """The version of the installed distribution."""
     from importlib import metadata  # takes as long as all else that a command imports before it begins
 
     try:

@@ -7,22 +7,14 @@ The text depends on the declaration alone: it is the same, byte for byte, in eve
 from __future__ import annotations
 
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
-from fmu_models.codegen.c_function import (
-    by_contact,
-    disc_function,
-    discs_by_contact,
-    function,
-    split,
-    varied_by_contact,
-    varied_function,
-)
+from fmu_models.codegen.c_function import DISC, SERIES, VARIATION, Kind, by_case, split
 from fmu_models.codegen.constants import Constants
 from fmu_models.codegen.discs import states_read
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
@@ -91,7 +83,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
 
 
 class _Names:
-    """What every quantity of the model is called in C."""
+    """The C names of all quantities of the model."""
 
     def __init__(self, system: HybridSystem) -> None:
         self.parameters: dict[sympy.Basic, str] = {q: f"p[{i}]" for i, q in enumerate(system.parameters)}
@@ -99,6 +91,7 @@ class _Names:
         self.states: dict[sympy.Basic, str] = {q: f"j->x[{i}]" for i, q in enumerate(system.states)}
         rates: dict[sympy.Basic, str] = {q.rate: f"j->du[{i}]" for i, q in enumerate(system.inputs)}
         self.free = {TIME: "j->t", **self.inputs, **rates, **self.states}
+        self.first = {**self.parameters, **{q: f"{name}[0]" for q, name in self.free.items()}}
         self.accelerations: dict[sympy.Basic, str] = {a: f"j->a[{i}]" for i, a in enumerate(system.rate_symbols)}
         # what outputs read of the rates of driven states: these are without contact forces
         self.free_rates: dict[Any, sympy.Basic] = {a: sympy.Dummy(f"{a}_free", real=True) for a in system.rate_symbols}
@@ -175,17 +168,12 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         "internal": recurrences(internal, *gaps, after=[*derived, *always]),
     }
     outputs = recurrences(_outputs(system, names), *gaps, names.forces, names.W, free_rates, after=derived)
-    texts = [
-        by_contact(name, [body.lines for body in bodies])
-        if isinstance(bodies, list)
-        else function(f"model_{name}", bodies.lines)
-        for name, bodies in functions.items()
-    ]
-    return [*texts, function("model_outputs", outputs.lines)], _variations(functions), _discs(system, names, functions)
+    texts = [*_texts(SERIES, functions, lambda body: body.lines), SERIES.function("model_outputs", outputs.lines)]
+    return texts, _variations(functions), _discs(system, names, functions)
 
 
 def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, sympy.Expr]:
-    """What contact ``i`` needs in stick."""
+    """What stick needs of contact ``i``: its slip rate and its capacity."""
     values = {f"j->slip_rate[{i}]": contact.slip_rate, f"j->capacity[{i}]": contact.capacity}
     return values | ({f"j->capacity_minus[{i}]": contact.capacities[1]} if system.directed else {})
 
@@ -193,10 +181,17 @@ def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, 
 def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
     """The functions of model_variation.c."""
     read = read_by(body.variations.lines for body in _bodies(functions.values()))
+    return _texts(VARIATION, functions, lambda body: body.variations.statements(read))
+
+
+def _texts(
+    kind: Kind, functions: Mapping[str, Recurrences | list[Recurrences]], lines: Callable[[Recurrences], list[str]]
+) -> list[str]:
+    """The functions of one kind from the lines of each body."""
     return [
-        varied_by_contact(name, [body.variations.statements(read) for body in bodies])
+        kind.by_contact(name, list(map(lines, bodies)))
         if isinstance(bodies, list)
-        else varied_function(f"model_{name}_variation", bodies.variations.statements(read))
+        else kind.function(f"model_{name}", lines(bodies))
         for name, bodies in functions.items()
     ]
 
@@ -231,12 +226,7 @@ def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurren
         table("disc_states", "MODEL_NX", (i in reads for i in range(len(system.states)))),
         *(table(f"{name}_unseen", "MODEL_NC", values) for name, values in unseen.items()),
         f"enum {{ MODEL_RATES_UNSEEN = {int(rates)} }};\n",
-        *(
-            discs_by_contact(name, [body.discs.statements(read) for body in bodies])
-            if isinstance(bodies, list)
-            else disc_function(f"model_{name}_disc", bodies.discs.statements(read))
-            for name, bodies in functions.items()
-        ),
+        *_texts(DISC, functions, lambda body: body.discs.statements(read)),
     ]
 
 
@@ -256,8 +246,7 @@ def _outputs(system: HybridSystem, names: _Names) -> dict[str, Any]:
 def _prepare(names: _Names) -> str:
     derived = names.constants.derived
     lines = [f"{name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
-    head, parameters = "void model_prepare(const Real *p, Real *d)", "const Real *p, Real *d"
-    return split("model_prepare", lines, head, parameters, "p, d", "    (void)p, (void)d;")
+    return split("model_prepare", lines, "void model_prepare(const Real *p, Real *d)")
 
 
 def _violation(system: HybridSystem, names: _Names) -> str:
@@ -281,8 +270,7 @@ def _violation(system: HybridSystem, names: _Names) -> str:
 
 def _magnitude(system: HybridSystem, names: _Names, quantity: str) -> str:
     """The sum of the magnitudes of the terms of every slip speed, depth or rate of slip."""
-    values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
-    values |= {a: f"{name}[0]" for a, name in names.accelerations.items()}
+    values = names.first | {a: f"{name}[0]" for a, name in names.accelerations.items()}
     accelerations = {} if system.inertia else dict(zip(system.rate_symbols, system.acceleration, strict=True))
     cases = []
     for i, contact in enumerate(system.contacts):
@@ -293,26 +281,22 @@ def _magnitude(system: HybridSystem, names: _Names, quantity: str) -> str:
             total = " + ".join(_magnitude_of(term, values) for term in summands)
             cases.append(f"    case {i}: return {total};\n")
     head = f"double model_{quantity}_magnitude(const double *p, const double *d, const Jets *j, int c)"
-    choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
-    return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+    return by_case(head, cases, "return 0.0;")
 
 
 def _lever(system: HybridSystem, names: _Names) -> str:
     """What is left of every lever d slip/dv; of a switch, of the part of its rate that changes with its sign."""
-    values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
     cases = []
     for i, contact in enumerate(system.contacts):
         symbols = contact.slip.free_symbols
         levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
         slopes = [system.G[i, i]] if contact.kind.surface else levers
-        ratios = [_part_left(sympy.sympify(slope), system, values) for slope in slopes if slope != 0]
+        ratios = [_part_left(sympy.sympify(slope), system, names.first) for slope in slopes if slope != 0]
         largest = ratios[0] if ratios else "0.0"
         for ratio in ratios[1:]:
             largest = f"fmax({largest}, {ratio})"
         cases.append(f"    case {i}: return {largest};\n")
-    choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
-    head = "double model_lever(const double *p, const double *d, const Jets *j, int c)"
-    return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+    return by_case("double model_lever(const double *p, const double *d, const Jets *j, int c)", cases, "return 0.0;")
 
 
 def _kinetic_energy(system: HybridSystem) -> str:
@@ -353,16 +337,13 @@ def _magnitude_of(expression: Any, values: Mapping[Any, str]) -> str:
 
 def _reset(system: HybridSystem, names: _Names) -> str:
     """The states after a jump, all of them."""
-    values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
     cases = []
     for i, contact in enumerate(system.contacts):
         if contact.reset:
             after = [sympy.sympify(contact.reset.get(state, state)) for state in system.states]
-            lines = [f"        x[{n}] = {c_expression(value, values)};\n" for n, value in enumerate(after)]
+            lines = [f"        x[{n}] = {c_expression(value, names.first)};\n" for n, value in enumerate(after)]
             cases.append(f"    case {i}:\n{''.join(lines)}        break;\n")
-    choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
-    head = "void model_reset(const Real *p, const Real *d, const Jets *j, int c, Real *x)"
-    return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c, (void)x;\n{choice}}}\n"
+    return by_case("void model_reset(const Real *p, const Real *d, const Jets *j, int c, Real *x)", cases)
 
 
 def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
@@ -372,14 +353,14 @@ def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
         "restitution": [(i, c.restitution) for i, c in contacts if c.kind.impulsive],
         "friction": [(i, c.friction) for i, c in contacts if c.kind.led],
     }
-    return [_coefficient(kind, values, names) for kind, values in kinds.items()]
-
-
-def _coefficient(kind: str, values: list[tuple[int, sympy.Expr]], names: _Names) -> str:
-    cases = "".join(f"    case {i}: return {names.constants.text(value)};\n" for i, value in values)
-    choice = f"    switch (c) {{\n{cases}    default: break;\n    }}\n" if cases else ""
-    head = f"Real model_{kind}(const Real *p, const Real *d, int c)"
-    return f"{head}\n{{\n    (void)p, (void)d, (void)c;\n{choice}    return 0.0;\n}}\n"
+    return [
+        by_case(
+            f"Real model_{kind}(const Real *p, const Real *d, int c)",
+            [f"    case {i}: return {names.constants.text(value)};\n" for i, value in values],
+            "return 0.0;",
+        )
+        for kind, values in kinds.items()
+    ]
 
 
 def _facts(system: HybridSystem) -> list[str]:

@@ -41,7 +41,7 @@ class Constants:
 
     def by_parameters(self, value: Expr) -> str:
         """C code of the part of the variation of a constant that parameters make; empty if they have none."""
-        factors, constant = self._parts(value)
+        factors, constant = self._split(value)
         if factors.free_symbols - set(self.held):
             parameters = sorted(value.free_symbols - set(self.held), key=lambda q: self.names[q])
             return " + ".join(f"{self._factor(sympy.diff(value, q))} * {varied(self.names[q])}" for q in parameters)
@@ -52,14 +52,14 @@ class Constants:
         return f"{self._factor(factors)} * {varied(self.text(constant))}"
 
     def by_memories(self, value: Expr) -> str:
-        """The same of the part that speeds of entry make; a sign of slip has no variation."""
-        factors, constant = self._parts(value)
+        """C code of the part that speeds of entry make of that variation; a sign of slip has none."""
+        factors, constant = self._split(value)
         memories = [q for q in factors.free_symbols & set(self.held) if "memory" in self.held[q]]
         memories.sort(key=lambda q: self.held[q])
         factor = "" if constant == 1 else f"{self._factor(constant)} * "
         return " + ".join(f"{factor}{self._factor(sympy.diff(factors, q))} * {varied(self.held[q])}" for q in memories)
 
-    def _parts(self, value: Expr) -> tuple[Expr, Expr]:
+    def _split(self, value: Expr) -> tuple[Expr, Expr]:
         """The factors of a constant that only ``held`` makes, and the others."""
         factors = [factor for factor in sympy.Mul.make_args(value) if factor.free_symbols & set(self.held)]
         others = [factor for factor in sympy.Mul.make_args(value) if factor not in factors]

@@ -53,7 +53,7 @@ def _digits(contact: ContactDynamics) -> int:
 
 
 def _away_digits(contact: ContactDynamics) -> int:
-    """Of these, those without a stop that touches or a force that holds."""
+    """The states among `_digits` without a stop that touches or a force that holds."""
     return _digits(contact) - contact.sticks if contact.kind.dry else 1
 
 
@@ -110,7 +110,7 @@ class _Tables:
         return (*((sympy.S.Zero,) if depth is None else ()), *row[n + 1 :], row[n])
 
     def _free_places(self) -> set[Place]:
-        """Where the flow without held or touching contacts may be other than zero."""
+        """Entries of the flow without held or touching contacts that may differ from zero."""
         nq = len(self.system.coordinates)
         places = {(i, j) for i, row in self.flow.items() for j in _filled(row)}
         for (i, c), _ in self.system.W.todok().items():
@@ -150,7 +150,7 @@ class _Tables:
         return {j for row in rows for j, entry in enumerate(row[:-1]) if entry != 0}
 
     def _closure(self) -> set[Place]:
-        """Where the exponential of the free flow is not zero, among the states."""
+        """Entries of the exponential of the free flow that are not zero, among the states."""
         nq = len(self.system.coordinates)
         reach = {(i, nq + i) for i in range(nq)} | {(i, i) for i in range(self.n)}
         reach |= {(i, j) for i, j in self.free if j < self.n}
@@ -329,8 +329,9 @@ class _Tables:
                 values |= _entries(f"capacity[{c}][{k}]", row)
             values[f"restitution[{c}]"] = system.contacts[c].restitution
             values[f"mu[{c}]"] = system.contacts[c].friction
-        values |= {f"W[{nq + i}][{c}]": entry for (i, c), entry in system.W.todok().items()}
-        values |= {f"G[{i}][{c}]": entry for (i, c), entry in system.G.todok().items()}
+        # by place: they come in the order of a set, which is another one in each process
+        values |= {f"W[{nq + i}][{c}]": system.W[i, c] for i, c in sorted(system.W.todok())}
+        values |= {f"G[{i}][{c}]": system.G[i, c] for i, c in sorted(system.G.todok())}
         lines = _assignments(values, names)
         head = "static void lanes_rows(const double *p, const double *u, const double *sign, LaneRows *r)"
         body = "\n".join(["    (void)p, (void)u, (void)sign;", "    memset(r, 0, sizeof *r);", *lines])
@@ -360,7 +361,7 @@ def _inlined(contact: ContactDynamics, expression: Any, slip: Any) -> Any:
 
 
 def _assignments(values: Mapping[str, Any], names: Mapping[Any, str]) -> list[str]:
-    """Of what is not zero, common parts once."""
+    """Assignments of all that is not zero, with common parts computed once."""
     nonzero = {name: sympy.sympify(value) for name, value in values.items() if value != 0}
     shared, results = sympy.cse(list(nonzero.values()), symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
     symbols = {**names, **{symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}}

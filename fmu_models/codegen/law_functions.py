@@ -128,7 +128,7 @@ def _text(reference: str, law: Any) -> str:
     built, N, v = _by_itself(reference, law)
     sign = sympy.Symbol("sign", real=True)
     friction = built.towards(v, sign)
-    declared, untold = _told(built, v)
+    declared, untold = _fittable(built, v)
     # symbols that print as what the functions are given
     q = {symbol: sympy.Symbol(f"q[{index}]", real=True) for index, (symbol, _) in enumerate(declared)}
     mu = sympy.sympify(friction).xreplace(q).subs(N, 1)
@@ -191,7 +191,7 @@ def _by_itself(reference: str, law: Any) -> tuple[Any, sympy.Symbol, sympy.Symbo
     return built, N, v
 
 
-def _told(law: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], list[str]]:
+def _fittable(law: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], list[str]]:
     """The parameters of a law that are to be fitted; and names of those that slip does not tell.
 
     What shows in stick alone, of a law that has no exact stick, is for estimators that know it.
@@ -205,7 +205,7 @@ def _told(law: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], li
 
 
 def _linear(mu: sympy.Expr, q: Sequence[sympy.Symbol]) -> tuple[bool, ...]:
-    """Of each parameter, whether mu is linear in it and in those before that are."""
+    """Whether mu is linear in each parameter and in those before that are."""
     import sympy
 
     linear: list[sympy.Symbol] = []
@@ -240,7 +240,7 @@ def _along(result: sympy.Expr, shared: Shared, v: sympy.Symbol) -> str:
 
 
 def _printed(expression: sympy.Expr) -> str:
-    """One expression for numpy.
+    """An expression as text for numpy.
 
     Raises:
         StickslipError: numpy has no function for a part of it.

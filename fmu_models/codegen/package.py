@@ -56,7 +56,7 @@ LANE_TABLES = "model_lanes.h"  # among the sources of a model that lanes follow
 
 @dataclass(frozen=True)
 class Packaging:
-    """What goes into an FMU beside its model.
+    """The parts of an FMU beside its model.
 
     Attributes:
         rights: author, copyright and licence of the model; the engine's licence alone if None.
@@ -266,7 +266,7 @@ def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
 
 
 def kept_folder(*options: str | bytes) -> Path:
-    """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
+    """The cache folder of these options, with the present sources, tools and machine."""
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
     keys = (_sources_digest(), *options, this_platform().fmi3, date)
     return cache_folder() / "fmus" / digest(*keys)

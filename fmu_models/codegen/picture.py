@@ -19,7 +19,7 @@ def block(name: str, inputs: Sequence[str], outputs: Sequence[str]) -> bytes:
     """PNG of a model; of more than a dozen inputs or outputs the first are shown."""
     from PIL import Image, ImageDraw, ImageFont
 
-    left, right = _shown(inputs), _shown(outputs)
+    left, right = _labels(inputs), _labels(outputs)
     rows = max(len(left), len(right), 2)
     sides = max(map(len, (*left, "")), default=0) + max(map(len, (*right, "")), default=0)
     width = 2 * (_EDGE + _ARROW) + _LETTER * (max(sides, len(name)) + 6)
@@ -50,7 +50,7 @@ def port() -> bytes:
     return _png(16, 16, image.tobytes())
 
 
-def _shown(names: Sequence[str]) -> list[str]:
+def _labels(names: Sequence[str]) -> list[str]:
     letters = [name.encode("ascii", "replace").decode() for name in names]
     surplus = len(letters) - _MOST_PORTS
     return letters if surplus <= 0 else [*letters[: _MOST_PORTS - 1], f"and {surplus + 1} more"]

@@ -27,27 +27,27 @@ def command_of(name: str) -> Callable[..., None]:
     analysis = ANALYSES.load(name)
     files: Any = f.StoredFiles if analysis.stores else f.Files
     without = (*analysis.without, *(OF_SECTION if analysis.subject == OSCILLATOR else ()))
-    parts: dict[str, Any] = {
+    options: dict[str, Any] = {
         "section": Annotated[f.SectionOptions, Without(*without)],
         **{declared.name: _option(declared) for declared in analysis.options.values()},
         "runs": Annotated[f.FamilyRuns, Without(*without)],
         "files": files if analysis.page else Annotated[files, Without("interactive")],
     }
     if analysis.axes:
-        parts = {"over": f.Bounds if analysis.axes == RANGE else f.Ranges, **parts}
+        options = {"over": f.Bounds if analysis.axes == RANGE else f.Ranges, **options}
     if not analysis.stores:
-        del parts["runs"]
+        del options["runs"]
 
-    def command(**given: Any) -> None:
-        section, files = given.pop("section"), given.pop("files")
-        arguments = {"execution": given.pop("runs").execution(files)} if analysis.stores else {}
+    def command(**values: Any) -> None:
+        section, files = values.pop("section"), values.pop("files")
+        arguments = {"execution": values.pop("runs").execution(files)} if analysis.stores else {}
         files.check()
-        over = given.pop("over", None)
+        over = values.pop("over", None)
         if analysis.axes == RANGE:
             axes = section.range(name, over)
         else:
             axes = section.axes(name, over, COUNTS.get(analysis.axes)) if analysis.axes else {}
-        arguments |= section.options(name, **given)
+        arguments |= section.options(name, **values)
         subject, constants = section.subject(analysis.subject)
         with console.progress(analysis.label) as advance:
             result = analysis.run(subject, axes, start=section.starts(), **constants, **arguments, progress=advance)
@@ -57,13 +57,13 @@ def command_of(name: str) -> Callable[..., None]:
 
     command.__name__ = name
     command.__doc__ = f"{analysis.summary}\n\nExample: stickslip {name} {analysis.example}"
-    command.__annotations__ = parts
+    command.__annotations__ = options
     defaulted = {"over", *analysis.options}
     parameters = [
         inspect.Parameter(
             name, inspect.Parameter.KEYWORD_ONLY, default=None if name in defaulted else inspect.Parameter.empty
         )
-        for name in parts
+        for name in options
     ]
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined] # what typer reads
     return console.trusting(bundled(command))

@@ -119,13 +119,13 @@ def simulate(
     limits = _limits(isolate, time_limit, memory_limit)
     logs = [Beside.read(text) for text in beside or ()]
     changed = {"parameters": (settings, "parameter"), "start": (start, "start value"), "inputs": (inputs, "input")}
-    fmu, given = _to_run(model, contacts, until, changed)
+    fmu, options = _to_run(model, contacts, until, changed)
     experiment = _experiment(
         fmu,
-        given.pop("stop_time"),
+        options.pop("stop_time"),
         samples,
         logs,
-        **given,
+        **options,
         **{"tolerance": tolerance, "method": method, "step": step, "on_zeno": on_zeno, "max_step": max_step},
     )
     estimate = second = None

@@ -81,7 +81,7 @@ def stress(
                 cells.append(cell)
         except KeyboardInterrupt:
             interrupted = True
-    order = {(one.model, one.name): i for i, one in enumerate(chosen)}
+    order = {(case.model, case.name): i for i, case in enumerate(chosen)}
     cells.sort(key=lambda cell: order[cell.case.model, cell.case.name])
     console.say(
         json, report.content(cells, len(chosen)), lambda out: report.print_report(cells, len(chosen), out, every=every)

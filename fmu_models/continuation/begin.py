@@ -131,11 +131,8 @@ def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProbl
 def _settled_free(
     problem: FlowProblem, start: Vector, value: float, failure: StickslipError
 ) -> tuple[FlowProblem, Vector]:
-    """The same of one long run, at a phase where nothing holds or sticks.
-
-    Raises:
-        StickslipError: the failure of a run period by period, where no contact is what stopped it.
-    """
+    """The same of one long run, at a phase where nothing holds or sticks. StickslipError: the failure of a run period
+    by period, where no contact is what stopped it."""
     strobe = problem.strobe.at(**{problem.over: value})
     length = strobe.every * float(strobe.periods({}, 1)[0])
     late = SETTLE * length

@@ -110,11 +110,8 @@ def _around(at: Node, boundary: Boundary, share: float, frequency: float) -> Nod
 
 
 def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector]:
-    """When and where the motion from x passes the level that state i begins at, in the same sense.
-
-    Raises:
-        StickslipError: it does not.
-    """
+    """When and where the motion from x passes the level that state i begins at, in the same sense. StickslipError: it
+    does not."""
     problem = equilibrium_problem(at)
     fmu, constants = problem.field.fmu, {**problem.strobe.values, **problem.values(at.z)}
     if not fmu.ours:

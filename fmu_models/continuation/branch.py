@@ -120,9 +120,9 @@ def word_text(word: Word) -> str:
     return " ".join(f"{contact}:{before}>{after}" for contact, before, after in word)
 
 
-def made(problem: Problem, both: Ways, between: tuple[float, float], seconds: float) -> Branch:
+def made(problem: Problem, directions: Ways, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, findings, ends = joined(*both)
+    nodes, findings, ends = joined(*directions)
     return Branch(
         **seen_on(nodes),
         periods=np.array([node.seen.length for node in nodes]),
@@ -142,23 +142,23 @@ def _switched(special: Special, points: int) -> tuple[Branch, ...]:
     return tuple(followed_from(node, special.between, points) for node in leaving(special))
 
 
-def follower_of(begin: Node, *arguments: Any) -> Follower:
-    """What follows solutions of its kind from a begin on."""
-    imported = isinstance(begin.problem, ImportedProblem)
-    follower = EquilibriumFollower if begin.problem.still else ImportedFollower if imported else Follower
-    return follower(begin, *arguments)
+def follower_of(start: Node, *arguments: Any) -> Follower:
+    """What follows solutions of its kind from a start on."""
+    imported = isinstance(start.problem, ImportedProblem)
+    follower = EquilibriumFollower if start.problem.still else ImportedFollower if imported else Follower
+    return follower(start, *arguments)
 
 
 def both_ways(
-    begin: Node, between: tuple[float, float], points: int, progress: Callable[[float], Any], keeper: Keeper
+    start: Node, between: tuple[float, float], points: int, progress: Callable[[float], Any], keeper: Keeper
 ) -> Ways:
-    """From a begin over a range of the parameter, of which ``progress`` is called with the share that is behind."""
+    """From a start over a range of the parameter, of which ``progress`` is called with the share that is behind."""
     low, high = between
 
     def tell(node: Node) -> None:
         progress((node.value - low) / (high - low))
 
-    return ways(begin, lambda node: follower_of(node, between, points, tell, keeper.pieces()).follow())
+    return ways(start, lambda node: follower_of(node, between, points, tell, keeper.pieces()).follow())
 
 
 def followed_from(node: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:

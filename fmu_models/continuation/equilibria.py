@@ -28,12 +28,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.branch import both_ways
-from fmu_models.continuation.equilibrium_branch import (
-    EIGENVALUES,
-    EquilibriumBranch,
-    branch_of_sets,
-    branch_of_ways,
-)
+from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, branch_of_sets, branch_of_ways
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem, numbers_of, problem_at
 from fmu_models.continuation.problem.imported_field import ImportedField
@@ -96,19 +91,16 @@ def equilibria(
         branch = _sets(sticking, (low, high), points, progress, clock)
     else:
         first = _begin(problem, z, scales)
-        both = both_ways(first, (low, high), points, progress, Keeper(None, problem))
-        branch = branch_of_ways(both, (low, high), time.process_time() - clock)
+        directions = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(directions, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 
 def _sets(
     first_set: StickingSet, between: tuple[float, float], points: int, progress: Callable[[float], Any], clock: float
 ) -> EquilibriumBranch:
-    """The branch of the sets of what sticks, from one of them both ways.
-
-    Raises:
-        StickslipError: they are there at one value of the parameter alone.
-    """
+    """The branch of the sets of what sticks, from one of them both ways. StickslipError: they are there at one value of
+    the parameter alone."""
 
     def tell(node: Node) -> None:
         progress((node.value - between[0]) / (between[1] - between[0]))
@@ -135,32 +127,26 @@ def _sets(
 def _start(
     fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
 ) -> tuple[EquilibriumProblem, Vector]:
-    """The problem, and z of the start.
+    """The problem, and z of the start. StickslipError: unknown names or values out of their range, no Model Exchange, a
+    model that is forced.
 
     Args:
         between: range of the parameter, which holds its present value.
         start: states near it; as the declaration says what is left out.
         constants: values of parameters and inputs that are not at their default.
-
-    Raises:
-        StickslipError: unknown names or values out of their range, no Model Exchange, a model that is forced.
     """
     check_names(fmu, "parameter or input", constants, numbers_of(fmu))
     check_names(fmu, "state", start, fmu.states)
     for name, value in {**constants, **start}.items():
         check_value(fmu, name, value)
-    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
+    point = np.array([float(start.get(state, fmu.start_of(state))) for state in fmu.states])
     field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     return problem, np.append(point, problem.value_within(between))
 
 
 def _begin(problem: EquilibriumProblem, z: Vector, scales: Vector) -> Node:
-    """The equilibrium near a start.
-
-    Raises:
-        StickslipError: there is none, or none that stands alone.
-    """
+    """The equilibrium near a start. StickslipError: there is none, or none that stands alone."""
     try:
         node = solved(problem, scales, z / scales, parameter(float(z[-1])), reach=np.inf, halvings=20)
     except Lost:

@@ -95,7 +95,7 @@ class Runner:
         self.system, self.workers, self.progress = system, execution.workers or os.cpu_count() or 1, progress
         self.provenance: dict[str, Any] = {}
         if plan is not None:
-            self.provenance = {"stickslip": version(), **{n: _told(v) for n, v in plan.items()}}
+            self.provenance = {"stickslip": version(), **{n: _described(v) for n, v in plan.items()}}
             try:
                 self.provenance["system"] = system.identity()
             except StickslipError:
@@ -228,13 +228,13 @@ class _InOrder:
             self.rows.pop(self.taken - 2, None)
 
 
-def _told(value: Any) -> Any:
+def _described(value: Any) -> Any:
     """An argument as JSON; of an array how many values, from where to where, and their hash."""
     if isinstance(value, np.ndarray):
         ends = [value.ravel()[0].item(), value.ravel()[-1].item()] if value.size else []
         return {"values": value.size, "ends": ends, "digest": families.digest(value.tobytes())}
     if isinstance(value, Mapping):
-        return {str(name): _told(item) for name, item in value.items()}
+        return {str(name): _described(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_told(item) for item in value]
+        return [_described(item) for item in value]
     return value.item() if isinstance(value, np.generic) else value

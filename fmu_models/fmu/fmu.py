@@ -119,6 +119,14 @@ class Fmu(Shown):
     def _from_here(self) -> bool:
         return str(self.description.generationTool).startswith("stickslip ")
 
+    def start_of(self, name: str) -> float:
+        """Start value of a variable; 0 where its description says none."""
+        return float(self.variables[name].start or 0.0)
+
+    def size_of(self, name: str) -> float:
+        """Nominal value of a variable; 1 where there is no such variable, or its description says none."""
+        return float(getattr(self.variables.get(name), "nominal", None) or 1.0)
+
     def suggested_times(self) -> tuple[float, float]:
         """Start and stop of the run that its author suggests, s; 0 and 20 where the description says nothing.
 

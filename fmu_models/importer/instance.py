@@ -140,12 +140,7 @@ class Instance:
     """
 
     def __init__(
-        self,
-        fmu: Fmu,
-        *,
-        co_simulation: bool = False,
-        scheduled: bool = False,
-        structure: Collection[str] = (),
+        self, fmu: Fmu, *, co_simulation: bool = False, scheduled: bool = False, structure: Collection[str] = ()
     ) -> None:
         self.fmu = fmu
         self.co_simulation, self.scheduled = co_simulation, scheduled

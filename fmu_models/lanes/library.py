@@ -82,8 +82,8 @@ def _sources(fmu: Fmu) -> dict[str, str | bytes]:
     folder, package = fmu.folder / "sources", Path(__file__).parent
     headers = [LANE_TABLES, "model_sizes.h", "ensemble/lane_stepper.h"]
     headers += sorted(path.relative_to(folder).as_posix() for path in (folder / "model").glob("*.h"))
-    found: dict[str, Any] = {f"engine/{name}": (folder / name).read_text("utf-8") for name in headers}
+    sources: dict[str, Any] = {f"engine/{name}": (folder / name).read_text("utf-8") for name in headers}
     code = sorted(path for path in (package / "c").iterdir() if path.suffix in (".c", ".h"))
-    found |= {f"lanes/c/{path.name}": path.read_text("utf-8") for path in code}
-    names = [name for name in found if name.endswith(".c")]
-    return {**found, "all.c": "".join(f'#include "{name}"\n' for name in names)}
+    sources |= {f"lanes/c/{path.name}": path.read_text("utf-8") for path in code}
+    names = [name for name in sources if name.endswith(".c")]
+    return {**sources, "all.c": "".join(f'#include "{name}"\n' for name in names)}

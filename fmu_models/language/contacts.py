@@ -241,7 +241,7 @@ class Friction(Contact):
 
     @property
     def place(self) -> sympy.Expr | None:
-        """Its region."""
+        """The region of the contact."""
         return self.where
 
     @property
@@ -260,7 +260,7 @@ class Friction(Contact):
         return self.law.rates(self.slip_speed, self.sign)
 
     def exchangeable_law(self, model: str) -> Law:
-        """Its law."""
+        """The contact's law."""
         return self.law
 
     def check(self, coordinates: Sequence[Coordinate]) -> None:

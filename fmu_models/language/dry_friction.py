@@ -57,7 +57,7 @@ class DryFriction(ABC):
 
     @property
     def capacity_minus(self) -> sympy.Expr:
-        """The same in the other direction."""
+        """The largest force in stick in the other direction."""
         return self.capacity
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:

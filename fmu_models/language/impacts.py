@@ -167,7 +167,7 @@ class Impact(Contact):
 
     @property
     def rule(self) -> Newton | Poisson:
-        """Its restitution."""
+        """The rule of restitution."""
         return self.restitution
 
     def exchangeable_law(self, model: str) -> NoReturn:

@@ -43,7 +43,7 @@ class Smoothed(ABC):
 
     @property
     def states(self) -> tuple[InternalState, ...]:
-        """Those of the law."""
+        """States of the law."""
         return self.law.states
 
     @property
@@ -53,12 +53,12 @@ class Smoothed(ABC):
 
     @property
     def capacity(self) -> sympy.Expr:
-        """That of the law, N."""
+        """Capacity of the law, N."""
         return self.law.capacity
 
     @property
     def capacity_minus(self) -> sympy.Expr:
-        """That of the law, N."""
+        """Capacity of the law in the other direction, N."""
         return self.law.capacity_minus
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
@@ -66,11 +66,11 @@ class Smoothed(ABC):
         return self.law.force(slip, self.shape(slip / self.width))
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Those of the law."""
+        """Rates of the law's states."""
         return self.law.rates(slip, self.shape(slip / self.width))
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Those of the law, and a width."""
+        """Requirements of the law, and a width above zero."""
         sentence = f"{self.width} must be positive: friction is smoothed over it"
         return (*self.law.requirements, Requirement(sympy.sympify(self.width), sentence, strict=True))

@@ -26,12 +26,12 @@ class Parametrised(Protocol):
 
     @property
     def parameters(self) -> Iterable[Parameter]:
-        """Its parameters."""
+        """Parameters of the model."""
         ...
 
     @property
     def all_requirements(self) -> Iterable[Requirement]:
-        """What they must satisfy together."""
+        """Requirements that the parameters must meet together."""
         ...
 
 

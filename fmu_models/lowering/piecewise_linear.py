@@ -41,7 +41,7 @@ class Lifted:
 
     @classmethod
     def of(cls, system: HybridSystem) -> Lifted:
-        """Those of a system; harmonics whose argument is not affine in the time are left out."""
+        """The lifted states of a system; harmonics whose argument is not affine in the time are left out."""
         arguments: dict[Any, None] = {}
         for _, expression in _expressions(system):
             for wave in sorted(expression.atoms(sympy.sin, sympy.cos), key=str):
@@ -91,7 +91,7 @@ def obstacles(system: HybridSystem) -> tuple[str, ...]:
 
 
 def ramps(system: HybridSystem) -> tuple[str, ...]:
-    """What of a system without obstacles rises with the time itself, a sentence each."""
+    """The parts of a system without obstacles that rise with the time itself, a sentence each."""
     lifted = Lifted.of(system)
     return tuple(
         f"{name} rises with the time: it is another at each strobe"

@@ -159,7 +159,7 @@ def _(result: Curves, axes: Axes) -> None:
 def _draw_curves(curves: Sequence[Curve], axes: Axes, closed_form: ClosedForm | None = None) -> None:
     """A colour and a dash for each kind, a numbered dot where a curve has a point of codimension 2, a broad pale line
     for what is known of them."""
-    kinds = [kind for _, kind in _in_order({one.kind for one in curves})]
+    kinds = [kind for _, kind in _in_order({curve.kind for curve in curves})]
     labelled: set[str] = set()
     points: dict[str, list[tuple[float, float]]] = {}
     for curve in curves:
@@ -227,7 +227,7 @@ def _told(special: Special) -> str:
     if special.contact:
         line += f"; {special.contact}"
     if special.multipliers_with_event is not None:
-        line += f"; with its event {', '.join(_number(one) for one in special.multipliers_with_event)}"
+        line += f"; with its event {', '.join(_number(value) for value in special.multipliers_with_event)}"
     for where, shares in special.crossings.items():
         line += f"; {where} at q = {', '.join(f'{share:.8g}' for share in shares)}"
     return line

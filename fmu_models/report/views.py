@@ -39,14 +39,14 @@ def _(diagram: Diagram, axes: Axes) -> None:
     """One state over the parameter; where sweeps agree the one down is a smaller dot on that of the one up."""
     from matplotlib.lines import Line2D
 
-    for k, way in enumerate(diagram.directions):
+    for k, direction in enumerate(diagram.directions):
         visible = diagram.shown[k]
         across = np.broadcast_to(diagram.values[:, None], visible.shape)
         axes.plot(
             across.ravel(),
             visible.ravel(),
             "o",
-            color=SWEEPS[way],
+            color=SWEEPS[direction],
             markersize=(2.0, 0.9)[k],
             markeredgewidth=0.0,
             rasterized=visible.size > DENSE,
@@ -115,8 +115,8 @@ def _(basins: Basins, axes: Axes) -> None:
         axes.set_xlabel(names[0])
         axes.set_ylabel("attractor")
         return
-    said = attractors_of(basins)
-    _mesh(axes, basins.labels, basins.axes, said, said)
+    classes = attractors_of(basins)
+    _mesh(axes, basins.labels, basins.axes, classes, classes)
     limits = axes.get_xlim(), axes.get_ylim()
     for i, attractor in enumerate(basins.attractors):
         axes.plot(

@@ -116,9 +116,9 @@ class Iteration(SectionSystem):
         if name not in self.values:
             raise StickslipError(f"{self.name} has no parameter '{name}'.{nearest(name, self.values)}")
 
-    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) a state; what is not given is as declared."""
-        return named_point(self.name, self.states, np.array([float(x.start) for x in self.map.states]), given)
+        return named_point(self.name, self.states, np.array([float(x.start) for x in self.map.states]), values)
 
     def identity(self) -> dict[str, Any]:
         """With the hash of the rule."""

@@ -61,11 +61,7 @@ class PeriodicMotion(Shown):
 
 
 def find_periodic(
-    iteration: Iteration,
-    period: int = 1,
-    *,
-    box: Any = None,
-    starts: int = 5000,
+    iteration: Iteration, period: int = 1, *, box: Any = None, starts: int = 5000
 ) -> tuple[PeriodicMotion, ...]:
     """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
 
@@ -89,9 +85,9 @@ def find_periodic(
             guesses = np.concatenate([np.moveaxis(cycles, 0, 1), guesses])
     motions: list[Vector] = []
     size = bounds[:, 1] - bounds[:, 0]
-    found = find_cycles(iteration, guesses)
-    _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
-    for points in found[np.sort(distinct)]:
+    candidates = find_cycles(iteration, guesses)
+    _, distinct = np.unique(np.round(candidates / (10 * SAME * size)), axis=0, return_index=True)
+    for points in candidates[np.sort(distinct)]:
         inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
         if inside.all() and least_periods(iteration, points[None], size)[0] == period:
             points = _from_least(points, size)

@@ -119,10 +119,10 @@ class FmuPoints(SectionSystem):
         section.values = {**self.values, **{n: float(v) for n, v in values.items()}}
         return section
 
-    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) states by name, in SI units; what is not given has the default of the FMU."""
         starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
-        point = named_point(self.name, self.states, np.array([float(start or 0.0) for start in starts]), given)
+        point = named_point(self.name, self.states, np.array([float(start or 0.0) for start in starts]), values)
         for name, value in zip(self.states, point.tolist(), strict=True):
             if name in self.fmu.variables:
                 check_value(self.fmu, name, value)
@@ -130,8 +130,7 @@ class FmuPoints(SectionSystem):
 
     def sizes(self) -> Vector:
         """(n,) nominal values."""
-        state_variables = [self.fmu.variables.get(name) for name in self.states]
-        return np.array([float(getattr(variable, "nominal", None) or 1.0) for variable in state_variables])
+        return np.array([self.fmu.size_of(name) for name in self.states])
 
     @cached_property
     def turns(self) -> Vector:  # type: ignore[override] # computed once
@@ -143,7 +142,7 @@ class FmuPoints(SectionSystem):
         if self.forcing is None:
             return np.full(m, self.period or 0.0)
         variable = self.fmu.variables[self.forcing]
-        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, float(variable.start or 0.0))))
+        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, self.fmu.start_of(self.forcing))))
         return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
 
     def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
@@ -158,15 +157,15 @@ class FmuPoints(SectionSystem):
 
 
 def _checked(
-    fmu: Fmu, names: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
+    fmu: Fmu, names: Sequence[str], constants: Mapping[str, float] | None, forcing: str | None, period: float | None
 ) -> dict[str, float]:
-    values = dict(given or {})
+    values = dict(constants or {})
     check_names(fmu, "parameter", values, names)
     for name, value in values.items():
         check_value(fmu, name, float(value))
     if forcing is not None:
         check_names(fmu, "parameter", {forcing: None}, names)
-        frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
+        frequency = values.get(forcing, fmu.start_of(forcing))
         if not frequency > 0.0:
             raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")
     if period is not None and not (math.isfinite(period) and period > 0.0):

@@ -133,14 +133,13 @@ class ReturnMap(SectionSystem):
         for value in (np.min(values), np.max(values)):
             check_value(self.fmu, name, float(value))
 
-    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> NDArray[np.float64]:
+    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> NDArray[np.float64]:
         """(1,) a value of the state."""
-        default = float(self.fmu.variables[self.state].start or 0.0)
-        return named_point(self.name, self.states, np.array([default]), given)
+        return named_point(self.name, self.states, np.array([self.fmu.start_of(self.state)]), values)
 
     def sizes(self) -> NDArray[np.float64]:
         """(1,) nominal value of the state."""
-        return np.array([float(getattr(self.fmu.variables[self.state], "nominal", None) or 1.0)])
+        return np.array([self.fmu.size_of(self.state)])
 
     def step(
         self,

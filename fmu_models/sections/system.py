@@ -89,7 +89,7 @@ class SectionSystem(Shown, ABC):
         """Raises StickslipError: no such parameter, or one of the values (m,) is none that it can have."""
 
     @abstractmethod
-    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) a point; what is not given has its default.
 
         Raises:

@@ -326,8 +326,8 @@ def _read(file: Any) -> Recording:
         column.shape != time.shape or column.dtype.kind not in "fiub" for column in values.values()
     ):
         raise ValueError("every variable needs a number at each time")
-    both = {str(data.attrs["name"]): _read_texts(data) for _, data in _datasets(file.get("texts", {}))}
-    texts = {name: (first, last) for name, (first, last) in both.items()}
+    pairs = {str(data.attrs["name"]): _read_texts(data) for _, data in _datasets(file.get("texts", {}))}
+    texts = {name: (first, last) for name, (first, last) in pairs.items()}
     trajectory = Trajectory(time, values, units, events, steps, evaluations, method, arrays=arrays, texts=texts)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
 

@@ -130,12 +130,12 @@ class Columns(Mapping[str, NDArray]):
         self._made: dict[str, NDArray] = {}
 
     def __getitem__(self, name: str) -> NDArray:
-        found = self._made.get(name)
-        if found is None:
+        values = self._made.get(name)
+        if values is None:
             i = self._columns[name]
             column = self._rows[:, i]
-            found = self._made[name] = column if i < self._n_real else column.astype(np.int8)
-        return found
+            values = self._made[name] = column if i < self._n_real else column.astype(np.int8)
+        return values
 
     def __contains__(self, name: object) -> bool:
         return name in self._columns

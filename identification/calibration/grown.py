@@ -14,7 +14,8 @@ import numpy as np
 
 from identification.calibration.problem import SegmentProblem, whole
 from identification.calibration.unknowns import BOX, Free, Scaled
-from identification.inference.problem import SOFT, Prior, Unknown, solve
+from identification.inference.levenberg import levenberg
+from identification.inference.problem import SOFT, Prior, Unknown
 
 FIRST = 4  # events, at the begin
 GROWTH = 1.3
@@ -43,7 +44,7 @@ def grown(
         for reached in counts:
             part = _part(free_run, reached)
             scaled = Scaled(part, signs_of(part))
-            x = scaled.natural(solve(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=EVALUATIONS).values)
+            x = scaled.natural(levenberg(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=EVALUATIONS).values)
             if _missed(part, x) > LOST:
                 break
         else:

@@ -118,21 +118,28 @@ class SegmentProblem(Problem):
         start = {name: float(x[place]) if place >= 0 else self.fixed[name] for name, place in places}
         return Stretch(segment.begin, times, values, start, log.inputs)
 
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """By runs without slopes, which cost a small part of those with them."""
+        return self._evaluated(x, slopes=False).residual
+
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Residuals and slopes; those of continuity come last, of a log of their own."""
+        return self._evaluated(x, slopes=True)
+
+    def _evaluated(self, x: np.ndarray, *, slopes: bool) -> Evaluation:
         series, states = self.series, len(self.subject.states)
         kept = {key: self.kept(*key) for key in series}
         ends = np.cumsum([0, *(int(kept[key].sum()) for key in series)])
         joints = np.flatnonzero([not segment.last for segment in self.segments])
         count = int(ends[-1]) + states * len(joints)
-        residual, gradient = np.zeros(count), np.zeros((count, len(x)))
+        residual, gradient = np.zeros(count), np.zeros((count, len(x) if slopes else 0))
         row = dict(zip(joints.tolist(), ends[-1] + states * np.arange(len(joints)), strict=True))
         for number, segment in enumerate(self.segments):
             names = list(self.logs[segment.log].measured)
             sensors = {name: self.sensor(name, x) for name in names}
             readings = self._readings(segment, sensors, kept)
             times = np.unique(np.concatenate([*(time for _, time in readings.values()), [segment.end]]))
-            run = self._response(number, x, times)
+            run = self._response(number, x, times, slopes)
             for name, (rows, time) in readings.items():
                 place = int(ends[series.index((segment.log, name))])
                 at = np.searchsorted(times, time)
@@ -163,9 +170,10 @@ class SegmentProblem(Problem):
             found[name] = rows, np.minimum(read, segment.end)
         return found
 
-    def _response(self, number: int, x: np.ndarray, times: np.ndarray) -> Response | None:
+    def _response(self, number: int, x: np.ndarray, times: np.ndarray, slopes: bool) -> Response | None:
+        stretch = self.stretch(number, x, times)
         try:
-            run = self.subject.respond(self.stretch(number, x, times))
+            run = self.subject.respond(stretch) if slopes else self.subject.shown(stretch)
         except StickslipError:
             return None
         return run if np.isfinite(run.values).all() and np.isfinite(run.slopes).all() else None
@@ -195,6 +203,8 @@ class SegmentProblem(Problem):
         low, high = sensor.clip
         inside = (modelled > low) & (modelled < high)
         residual[seen] = (np.clip(modelled, low, high) - measured[rows]) / noise
+        if not gradient.size:
+            return
         weight = np.where(inside, 1 / noise, 0.0)[:, None]
         places, used = self.columns(number)
         gradient[np.ix_(seen, places)] = weight * sensor.gain * run.slopes[at, column][:, used]
@@ -224,9 +234,11 @@ class SegmentProblem(Problem):
             return
         times, slopes = run.hits[name]
         count = min(len(times), len(measured))
+        residual[seen[:count]] = np.clip((times[:count] - measured[:count]) / apart, -FAILED, FAILED) * apart / noise
+        if not gradient.size:
+            return
         places, used = self.columns(number)
         told = np.isfinite(slopes[:count]).all(axis=1)
-        residual[seen[:count]] = np.clip((times[:count] - measured[:count]) / apart, -FAILED, FAILED) * apart / noise
         near = told & (np.abs(times[:count] - measured[:count]) < FAILED * apart)
         gradient[np.ix_(seen[:count][near], places)] = slopes[:count][near][:, used] / noise
 
@@ -254,6 +266,8 @@ class SegmentProblem(Problem):
             residual[where] = self.weight
             return
         residual[where] = weight * (run.values[-1, :states] - x[following])
+        if not gradient.size:
+            return
         places, used = self.columns(number)
         rows = np.arange(where.start, where.stop)
         gradient[np.ix_(rows, places)] = weight[:, None] * run.slopes[-1, :states][:, used]

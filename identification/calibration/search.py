@@ -19,8 +19,9 @@ from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes, local_motion, nodes_of, rolled
 from identification.calibration.problem import Segment, SegmentProblem
 from identification.calibration.unknowns import Free, Scaled
-from identification.calibration.untold import telling
-from identification.inference.problem import Solution, Unknown, solve
+from identification.calibration.untold import CERTAIN, column_norms, telling
+from identification.inference.levenberg import levenberg
+from identification.inference.problem import SOFT, Problem, Solution, Unknown
 
 GUESSES = 24
 DENSITY = 4.0  # points of a line for each change of the prediction by as much as the measured motion
@@ -40,6 +41,7 @@ LEFT = 0.5  # of what is measured: a search that leaves more has not arrived
 DOUBTFUL = 3.0  # deviations of the noise: where no search leaves less, and no two agree, more are made
 MORE = 2  # times as many
 OUTLIER = 10.0  # times the median residual
+DRAWS = 40  # beside a solution of a soft loss
 TIMED = 1e-3  # of the time between events: their noise, until residuals show it
 SAME = 0.05  # relative: guesses whose parameters differ less are one
 ALIKE, FAR = 1e-3, 0.25  # relative: misfits and parameters of minima that are one
@@ -193,7 +195,7 @@ def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
     found = {}
     for number, log in enumerate(problem.logs):
         rows = np.unique(np.linspace(0, log.time.size - 1, 200).astype(int))
-        noise = local_motion(log, rows)[1] if log.measured else {}
+        noise = local_motion(log, rows, problem.subject.half)[1] if log.measured else {}
         noise |= {name: TIMED * float(np.median(np.diff(times))) for name, times in log.events.items()}
         found |= {(number, name): sd for name, sd in noise.items()}
     return found
@@ -274,7 +276,7 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
             problem = replace(problem, weight=weight)
             scaled = Scaled(problem, signs_of(problem))
             x = scaled.natural(
-                solve(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
+                levenberg(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
             )
             progress((place + 1) / (len(STAGES) + 1))
             if place + 1 in (POLISHED, len(stages)):
@@ -285,7 +287,7 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
     except KeyboardInterrupt:
         return Minimum(problem, _at(problem, x), horizon, True)
     whole_logs = _with_logs(problem, free_run.logs)
-    joined = Minimum(whole_logs, solve(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
+    joined = Minimum(whole_logs, levenberg(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
     return joined if free is None or horizon is not None or joined.misfit < LEFT * free.misfit else free
 
 
@@ -296,16 +298,30 @@ def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, 
     scaled = Scaled(free_run, signs_of(free_run))
 
     def descended(begin: np.ndarray) -> Minimum:
-        solution = solve(scaled, begin, tolerance=FINE, evaluations=POLISH)
+        solution = levenberg(scaled, begin, tolerance=FINE, evaluations=POLISH)
         values = scaled.natural(solution.values)
         return Minimum(free_run, replace(solution, values=values, evaluation=free_run.evaluate(values)), horizon)
 
-    found = descended(scaled.scaled(begin))
-    residual = np.abs(found.solution.evaluation.residual)
-    if found.misfit**2 > WHITE and np.max(residual) > OUTLIER * np.median(residual):
-        soft = solve(scaled, scaled.scaled(begin), tolerance=ROUGH, evaluations=POLISH, loss="cauchy")
-        return min(found, descended(soft.values), key=lambda one: one.misfit)
-    return found
+    minimum = descended(scaled.scaled(begin))
+    residual = np.abs(minimum.solution.evaluation.residual)
+    if minimum.misfit**2 > WHITE and np.max(residual) > OUTLIER * np.median(residual):
+        soft = levenberg(scaled, scaled.scaled(begin), tolerance=ROUGH, evaluations=POLISH, loss="cauchy")
+        return min(minimum, descended(_across(scaled, soft)), key=lambda one: one.misfit)
+    return minimum
+
+
+def _across(problem: Problem, soft: Solution) -> np.ndarray:
+    """The best of unknowns (m,) drawn from what a soft loss leaves open: a sample on the wrong side of a jump is a wall
+    to every descent, and within deviations of the other samples it is behind one."""
+    here = soft.evaluation
+    weights = 1 / np.sqrt(1 + (here.residual / SOFT) ** 2)
+    slopes = weights[:, None] * here.gradient
+    norms = column_norms(slopes)
+    _, singular, right = np.linalg.svd(slopes / norms, full_matrices=False)
+    spread = np.sqrt(np.mean((weights * here.residual) ** 2)) / np.maximum(singular, CERTAIN * singular[0])
+    normal = np.random.default_rng(0).normal(size=(DRAWS, len(singular)))
+    draws = np.clip(soft.values + (normal * spread) @ right / norms, *problem.limits)
+    return min((soft.values, *draws), key=lambda x: float(np.sum(problem.residual(x) ** 2)))
 
 
 def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.load import load
 from identification.calibration.course import Course, Drift, Path
 from identification.calibration.drifting import CHANCE, DriftProblem
 from identification.calibration.follow import residuals_of
@@ -25,11 +25,13 @@ from identification.calibration.pose import Settings, problem_of, with_instrumen
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import SeriesResidual
 from identification.calibration.search import Progress, over_segments, rates_of
-from identification.calibration.subject import subject_of
+from identification.calibration.systems import opened, subject_of
 from identification.inference.problem import Evaluation, solve
 
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
+    from fmu_models.coupling.system import CoupledSystem
+    from fmu_models.language.maps import Map
 
 STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))  # loss, weight, steps
 FIRST = 0.2  # of a parameter: its walk over the log, before anything is known
@@ -37,8 +39,9 @@ ROUNDS = 4  # of solution, noise and rates
 ROUGH, FINE = 1e-4, 1e-8  # relative
 
 
+@one_blas_thread()
 def track(
-    model: Model | Fmu,
+    model: Model | Fmu | CoupledSystem | Map,
     log: LogLike,
     *,
     drift: Sequence[str] = (),
@@ -50,7 +53,7 @@ def track(
     """Follow states and slowly changing parameters along a log.
 
     Args:
-        model: a name, a file, a declaration, or an FMU of anybody that shows its states (Model Exchange).
+        model: as in `calibrate`; an FMU of anybody must show its states (Model Exchange).
         log: a file, a table, a data frame or arrays by name, see `log.model_log`.
         drift: parameters that walk from segment to segment; they begin at ``parameters`` or their default.
         states: states and outputs whose course is wanted; all states if None.
@@ -63,7 +66,7 @@ def track(
     """
     told = progress or (lambda _: None)
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
-    fmu = model if isinstance(model, Fmu) else load(model)
+    fmu = opened(model)
     read = model_log(log, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name="log")
     said = with_instruments(said, [read])
     _check(said, read)

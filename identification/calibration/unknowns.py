@@ -147,6 +147,10 @@ class Scaled(Problem):
         """That of the problem."""
         return self.scaled(self.problem.start())
 
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """As the problem."""
+        return self.problem.residual(self.natural(x))
+
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """As the problem."""
         natural = self.natural(x)

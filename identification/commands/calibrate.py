@@ -30,6 +30,7 @@ from identification.commands.logs import stated
 from identification.commands.recipes import ResultPath, check_targets, finish
 
 
+@console.trusting
 def calibrate(
     model: ModelName,
     logs: Annotated[

@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from identification.calibration.result import Calibration
 
 ModelName = Annotated[
-    str, typer.Argument(metavar="MODEL", help="A name of 'stickslip models', a declaration my_model.py, or any .fmu.")
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A model or a map by its name, its file my_model.py or .fmu, or a system of FMUs: .toml, .ssd, .ssp.",
+    ),
 ]
 Clips = Annotated[list[str] | None, typer.Option("--clip", metavar="NAME=LOW:HIGH", help="Range of a sensor; repeat.")]
 Noise = Annotated[

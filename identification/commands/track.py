@@ -23,6 +23,7 @@ from identification.commands.fits import FigurePath, print_files
 from identification.commands.recipes import Log, ResultPath, check_targets, finish
 
 
+@console.trusting
 def track(
     model: ModelName,
     log: Log,

@@ -37,11 +37,11 @@ class Whereabouts:
 
     @classmethod
     def joined(cls, pieces: Sequence[Whereabouts]) -> Whereabouts:
-        """One after the other along the first axis."""
+        """Arrays of several joined along the first axis."""
         return cls(*(np.concatenate([getattr(piece, name.name) for piece in pieces]) for name in fields(cls)))
 
     def map(self, function: Callable[[np.ndarray], np.ndarray]) -> Whereabouts:
-        """The same with a function of each array."""
+        """The same whereabouts with a function of each array."""
         return Whereabouts(*(function(getattr(self, name.name)) for name in fields(self)))
 
 
@@ -98,7 +98,7 @@ class DisturbanceTerm:
     cause: str = field(default="", kw_only=True)
 
     def shape(self, where: Whereabouts) -> np.ndarray:
-        """What it multiplies."""
+        """The shape that the term's value multiplies."""
         if self.effect.sensor == ANGLE:
             value = np.ones_like(where.angle) * self.curve(where.share)
         elif self.effect.sensor == LASER:
@@ -123,7 +123,7 @@ class DisturbanceTerm:
 
     @property
     def parameter(self) -> str:
-        """Its parameter in the disturbed oscillator."""
+        """The term's parameter in the disturbed oscillator."""
         return f"{self.effect.name}{self.order}"
 
     @property

@@ -57,13 +57,13 @@ class Bend:
 
     @property
     def places(self) -> slice:
-        """Of the parameters among the unknowns."""
+        """Places of the parameters among the unknowns."""
         return slice(self.first, self.first + len(self.law.parameters))
 
 
 @dataclass(frozen=True, eq=False)
 class Charted(Problem):
-    """A problem in straight coordinates."""
+    """A problem in straight coordinates, in which the valley of its sum of squares does not bend."""
 
     problem: Problem
     bends: tuple[Bend, ...]
@@ -80,7 +80,7 @@ class Charted(Problem):
         object.__setattr__(self, "_last", [])
 
     def start(self) -> np.ndarray:
-        """Where the problem begins."""
+        """The point where the problem begins, in straight coordinates."""
         return self.coordinates(self.problem.start())
 
     def coordinates(self, x: np.ndarray) -> np.ndarray:

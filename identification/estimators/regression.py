@@ -105,12 +105,12 @@ class Regression:
         return np.concatenate(values), np.concatenate(slopes)
 
     def _by_chunks(self, compute: Callable[[slice], Made]) -> list[Made]:
-        """``compute`` of all rows, some at a time."""
+        """Results of ``compute`` for all rows, a chunk at a time."""
         rows = max(CHUNK // self.slip.shape[1], 1)
         return in_threads(compute, [slice(i, i + rows) for i in range(0, len(self.slip), rows)], self.workers)
 
     def thinned(self, every: int) -> Regression:
-        """The same with averages over every so many samples, for what is searched often."""
+        """The same equations with averages over fewer nodes, for searches that ask them often."""
         assert self.where is not None
         nodes = np.arange((len(self.average) // 2) % every, len(self.average), every)
         average = self.average[nodes] / self.average[nodes].sum()
@@ -147,14 +147,14 @@ class Regression:
 
 @dataclass(frozen=True, eq=False)
 class RegressionProblem(FrictionProblem):
-    """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
-    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
+    """A regression and a law. ``rebuild`` makes the equations with other constants (relative changes by name, gain
+    among them; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
     deviation of the zero of an encoder."""
 
     law: FittableLaw
     regression: Regression
     held: tuple[Prior, ...] = ()
-    again: Callable[[Mapping[str, float]], Regression] | None = None
+    rebuild: Callable[[Mapping[str, float]], Regression] | None = None
     terms: tuple[DisturbanceTerm, ...] = ()
     drawn: int = 0
     zero: float = 0.0
@@ -162,8 +162,8 @@ class RegressionProblem(FrictionProblem):
     residual_unit = "1"
 
     def __getstate__(self) -> dict[str, object]:
-        """For another process, which solves these equations and builds no others."""
-        return {**self.__dict__, "again": None}
+        """State for another process, which solves these equations and builds no others."""
+        return {**self.__dict__, "rebuild": None}
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # of the law
@@ -191,7 +191,7 @@ class RegressionProblem(FrictionProblem):
         )
 
     def tested(self, solution: Solution) -> bool:
-        """Not where the angle is interpolated between edges."""
+        """Whether residuals tell of the model: not where the angle is interpolated between edges."""
         return not self.drawn
 
     def _model(self, equations: Regression, x: np.ndarray) -> np.ndarray:
@@ -199,12 +199,12 @@ class RegressionProblem(FrictionProblem):
 
     def resampled(self, clusters: np.ndarray) -> RegressionProblem:
         """As in `Problem`."""
-        rebuild = self.again
+        rebuild = self.rebuild
         rebuilt = None if rebuild is None else lambda moved: rebuild(moved).of(clusters)
-        return replace(self, regression=self.regression.of(clusters), again=rebuilt)
+        return replace(self, regression=self.regression.of(clusters), rebuild=rebuilt)
 
     def rows(self, x: np.ndarray) -> FrictionRows:
-        """The equations, without what disturbances change."""
+        """Friction of the equations, without what disturbances change."""
         these = self.regression
         fitted = these.model(self.law, x[: len(self.law.parameters)])
         off = self._model(these, x) - fitted if self.terms else 0.0
@@ -220,13 +220,13 @@ class RegressionProblem(FrictionProblem):
         )
 
     def rms(self, x: np.ndarray) -> float:
-        """Of the friction coefficient."""
+        """Root mean square of the residual of the friction coefficient."""
         residual = self._model(self.regression, x) - self.regression.measured
         return float(np.sqrt(np.mean(residual**2)))
 
     def with_held(self, priors: tuple[Prior, ...]) -> RegressionProblem:
-        """By equations built anew."""
-        rebuild = self.again
+        """The same problem with equations that are built anew."""
+        rebuild = self.rebuild
         if rebuild is None:
             return replace(self, held=priors)
         base = {new.name: new.value / old.value - 1 for new, old in zip(priors, self.held, strict=True)}
@@ -234,26 +234,26 @@ class RegressionProblem(FrictionProblem):
         def moved(by: Mapping[str, float]) -> Regression:
             return rebuild({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
 
-        return replace(self, held=priors, regression=moved({}), again=moved)
+        return replace(self, held=priors, regression=moved({}), rebuild=moved)
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """By difference of the equations with moved constants, whitened as these. Constants that scale the rows scale
-        their noise: of a smaller J smaller residuals say nothing."""
+        """Slopes from the difference of the equations with moved constants, whitened as these. Constants that scale the
+        rows scale their noise: of a smaller J smaller residuals say nothing."""
         constants = {prior.name for prior in self.held}
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
         raw = self._model(self.regression, x) - self.regression.measured
-        if self.again is None:
+        if self.rebuild is None:
             return {}
         slopes = {}
         for name, step in steps.items():
-            variant = self.again({name: step})
+            variant = self.rebuild({name: step})
             moved = self._model(variant, x) - variant.measured
             louder = variant.noise / self.regression.noise if name in constants else 1.0
             slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
         if self.drawn:
-            others = [self.again({"lines": draw}) for draw in range(self.drawn)] + [self.again({"zero": self.zero})]
+            others = [self.rebuild({"lines": draw}) for draw in range(self.drawn)] + [self.rebuild({"zero": self.zero})]
             moved = np.stack([self._model(variant, x) - variant.measured - raw for variant in others], axis=1)
             moved[:, : self.drawn] /= np.sqrt(self.drawn)
             slopes["lines"] = self.regression.whitened(moved)
@@ -301,12 +301,12 @@ def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, 
     """
     period = ready.natural_period
 
-    def again(moved: Mapping[str, float]) -> Regression:
+    def build(moved: Mapping[str, float]) -> Regression:
         return replace(equations(*ready.moved(moved, window * period), period), workers=options.workers)
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
+    problem = RegressionProblem(law, build({}), ready.priors, build, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
     check_directions(law, problem.regression.sign)
     return problem
@@ -318,7 +318,7 @@ def loose(ready: Pool) -> float:
 
 
 def check_directions(law: FittableLaw, sign: np.ndarray | None) -> None:
-    """Friction by direction needs slips in both. sign: (n,)."""
+    """Refuse friction by direction where slips of one direction are missing. sign: (n,)."""
     if law.directed and (sign is None or len(np.unique(sign)) < 2):
         raise StickslipError(
             f"All slips go one way, so that the logs say nothing of the other half of '{law.name}'. Record a log with "

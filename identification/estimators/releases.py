@@ -84,7 +84,7 @@ class Breakaway:
 
     @property
     def words(self) -> str:
-        """What is said of it."""
+        """The breakaway in a sentence."""
         low, high = self.span
         text = (
             f"{len(self.releases)} sticks of {low:.2g} to {high:.2g} s let go at {self.level:.4f} ± "
@@ -171,7 +171,7 @@ def breakaway(ready: Pool, law: FittableLaw, fit: Fitted) -> Breakaway | None:
         return float(of_fit @ fit.covariance @ of_fit + of_constants @ fit.known @ of_constants)
 
     def deviation(weights: np.ndarray, departures: np.ndarray) -> float:
-        """Of a sum of squares (n,) with weights (n,), with errors ``departures`` (n,)."""
+        """Deviation of a sum of squares (n,) with weights (n,) and errors ``departures`` (n,)."""
         many = np.count_nonzero(weights)
         scatter = float(weights**2 @ departures**2) * many / max(many - 2, 1)
         return float(np.sqrt(scatter + power(weights @ by[:, 0])))

@@ -83,7 +83,7 @@ class Start:
     slope: np.ndarray | None = None
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """To first order, at another x (m,)."""
+        """The start states at another x (m,), to first order."""
         return self.states if self.x is None or self.slope is None else self.states + self.slope @ (x - self.x)
 
 
@@ -100,7 +100,7 @@ class Runs:
 
     @contextmanager
     def taken(self) -> Iterator[SensitiveRun]:
-        """An instance that nobody else has."""
+        """An instance that no other thread has."""
         from fmu_models.simulation.sensitivity import SensitiveRun
 
         try:

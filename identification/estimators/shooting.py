@@ -141,7 +141,7 @@ def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
         segment = sensor.within(bare, start, end)
         if len(segment.time) >= LEAST_EDGES:
             segments.append(replace(segment, cluster=np.full(len(segment.time), len(segments))))
-    return segments, all(sensor.known for sensor, _ in seen.values())
+    return segments, all(sensor.noise_known for sensor, _ in seen.values())
 
 
 def _guess(slip: SlipSegment, window: float) -> np.ndarray:

@@ -194,24 +194,24 @@ def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Sensed:
-    """What shooting compares a model with. time: (n,) s; shown: (n,) m or rad, see `measured`; good: (n,) samples that
+    """What shooting compares a model with. time: (n,) s; readings: (n,) m or rad, see `measured`; good: (n,) those that
     the sensor gave; lines: (n,) of an encoder that alone shows the angle; laser; deviation
     of the noise, whether it is known, and its memory in s (0: white)."""
 
     time: np.ndarray
-    shown: np.ndarray
+    readings: np.ndarray
     good: np.ndarray
     lines: np.ndarray | None
     laser: bool
     deviation: float
-    known: bool
+    noise_known: bool
     memory: float = 0.0
 
     def within(self, segment: ShootingSegment, start: float, end: float) -> ShootingSegment:
         """A segment with the good samples from begin to end, s."""
         inside = (self.time >= start) & (self.time <= end) & self.good
         lines = None if self.lines is None else self.lines[inside]
-        return replace(segment, time=self.time[inside], measured=self.shown[inside], lines=lines)
+        return replace(segment, time=self.time[inside], measured=self.readings[inside], lines=lines)
 
 
 def sensed(motion: DiscMotion, R: float) -> Sensed:

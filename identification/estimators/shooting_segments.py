@@ -79,11 +79,11 @@ class ShootingProblem(FrictionProblem):
     )
 
     def __getstate__(self) -> dict[str, object]:
-        """For another process."""
+        """State for another process."""
         return {**self.__dict__, "_last": deque(maxlen=KEPT)}
 
     def start(self) -> np.ndarray:
-        """As given."""
+        """The given first values."""
         return self.first
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
@@ -174,26 +174,26 @@ class ShootingProblem(FrictionProblem):
         )
 
     def tested(self, solution: Solution) -> bool:
-        """Not where edges lie nearer to the model than anything is known to come."""
+        """Whether residuals tell of the model: not where edges lie nearer to it than anything is known to come."""
         counted = any(segment.lines is not None for segment in self.segments)
         return not counted or float(np.mean(solution.evaluation.residual**2)) > SILENT**2
 
     def rms(self, x: np.ndarray) -> float:
-        """Of the measured displacement."""
+        """Root mean square of the measured displacement."""
         deviations = np.repeat(
             [segment.deviation for segment in self.segments], [len(segment.time) for segment in self.segments]
         )
         return float(np.sqrt(np.mean((deviations * self.evaluate(x).residual) ** 2)))
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Exact, as the gradient; the laser's gain and delay are among the unknowns, or nothing is known of them."""
+        """Exact slopes; the laser's gain and delay are among the unknowns, or nothing is known of them."""
         names = [prior.name for prior in self.held]
         runs = {on: Runs(run.fmu, directions(self.law, names, on)) for on, run in self.runs.items()}
         full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
         return dict(zip(names, full._all(x, names)[1].T, strict=True))
 
     def with_held(self, priors: tuple[Prior, ...]) -> ShootingProblem:
-        """On the same samples."""
+        """The same problem on the same samples."""
         return replace(self, held=priors, starts=tuple(replace(start) for start in self.starts))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
@@ -277,7 +277,7 @@ class ShootingProblem(FrictionProblem):
         return touching(self.law, self.contacts(segment), x[: len(self.law.parameters)], angle, guard)
 
     def known(self, x: np.ndarray) -> dict[str, float]:
-        """Everything but the law at x: constants of the rig, gain, delay, zero."""
+        """Values of everything but the law at x: constants of the rig, gain, delay, zero."""
         values = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
         values |= {prior.name: prior.value for prior in self.held}
         count = len(self.law.parameters)

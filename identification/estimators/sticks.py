@@ -56,7 +56,7 @@ class Sticks:
 
 
 def sticks_of(ready: Pool) -> Sticks | None:
-    """What is looked at of every stick that a slip follows; None where there is none."""
+    """What is read from every stick that a slip follows; None where there is none."""
     values, period = ready.values, ready.natural_period
     window = SMOOTHING * period
     rows: list[tuple[np.ndarray | float, ...]] = []

@@ -48,7 +48,7 @@ NEAR = 1e-6  # rad, least turn of the disc in one sample
 
 @dataclass(frozen=True, eq=False)
 class JointRegression(Regression):
-    """As `Regression`, of two discs.
+    """The `Regression` of two discs.
 
     slip: (n, w, 2) m/s, with its sign; measured: (n,) N; force: (n, 2) N, 0 where the log is of the other disc alone;
     angle: (n, w) rad; turn: (n, w) rad, by which the angle changes from node to node, positive; always: (n,) rows of
@@ -268,7 +268,7 @@ class JointProblem(RegressionProblem):
     residual_unit = "N"
 
     def start(self) -> np.ndarray:
-        """Where the scan found the least misfit."""
+        """The point of the scan with the least misfit."""
         return self.guess
 
     def rows(self, x: np.ndarray) -> FrictionRows:
@@ -328,15 +328,15 @@ def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:
 def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> JointProblem:
     period = ready.natural_period
 
-    def again(moved: Mapping[str, float]) -> JointRegression:
+    def build(moved: Mapping[str, float]) -> JointRegression:
         return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
-    these = again({})
+    these = build({})
     return JointProblem(
         law,
         these,
         ready.priors,
-        again,
+        build,
         drawn=ready.drawn,
         zero=loose(ready),
         guess=first_guess(these, law) if guess is None else guess,

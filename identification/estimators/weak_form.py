@@ -61,7 +61,7 @@ def of_few_nodes(ready: Pool, law: FittableLaw, options: Options) -> RegressionP
     """
     if ready not in _kept:
         problem = reduced(ready, law, _equations, WINDOW, options)
-        _kept[ready] = replace(problem, regression=problem.regression.thinned(THIN), again=None)
+        _kept[ready] = replace(problem, regression=problem.regression.thinned(THIN), rebuild=None)
     problem = replace(_kept[ready], law=law, terms=options.disturbances)
     check_directions(law, problem.regression.sign)
     return problem

@@ -106,7 +106,7 @@ def cycle_problem(
 
 
 def _deflection(segment: ShootingSegment, rig: RigValues, law: FittableLaw, q: np.ndarray) -> float:
-    """Of the bristles in steady slip at the start of a segment, m; 0 for a law without any, as for two discs."""
+    """Deflection of bristles in steady slip at the start of a segment, m; 0 without bristles and for two discs."""
     stiffness = None if isinstance(law, JointLaw) else dict(zip(law.names, q, strict=True)).get("sigma0")
     if stiffness is None:
         return 0.0

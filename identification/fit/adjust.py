@@ -115,7 +115,7 @@ def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool) -> Ad
     conflicts: list[Contradiction] = []
     evaluation = first.solution.evaluation
     for _ in range(ROUNDS):
-        pulled, best, slope = _said(ready, problem, x, evaluation, free, slips)
+        pulled, best, slope = _evidence(ready, problem, x, evaluation, free, slips)
         update = adjusted(names, at, readings, pulled)
         sd = np.sqrt(np.diag(update.covariance))
         if np.all(np.abs(update.step) <= NEAR * sd):
@@ -165,7 +165,7 @@ def _moved(priors: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
     return tuple(replace(prior, value=float(value)) for prior, value in zip(priors, at, strict=True))
 
 
-def _said(
+def _evidence(
     ready: Pool, problem: FrictionProblem, x: np.ndarray, evaluation: Evaluation, free: np.ndarray, slips: bool
 ) -> tuple[Pull, np.ndarray, np.ndarray]:
     """What the slips, if asked, say of the constants; how x (m,), of which some are free (m,), moves to its best (m,),

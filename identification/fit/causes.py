@@ -76,7 +76,7 @@ class _Search:
     def __init__(self, ready: Pool, law: FittableLaw, workers: int | None = None) -> None:
         self.ready = ready
         self.bare = weak_form.of_few_nodes(ready, law, Options(workers=workers))
-        self.kept: dict[frozenset[str], _Fit] = {}
+        self.fits: dict[frozenset[str], _Fit] = {}
         self.slips = len(np.unique(self.bare.regression.cluster))
 
     def judges(self, causes: Sequence[str]) -> bool:
@@ -84,14 +84,14 @@ class _Search:
         return len(replace(self.bare, terms=terms_of(self.ready, causes)).unknowns) < self.slips
 
     def fit(self, causes: Sequence[str], first: _Fit | None = None) -> _Fit:
-        """With these causes, from the law's own guess and from another fit: the better of the two."""
+        """The fit with these causes, from the law's own guess and from another fit: the better of the two."""
         key = frozenset(causes)
-        if key not in self.kept:
+        if key not in self.fits:
             problem = replace(self.bare, terms=terms_of(self.ready, causes))
             starts = [problem.start()] if first is None else [_carried(first, problem), problem.start()]
             fits = [_Fit(tuple(causes), problem, solve(problem, start, tolerance=SEARCH)) for start in starts]
-            self.kept[key] = min(fits, key=lambda fit: fit.sum)
-        return self.kept[key]
+            self.fits[key] = min(fits, key=lambda fit: fit.sum)
+        return self.fits[key]
 
     def promising(self, current: _Fit, causes: Sequence[str]) -> list[str]:
         """The causes by which the sum of squares falls most to first order, per BIC."""

@@ -97,7 +97,7 @@ def conclude(
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=(*estimator.structure, *ready.assumed, *_held(unknowns)),
+        structure=(*estimator.structure, *ready.assumed, *_held_values(unknowns)),
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
@@ -203,7 +203,7 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
 
 
 def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
-    """Whether something is moved (n,) by constants of which nobody says how well they are known."""
+    """Whether constants whose uncertainty nobody states have an effect (n,) on something."""
     priors = solved.estimate.problem.held
     return any(not prior.stated and abs(slope) > 0 for prior, slope in zip(priors, by, strict=True))
 
@@ -225,12 +225,12 @@ def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, .
 
 
 def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float, ...], ...]:
-    """Of all parameters (m,), from the covariance of those searched; one that is held goes with no other."""
+    """Correlations of all parameters (m,), from the covariance of those searched; a held one goes with no other."""
     matrix = among(correlation(covariance), free) + np.diag((~free).astype(float))
     return tuple(tuple(float(x) for x in row) for row in matrix)
 
 
-def _held(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
+def _held_values(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
     return tuple(
         f"{parameter.name} held at {parameter.value:g} {parameter.unit}" for parameter in parameters if parameter.held
     )
@@ -256,7 +256,7 @@ def _parameters(
     covariances: tuple[np.ndarray, np.ndarray, np.ndarray | None],
     scale: np.ndarray,
 ) -> tuple[FittedParameter, ...]:
-    """All unknowns. covariances: (m, m), stated, as if residuals were white, and the bound of Cramer and Rao."""
+    """All unknowns. covariances (m, m): stated, as if residuals were white, and the Cramer-Rao bound."""
     deviation, plain, bound = (
         None if covariance is None else np.sqrt(np.diag(covariance)) for covariance in covariances
     )
@@ -352,7 +352,7 @@ def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray
 
 
 def _contradicting(readings: Sequence[StatedConstant], solved: Adjusted) -> Iterator[str]:
-    """What is said of constants that contradict each other."""
+    """Sentences on constants that contradict each other."""
     for together in dict.fromkeys(reading.together for reading in readings):
         mine = [reading for reading in readings if reading.together == together]
         stated = " and ".join(f"{reading.name} = {reading.value:.4g} {reading.unit}" for reading in mine)

@@ -98,7 +98,7 @@ def fit_friction(
 
 @dataclass(frozen=True)
 class _Work:
-    """What one fit is made of."""
+    """One fit: its pooled logs, law, estimator and options."""
 
     ready: Pool
     law: FittableLaw
@@ -114,7 +114,7 @@ class _Work:
         return adjust(self.ready, estimate, options)
 
     def without_causes(self) -> Adjusted:
-        """The solution without any; with constants as stated where a disturbance takes them off.
+        """The solution without disturbances; with constants as stated where a disturbance takes them off.
 
         Raises:
             ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
@@ -137,7 +137,7 @@ class _Work:
     def estimated(
         self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()
     ) -> tuple[Estimate, Options]:
-        """The same with constants as they are stated, and the options that it was made with."""
+        """The estimate with constants as they are stated, and the options that it was made with."""
         estimator = by or self.estimator
         report = self.stages.of(stage)
         progress = by_evaluations(estimator.searches, report, self.options.progress)

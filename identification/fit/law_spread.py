@@ -66,7 +66,7 @@ def causes_beside_law(
     tried: dict[str, tuple[Cause, ...]] = {}
     for turn in range(ROUNDS):
         weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [cause.name for cause in causes])))
-        leads = _near(weak, law.name)
+        leads = _contenders(weak, law.name)
         under = law.name if leads[law.name] < NEAR else min(leads, key=lambda name: leads[name])
         if under in tried:
             return tried[under]
@@ -94,7 +94,7 @@ def contest(
         return None
     laws = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
     weak = weak_fits(ready, laws, Options(disturbances=problem.terms))
-    names = [*_near(weak, law.name)] if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
+    names = [*_contenders(weak, law.name)] if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
     fitted = fit_rivals(
         estimate, {name: laws[name] for name in names}, lambda form: weak[form.name].law_values, progress=progress
     ).fitted
@@ -103,7 +103,7 @@ def contest(
     return Contest(law.name, fitted, {name: value - least for name, value in aic.items()})
 
 
-def _near(weak: Mapping[str, Rival], law: str) -> dict[str, float]:
+def _contenders(weak: Mapping[str, Rival], law: str) -> dict[str, float]:
     """Laws within reach of the best, and their own, with what their AIC exceeds the least by."""
     aic = criteria({name: (rival.problem, rival.solution) for name, rival in weak.items()})
     least = min(aic.values())
@@ -133,7 +133,7 @@ def with_spread(fit: FrictionFit, laws: Contest) -> FrictionFit:
         parameters.append(replace(parameter, law_deviation=deviation))
     rivals = tuple(RivalLaw(name, float(weights[name]), float(laws.lead[name]), seen.get(name, {})) for name in names)
     fit = replace(fit, parameters=tuple(parameters), rivals=rivals)
-    if not (added := _said(laws)):
+    if not (added := _better_law(laws)):
         return fit
     warnings, releases = fit.warnings, fit.breakaway
     if releases is not None:
@@ -142,7 +142,7 @@ def with_spread(fit: FrictionFit, laws: Contest) -> FrictionFit:
     return replace(fit, breakaway=releases, warnings=(*warnings, *added))
 
 
-def _said(laws: Contest) -> tuple[str, ...]:
+def _better_law(laws: Contest) -> tuple[str, ...]:
     best = min(laws.lead, key=lambda name: laws.lead[name])
     ahead = laws.lead[laws.law]
     if ahead < BETTER:

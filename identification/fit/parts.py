@@ -58,7 +58,7 @@ class FittedParameter(Shown):
 
     @property
     def given_deviation(self) -> float:
-        """Of what is taken as given, the constants of the rig and the law."""
+        """Standard deviation from what is taken as given: the constants of the rig and the law."""
         return float(np.hypot(self.scale_deviation, self.law_deviation or 0.0))
 
 

@@ -181,7 +181,7 @@ class FrictionFit(Moving):
 
     @property
     def correlation_of_constants(self) -> np.ndarray:
-        """(n, n), in their order; where nothing is said of it they are independent."""
+        """Correlation (n, n) of the constants, in their order; they are independent where nothing is stated."""
         return np.array(self.constants_correlation) if self.constants_correlation else np.eye(len(self.constants))
 
     @property
@@ -191,7 +191,7 @@ class FrictionFit(Moving):
 
     @property
     def law_reference(self) -> str:
-        """What `identification.laws.find_law` finds the law by."""
+        """The name or file by which `identification.laws.find_law` finds the law."""
         return self.declaration or self.law
 
     @property
@@ -230,8 +230,8 @@ class FrictionFit(Moving):
         return value - float(np.hypot(value - low, reach)), value + float(np.hypot(high - value, reach))
 
     def noise_interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
-        """From noise alone: by profile or bootstrap where there is one of this level, else Student's t, one degree of
-        freedom for each slip segment to spare."""
+        """Interval from noise alone: by profile or bootstrap where there is one of this level, else Student's t, one
+        degree of freedom for each slip segment to spare."""
         for interval in self.intervals:
             if interval.name == name and interval.level == level:
                 return (

@@ -35,7 +35,7 @@ SAME = 1e-6  # of the root mean square: residuals that differ less are those of 
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """A law fitted: its problem and solution."""
+    """A fitted law: its problem and solution."""
 
     law: FittableLaw
     problem: FrictionProblem
@@ -43,12 +43,12 @@ class Rival:
 
     @property
     def law_values(self) -> np.ndarray:
-        """Of the law's parameters (m,)."""
+        """Values (m,) of the law's parameters."""
         return self.solution.values[: len(self.law.parameters)]
 
     @property
     def sum(self) -> float:
-        """Of squares."""
+        """Sum of squares."""
         return self.solution.evaluation.sum
 
 
@@ -129,34 +129,34 @@ def fit_rivals(
 
 
 @dataclass(frozen=True, eq=False)
-class _Begin:
+class _Candidate:
     """Where (m,) a search may start: of a problem, whose start states are near those there. What is evaluated at one x
     is not the beginning of another: of each begin the problem is its own."""
 
     problem: FrictionProblem
     x: np.ndarray
 
-    def at(self, x: np.ndarray) -> _Begin:
-        """Elsewhere, with start states as they are here."""
+    def at(self, x: np.ndarray) -> _Candidate:
+        """The same problem at another point, with start states as they are here."""
         if not isinstance(self.problem, ShootingProblem):
-            return _Begin(self.problem, x)
-        return _Begin(replace(self.problem, starts=tuple(replace(start) for start in self.problem.starts)), x)
+            return _Candidate(self.problem, x)
+        return _Candidate(replace(self.problem, starts=tuple(replace(start) for start in self.problem.starts)), x)
 
     @cached_property
-    def here(self) -> Evaluation:
+    def evaluation(self) -> Evaluation:
         return self.problem.evaluate(self.x)
 
     @property
     def sum(self) -> float:
         try:
-            return self.here.sum
+            return self.evaluation.sum
         except StickslipError:
             return np.inf
 
     @property
-    def stepped(self) -> _Begin:
+    def stepped(self) -> _Candidate:
         """After one Gauss-Newton step, as far as the bounds allow, if that is better."""
-        evaluation = self.here
+        evaluation = self.evaluation
         step = np.linalg.lstsq(evaluation.gradient, -evaluation.residual, rcond=None)[0]
         after = self.at(np.clip(self.x + step, *self.problem.limits))
         return after if after.sum < evaluation.sum else self
@@ -166,7 +166,7 @@ class _Begin:
         """The solution found from here, if this is none; steps to where the model does not follow a log are taken
         back."""
         if (at_bound := self._least()) is not None:
-            return Solution(self.x, self.here, True, "a law nested in this one fits as well", at_bound)
+            return Solution(self.x, self.evaluation, True, "a law nested in this one fits as well", at_bound)
         careful = Charted(self.problem, ()) if isinstance(self.problem, ShootingProblem) else self.problem
         return solve(careful, self.x, tolerance=SEARCH, evaluations=MOST)
 
@@ -176,7 +176,7 @@ class _Begin:
 
         if not np.isfinite(self.sum):
             return None
-        unknowns, evaluation = self.problem.unknowns, self.here
+        unknowns, evaluation = self.problem.unknowns, self.evaluation
         priors = [(index, unknown.prior) for index, unknown in enumerate(unknowns) if unknown.prior is not None]
         rows = [np.eye(len(unknowns))[index] / prior.standard_uncertainty for index, prior in priors]
         off = [(self.x[index] - prior.value) / prior.standard_uncertainty for index, prior in priors]
@@ -197,7 +197,7 @@ class _Begin:
 
 def _fitted(base: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival]) -> Rival:
     problem = _under(base, law, q)
-    first = _Begin(_under(base, law, q), np.concatenate([q, base.solution.values[len(base.law.parameters) :]]))
+    first = _Candidate(_under(base, law, q), np.concatenate([q, base.solution.values[len(base.law.parameters) :]]))
     starts = [first, *(start for less in simpler if (start := _inside(less, problem)) is not None)]
     usable = [start for start in starts if np.isfinite(start.sum)] or [first]
     if isinstance(problem, ShootingProblem):  # a search costs as much as a fit
@@ -209,11 +209,11 @@ def _under(base: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
     if isinstance(base.problem, ShootingProblem):
         return under(base.problem, base.solution.values, law, q)
     if type(base.problem) is RegressionProblem:
-        return replace(base.problem, law=law, again=None)
+        return replace(base.problem, law=law, rebuild=None)
     raise StickslipError("Laws are compared on logs of one driving disc. Fit the logs of each disc by itself.")
 
 
-def _inside(less: Rival, problem: FrictionProblem) -> _Begin | None:
+def _inside(less: Rival, problem: FrictionProblem) -> _Candidate | None:
     """Where a problem gives the residuals of a law with fewer parameters; None if that law is not nested in it."""
     names = [unknown.name for unknown in problem.unknowns]
     values = {u.name: float(v) for u, v in zip(less.problem.unknowns, less.solution.values, strict=True)}
@@ -221,7 +221,7 @@ def _inside(less: Rival, problem: FrictionProblem) -> _Begin | None:
         return None
     if isinstance(problem, ShootingProblem) and isinstance(less.problem, ShootingProblem):
         problem = replace(problem, starts=tuple(Start(start.at(less.solution.values)) for start in less.problem.starts))
-    start = _Begin(problem, np.array([values.get(name, 0.0) for name in names]))
+    start = _Candidate(problem, np.array([values.get(name, 0.0) for name in names]))
     try:
         residual = problem.evaluate(start.x).residual
     except StickslipError:
@@ -231,7 +231,7 @@ def _inside(less: Rival, problem: FrictionProblem) -> _Begin | None:
     return start if same else None
 
 
-def _not_worse(rival: Rival, less: Rival, inside: _Begin) -> Rival:
+def _not_worse(rival: Rival, less: Rival, inside: _Candidate) -> Rival:
     """A law at least as good as one nested in it."""
     if rival.sum <= less.sum * (1 + SEARCH):
         return rival

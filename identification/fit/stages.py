@@ -23,7 +23,7 @@ class Stages:
 
     @classmethod
     def of_fit(cls, progress: Told | None, inference: Inference, causes: bool, laws: bool) -> Stages:
-        """Those of a fit that seeks, or estimates, disturbances or does not, and asks other laws or does not."""
+        """The stages of a fit: with or without disturbances, and with or without other laws."""
         end = CONCLUSION + (inference.draws * DRAW if inference.covariance == "bootstrap" else 0.0)
         end += PROFILES if inference.profile else 0.0
         between = {"conclusion": CONCLUSION, "causes": CAUSES, "search again": AGAIN} if causes else {}
@@ -31,7 +31,7 @@ class Stages:
         return cls(progress, {"search": 1.0, **between, "end": end, **after})
 
     def of(self, name: str) -> Told:
-        """What takes the share of one stage that is done."""
+        """The callback that takes the fraction done of one stage."""
         every = list(self.times)
         before = sum(self.times[stage] for stage in every[: every.index(name)])
         total = sum(self.times.values())

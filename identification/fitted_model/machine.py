@@ -32,27 +32,27 @@ def machine_with(mechanism: Mechanism, fit: MachineFit) -> Mechanism:
         StickslipError: the fit is of another machine or has friction that drives; or a law holds products of what was
             to be found.
     """
-    result = _Found(mechanism, fit)
+    result = _BaseForm(mechanism, fit)
     efforts = zip(mechanism.coordinates, effort_inputs(mechanism), strict=True)
     return Mechanism(
         name=f"{mechanism.name}_found",
         title=f"{mechanism.title}, as logs show it",
         source=f"{mechanism.source}; values by {fit.method}",
         coordinates=mechanism.coordinates,
-        kinetic_energy=result.kept(mechanism.kinetic_energy),
-        potential_energy=result.kept(mechanism.potential_energy),
-        dissipation=result.kept(mechanism.dissipation),
-        applied={q: effort + result.kept(mechanism.applied[q] - effort) for q, effort in efforts},
+        kinetic_energy=result.expression(mechanism.kinetic_energy),
+        potential_energy=result.expression(mechanism.potential_energy),
+        dissipation=result.expression(mechanism.dissipation),
+        applied={q: effort + result.expression(mechanism.applied[q] - effort) for q, effort in efforts},
         contacts=[contact for friction in mechanism.frictions if (contact := result.contact(friction)) is not None],
     )
 
 
 def identifier(name: str) -> str:
-    """Of a base parameter, as declarations have it: "m2_r2" for "m2 r2"."""
+    """The name of a base parameter in declarations: "m2_r2" for "m2 r2"."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)
 
 
-class _Found:
+class _BaseForm:
     """Expressions of a declaration in base parameters."""
 
     def __init__(self, mechanism: Mechanism, fit: MachineFit) -> None:
@@ -74,7 +74,7 @@ class _Found:
         # in the order of the fit
         self.parameters = {monomials[name]: self._parameter(monomials[name]) for name in self.values}
 
-    def kept(self, expression: sympy.Expr) -> sympy.Expr:
+    def expression(self, expression: sympy.Expr) -> sympy.Expr:
         """An energy or a force."""
         terms = linear_parts(expression, self.unknown).items()
         coefficients: dict[Monomial, sympy.Expr] = {**self.parameters, NOTHING: sympy.S.One}

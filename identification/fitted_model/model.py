@@ -88,7 +88,7 @@ class FittedModel(Shown):
             self.fmu,
             time,
             parameters=self.parameters,
-            start=self._begin(drive_speeds) if start is None else start,
+            start=self._start_states(drive_speeds) if start is None else start,
             inputs=inputs(drive_speeds),
             output_times=[time],
         )
@@ -120,7 +120,7 @@ class FittedModel(Shown):
             self.fmu,
             float(times[-1]),
             parameters=self.parameters,
-            start=self._begin(drive_speeds) if start is None else start,
+            start=self._start_states(drive_speeds) if start is None else start,
             inputs=inputs(drive_speeds),
             output_times=times,
         )
@@ -129,7 +129,7 @@ class FittedModel(Shown):
         end = {name: float(trajectory[name][-1]) for name in self.fmu.states}
         return SimulatedMotion(times - before, trajectory["theta"], trajectory["omega"], states, events, end)
 
-    def _begin(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
+    def _start_states(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
         """Stick on the first disc, near where it lets go, so that one release leads onto the cycle."""
         first = self.contacts[0]
         speed = self.parameters["r"] * drive_speeds[first] / self.parameters["R"]
@@ -263,7 +263,7 @@ def fitted_rig(fit: FrictionFit) -> RigValues:
 
 
 def rig_constants(fit: FrictionFit) -> dict[str, float]:
-    """The same by the names of the rig's FMU: J, k, c, R, r, N0, N1."""
+    """Constants by the names of the rig's FMU: J, k, c, R, r, N0, N1."""
     rig = fitted_rig(fit)
     forces = {f"N{contact[-1]}": force for contact, force in zip(fit.contacts, rig.forces, strict=True)}
     return {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, **forces}

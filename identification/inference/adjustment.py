@@ -50,7 +50,7 @@ class Pull:
 
     @staticmethod
     def nothing(count: int) -> Pull:
-        """Residuals that are not asked."""
+        """The pull of residuals that are not asked: no information."""
         return Pull(np.zeros((count, count)), np.zeros(count), np.zeros((count, count)))
 
 
@@ -163,7 +163,7 @@ def contradiction(
 
 
 def widened(readings: Sequence[Reading], clash: Contradiction) -> tuple[Reading, ...]:
-    """The readings, those that contradict the others less sure."""
+    """The readings, of which those that contradict the others are taken as less sure."""
     return tuple(
         replace(reading, deviation=reading.deviation * clash.deviations) if reading.name in clash.names else reading
         for reading in readings

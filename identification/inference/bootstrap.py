@@ -33,19 +33,19 @@ SEARCH = 1e-6  # relative, of each draw's search: far below the spread of the dr
 class Draws:
     """Estimates from resampled blocks.
 
-    values: (k, m) of all unknowns; asked: draws that were to be made; failed: those without a fit; interrupted: whether
-    the rest was left out; blocks: G/(G - 1) of the clusters of a log, by which a drawn variance is too small.
+    values: (k, m) of all unknowns; requested: number of draws asked for; failed: those without a fit; interrupted:
+    whether the rest was left out; blocks: G/(G - 1) of the clusters of a log, by which a drawn variance is too small.
     """
 
     values: np.ndarray
-    asked: int
+    requested: int
     failed: int
     interrupted: bool
     blocks: float
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of all unknowns, (m, m)."""
+        """Covariance of all unknowns, (m, m)."""
         return np.atleast_2d(np.cov(self.values, rowvar=False)) * self.blocks
 
     def interval(self, index: int, name: str, level: float = 0.95) -> Interval:
@@ -55,10 +55,10 @@ class Draws:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to say of draws that are missing."""
+        """Warnings of missing draws."""
         warnings = []
         if self.interrupted:
-            warnings.append(f"The bootstrap was stopped: {len(self.values)} of {self.asked} draws count.")
+            warnings.append(f"The bootstrap was stopped: {len(self.values)} of {self.requested} draws count.")
         if self.failed > 0.05 * (len(self.values) + self.failed):
             warnings.append(
                 f"{self.failed} of {len(self.values) + self.failed} draws of the bootstrap could not be fitted: the "
@@ -148,7 +148,7 @@ class _Work:
 
 
 class _KnownElsewise(Problem):
-    """A problem with other values of its priors, drawn from them."""
+    """A problem whose priors have other values, drawn from them."""
 
     def __init__(self, problem: Problem, rng: np.random.Generator) -> None:
         self.problem, self.noise_known = problem, problem.noise_known

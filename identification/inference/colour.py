@@ -31,7 +31,7 @@ class Autoregression:
 
     @property
     def order(self) -> int:
-        """That was chosen; 0 for white residuals."""
+        """The chosen order; 0 for white residuals."""
         return len(self.predictors) - 1
 
     def filtered(self, rows: np.ndarray) -> np.ndarray:
@@ -83,7 +83,7 @@ class Whitened(Problem):
         return False
 
     def start(self) -> np.ndarray:
-        """As the problem."""
+        """The start of the problem."""
         return self.problem.start()
 
     def evaluate(self, x: np.ndarray) -> Evaluation:

@@ -130,13 +130,13 @@ class LawComparison(Pictured):
 
 @dataclass(frozen=True)
 class Comparing:
-    """How laws are compared. covariance: "jackknife" over clusters or "hac"; parts: of a log that stands alone, each
+    """How laws are compared. covariance: "jackknife" over clusters or "hac"; folds: of a log that stands alone, each
     predicted by the law fitted to the others; warnings: by law, why its values mean nothing: it is put aside; nested:
     pairs of laws of which the second contains the first, those whose unknowns it has if None; doubts: what speaks
     against every law of those compared."""
 
     covariance: str = COVARIANCE
-    parts: int = 2
+    folds: int = 2
     warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
     nested: Collection[tuple[str, str]] | None = None
     doubts: tuple[str, ...] = ()
@@ -220,7 +220,7 @@ def compare_problems(
 def single_law(
     name: str, problem: Problem, solution: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
 ) -> LawComparison:
-    """What there is to say of a law that no other comes near. doubts: what speaks against it."""
+    """The comparison that holds one law alone. doubts: what speaks against it."""
     law = _Candidate(name, problem, solution, _covariance(problem, solution, DEFAULT), ())
     held_out, chance = _held_out(problem, solution, DEFAULT)
     law, scale = replace(law, held_out=held_out, chance=chance), _scale([law])
@@ -244,12 +244,12 @@ def _held_out(problem: Problem, solution: Solution, options: Comparing) -> tuple
     labels, first = np.unique(cluster, return_index=True)
     fold = log[first]
     if len(np.unique(fold)) == 1:
-        if len(labels) < max(FEWEST, options.parts):
+        if len(labels) < max(FEWEST, options.folds):
             raise StickslipError(
                 f"The logs hold {len(labels)} slips, too few to fit some and predict the others. Record longer, or at "
                 "more drive speeds."
             )
-        edges = [len(labels) * i // options.parts for i in range(1, options.parts)]
+        edges = [len(labels) * i // options.folds for i in range(1, options.folds)]
         fold = np.searchsorted(edges, np.arange(len(labels)), side="right")
     sums, chance = np.zeros(len(labels)), 0.0
     for number in np.unique(fold):

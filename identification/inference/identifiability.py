@@ -61,7 +61,7 @@ class Collinearity:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to say where the logs leave a direction open."""
+        """Warnings where the logs leave a direction open."""
         if not self.blurred:
             return ()
         return (
@@ -71,7 +71,7 @@ class Collinearity:
 
 
 def collinearity(problem: Problem, solution: Solution, covariance: np.ndarray) -> Collinearity:
-    """Of the unknowns without a prior, those with one projected out. covariance: (m, m) of all unknowns."""
+    """Collinearity of the unknowns without a prior, the others projected out. covariance: (m, m) of all."""
     free = np.array([u.prior is None for u in problem.unknowns])
     gradient = np.vstack([solution.evaluation.gradient, np.sqrt(prior_precision(problem))])
     others = gradient[:, ~free]

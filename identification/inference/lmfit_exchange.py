@@ -20,7 +20,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.problem import Problem, Search, Solution, identifier
 
 if TYPE_CHECKING:
-    from lmfit import Minimizer, Parameters
+    from lmfit import Minimizer
 
 
 class Bounded(Protocol):
@@ -46,7 +46,7 @@ class Given:
     held: Mapping[str, float] = field(default_factory=dict)
 
     def check(self, names: Iterable[str]) -> None:
-        """Refuse what is said of none of these unknowns.
+        """Refuse names that are none of these unknowns.
 
         Raises:
             StickslipError: which name is unknown.
@@ -95,8 +95,8 @@ class Given:
 NOTHING = Given()
 
 
-def given(parameters: Parameters | None) -> Given:
-    """What `lmfit.Parameters` say.
+def given(parameters: Mapping[str, Any] | None) -> Given:
+    """First values, bounds and held values from `lmfit.Parameters`.
 
     Raises:
         StickslipError: a parameter is an expression of others, or has no finite value though it is held.

@@ -145,7 +145,7 @@ def sample(
 
 
 def load_emcee() -> Any:
-    """The package.
+    """The emcee package.
 
     Raises:
         StickslipError: it is not installed.
@@ -215,9 +215,9 @@ class Target:
         self.least = point.sum
         self.noise = 1.0 if problem.noise_known else point.sum / (len(point.residual) - point.eliminated - len(self.at))
         precision = prior_precision(problem)
-        self.known = np.diag(precision)
+        self.precision = np.diag(precision)
         self.prior = np.array([0.0 if u.prior is None else u.prior.value for u in problem.unknowns])
-        self.flat = self.known == 0.0
+        self.flat = self.precision == 0.0
         curvature = point.gradient.T @ point.gradient / self.noise
         self.stretch = _stretch(curvature, self.flat, covariance)
         low, high = problem.limits
@@ -227,7 +227,7 @@ class Target:
         self.root = np.linalg.cholesky(self.spread)
 
     def log_probability(self, x: np.ndarray) -> float:
-        """Up to a constant; minus infinity beyond the bounds and where there is no motion."""
+        """ln p, up to a constant; minus infinity beyond the bounds and where there is no motion."""
         low, high = self.problem.limits
         stretched = self.at + self.stretch @ (x - self.at)
         if np.any(x < low) or np.any(x > high) or np.any(stretched < low) or np.any(stretched > high):
@@ -236,7 +236,7 @@ class Target:
             total = (self.squares(stretched) - self.least) / self.noise
         except StickslipError:
             return -np.inf
-        total += float(self.known @ (x - self.prior) ** 2)
+        total += float(self.precision @ (x - self.prior) ** 2)
         total += self.readings.squares(x)
         return -0.5 * total if np.isfinite(total) else -np.inf
 
@@ -262,7 +262,7 @@ class Target:
         return self.at + width * normal / np.sqrt(random.chisquare(FREEDOM, (count, 1)) / FREEDOM)
 
     def _density(self, x: np.ndarray) -> np.ndarray:
-        """ln, up to a constant."""
+        """ln of the density, up to a constant."""
         count = len(self.at)
         squares = np.sum(np.linalg.solve(self.root, (x - self.at).T) ** 2, axis=0) / FREEDOM
         narrow, wide = (-0.5 * (FREEDOM + count) * np.log1p(squares / width**2) for width in (1.0, WIDER))
@@ -270,7 +270,7 @@ class Target:
 
 
 class _Readings:
-    """What is known of products of powers of some unknowns."""
+    """Readings: products of powers of some unknowns, known with a deviation."""
 
     def __init__(self, readings: Sequence[Reading], names: Sequence[str]) -> None:
         used = sorted({names.index(name) for reading in readings for name in reading.powers})

@@ -77,7 +77,7 @@ class Evaluation:
 
     @property
     def sum(self) -> float:
-        """Of squares of the residuals."""
+        """Sum of squares of the residuals."""
         return float(self.residual @ self.residual)
 
 
@@ -106,8 +106,12 @@ class Problem(ABC):
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Residuals and gradient at x (m,)."""
 
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Residuals (n,) at x (m,) alone."""
+        return self.evaluate(x).residual
+
     def squares(self) -> Callable[[np.ndarray], float]:
-        """What gives the sum of squares at x (m,), for those who want no gradient; near where it was evaluated last.
+        """The function that gives the sum of squares at x (m,) without a gradient, near the last evaluation.
 
         It raises as `evaluate`.
         """
@@ -134,7 +138,7 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Held(Problem):
-    """What is left of a problem when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
+    """The problem that is left when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
 
     problem: Problem
     values: np.ndarray
@@ -159,7 +163,7 @@ class Held(Problem):
         return self.values[self.free]
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """As the problem, with the gradient by those left."""
+        """Residuals of the problem, with the gradient by the unknowns left."""
         evaluation = self.problem.evaluate(self.full(x))
         return replace(evaluation, gradient=evaluation.gradient[:, self.free])
 
@@ -180,7 +184,7 @@ def searched(problem: Problem, solution: Solution) -> tuple[Problem, Solution, n
 
 
 def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """A matrix of the unknowns that were searched among all (m, m), 0 for those held."""
+    """A matrix of the searched unknowns within that of all (m, m); 0 for those held."""
     full = np.zeros((len(free),) * 2)
     full[np.ix_(free, free)] = matrix
     return full
@@ -221,7 +225,7 @@ def solve(
     evaluations: int = EVALUATIONS,
     loss: str = "linear",
 ) -> Solution:
-    """Least squares by SciPy (trust region, bounds, exact gradient).
+    """Solve a problem by the least squares of SciPy (trust region, bounds, exact gradient).
 
     start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
     of squares, step and gradient; evaluations: the most that are made; loss: of SciPy's, soft beyond `SOFT` deviations.
@@ -241,12 +245,17 @@ def solve(
         evaluation = problem.evaluate(initial)
         return Solution(initial, evaluation, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
     values, converged, message = search.run(initial, tolerance, evaluations, loss)
-    low, high = problem.limits
-    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
-    at_bound = search.free & ((values - low < edge) | (high - values < edge))
+    at_bound = search.free & at_bounds(problem, values)
     return Solution(
         values, problem.evaluate(values), converged, message, tuple(bool(b) for b in at_bound), tuple(fixed)
     )
+
+
+def at_bounds(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """(m,) which unknowns ended on a bound of the search."""
+    low, high = problem.limits
+    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
+    return (values - low < edge) | (high - values < edge)
 
 
 class Search:
@@ -274,7 +283,7 @@ class Search:
                 "at more drive speeds."
             )
 
-        def whole(free: np.ndarray) -> np.ndarray:
+        def expanded(free: np.ndarray) -> np.ndarray:
             every = start.copy()
             every[self.free] = free
             return every
@@ -283,9 +292,9 @@ class Search:
         # shrinking
         with np.errstate(invalid="ignore", divide="ignore"):
             solution = least_squares(
-                lambda free: self.at(whole(free))[0],
+                lambda free: self.at(expanded(free))[0],
                 start[self.free],
-                jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
+                jac=lambda free: self.at(expanded(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
                 bounds=(low[self.free], high[self.free]),
                 x_scale="jac",
                 loss=loss,
@@ -295,7 +304,7 @@ class Search:
                 gtol=tolerance,
                 max_nfev=evaluations,
             )
-        return whole(solution.x), bool(solution.success), str(solution.message)
+        return expanded(solution.x), bool(solution.success), str(solution.message)
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual (n + priors,) and gradient by the free unknowns."""

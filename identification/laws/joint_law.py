@@ -47,7 +47,7 @@ class JointLaw(FittableLaw):
         return np.concatenate([self.single.start(v[:, d], mu[:, d]) for d in DISCS])
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
-        """Those of each disc."""
+        """Warnings of each disc's law."""
         return tuple(f"Disc {d}: {warning}" for d in DISCS for warning in self.single.warnings(q[self.of_disc(d)]))
 
     @property
@@ -57,7 +57,7 @@ class JointLaw(FittableLaw):
 
     @property
     def edges(self) -> tuple[float, float]:
-        """Where disc 0 ends and disc 1 begins, as multiples of the changeover."""
+        """Angles where disc 0 ends and disc 1 begins, as multiples of the changeover."""
         return EDGES[self.arrangement]
 
     def of_disc(self, disc: int) -> slice:

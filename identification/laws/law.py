@@ -20,7 +20,7 @@ class FittableLaw(LawFunctions):
     """A friction law to be fitted."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """For another process, which makes it from its declaration again."""
+        """State for another process, which makes the law from its declaration again."""
         return _again, (self.reference, self.parameters)
 
     @property

@@ -57,12 +57,12 @@ class Kind:
 
     @property
     def friction(self) -> bool:
-        """Whether it is part of the friction law."""
+        """Whether the term belongs to the friction law."""
         return self.part in FRICTION
 
     @property
     def smoothed(self) -> bool:
-        """Whether it turns over a speed."""
+        """Whether the term turns over a speed, in place of jumping."""
         return self.part is Part.SMOOTHED
 
 
@@ -76,11 +76,11 @@ class Term:
 
     @property
     def width(self) -> float:
-        """That speed in SI units, 0 for a term that has none."""
+        """The speed in SI units; 0 for a term that has none."""
         return self.speed.value if self.speed else 0.0
 
     def unit(self, turning: bool) -> str | None:
-        """Of its parameter; None if there is no such term for this kind of motion."""
+        """Unit of the parameter; None if there is no such term for this kind of motion."""
         return KINDS[self.kind].turning_unit if turning else KINDS[self.kind].sliding_unit
 
 

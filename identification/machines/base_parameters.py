@@ -24,7 +24,7 @@ SEED = 20
 
 @dataclass(frozen=True)
 class BaseParameter(Shown):
-    """One of them: the monomial that it is named after and the others that it takes up, with their factors."""
+    """A base parameter: the monomial that names it, and the others that it absorbs, with their factors."""
 
     index: int
     name: str
@@ -34,7 +34,7 @@ class BaseParameter(Shown):
 
     @property
     def combination(self) -> str:
-        """In words, such as "I1 + 0.04 m2 - 0.2 m1 r1"."""
+        """The combination as text, such as "I1 + 0.04 m2 - 0.2 m1 r1"."""
         terms = [f"{'-' if factor < 0 else '+'} {_factor(abs(factor))}{name}" for name, factor in self.others]
         return " ".join([self.name, *terms])
 
@@ -51,16 +51,16 @@ class Base:
 
     @property
     def places(self) -> list[int]:
-        """Of their columns in the regressor."""
+        """Columns of the base parameters in the regressor."""
         return [parameter.index for parameter in self.parameters]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the monomials that they are named after."""
+        """Names of the monomials after which the base parameters are named."""
         return tuple(parameter.name for parameter in self.parameters)
 
     def whole(self, values: np.ndarray) -> np.ndarray:
-        """Values (m,) of all monomials: these (b,) of the base parameters, 1 of what is given, 0 of the others."""
+        """Values (m,) of all monomials by those (b,) of the base parameters: 1 for what is given, else 0."""
         monomials = np.zeros(self.combine.shape[1])
         monomials[self.places] = values
         if self.given is not None:
@@ -69,7 +69,7 @@ class Base:
 
 
 def base_parameters(regressor: Regressor) -> Base:
-    """Those of a machine, by random motion."""
+    """The base parameters of a machine, found by random motion."""
     rng = np.random.default_rng(SEED)
     count = len(regressor.joints)
     samples = max(SAMPLES, 3 * len(regressor.names))

@@ -70,7 +70,7 @@ class RecipeMachine(Machine):
         return with_laws(self.mechanism, judged, logs, names, normal_force=model.normal_force, sign=model.sign)
 
     def _beside_instruments(self, fit: MachineFit, logs: Sequence[MachineLog]) -> list[str]:
-        """Whether least squares with the recipe's own filters is biased: noise is in columns of accelerations that are
+        """Check whether least squares with the recipe's own filters is biased, by noise in accelerations that are
         derivatives."""
         result, acceleration = fit.identified, self.recipe.signals.get(ACCELERATION)
         if fit.cutoff is not None or result is None or result.limits != NOTHING:
@@ -160,12 +160,12 @@ def _check_apart(recipe: Recipe, terms: Sequence[Term], mechanism: Mechanism) ->
 
 
 def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[Motion, ...]:
-    """Pieces of a log with the recipe's filters.
+    """The pieces of a log with the recipe's filters.
 
     Raises:
         StickslipError: none of its samples is fast enough.
     """
-    motions = tuple(piece for candidate in prepared.pieces if len((piece := _motion(recipe, prepared, candidate)).kept))
+    motions = tuple(piece for raw in prepared.pieces if len((piece := _motion(recipe, prepared, raw)).indices))
     if not motions:
         raise StickslipError(f"{prepared.source}: no sample is as fast as 'least_speed' of {recipe.name}. Lower it.")
     return motions

@@ -140,7 +140,7 @@ def _motion(
 
 
 class _Room:
-    """What the limits allow: (joints, 2) of positions, velocities and efforts."""
+    """What the limits allow: ranges (joints, 2) of positions, velocities and efforts."""
 
     def __init__(self, mechanism: Mechanism, regressor: Regressor, limits: Mapping[str, tuple[float, float]]) -> None:
         self.regressor = regressor
@@ -169,17 +169,17 @@ class _Room:
 
     @property
     def middle(self) -> np.ndarray:
-        """Of the positions (joints,)."""
+        """Middle of the position range (joints,)."""
         return self.position.mean(axis=1)
 
     def share(self, q: np.ndarray, v: np.ndarray) -> float:
-        """Of a swing about the middle, that stays within positions and velocities."""
+        """Share of a swing about the middle that stays within the ranges of positions and velocities."""
         reach = np.max(np.abs(q - self.middle), axis=0) / (np.ptp(self.position, axis=1) / 2)
         fast = np.max(np.maximum(v / self.velocity[:, 1], v / self.velocity[:, 0]), axis=0)
         return float(1 / max(np.max(reach), np.max(fast), 1e-12))
 
     def holds(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> bool:
-        """Whether efforts by the declared values stay within theirs."""
+        """Whether the efforts by the declared values stay within their range."""
         if not np.isfinite(self.effort).any():
             return True
         tau = self.regressor(q, v, a) @ self.regressor.declared
@@ -187,7 +187,7 @@ class _Room:
 
 
 class _Design:
-    """The search."""
+    """The search for the best motion."""
 
     def __init__(self, regressor: Regressor, places: list[int], room: _Room, period: float, harmonics: int) -> None:
         self.regressor, self.places, self.room, self.period = regressor, places, room, period
@@ -195,7 +195,7 @@ class _Design:
         self.grid, self.fine = np.arange(GRID) * period / GRID, np.arange(FINE) * period / FINE
 
     def coefficients(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Middle, sines and cosines of a search's numbers (2 joints harmonics,), as large as the limits allow."""
+        """Middle, sines and cosines of the search variables (2 joints harmonics,), as large as the limits allow."""
         sines, cosines = x.reshape(self.shape)
         middle = self.room.middle
         q, v, _ = _motion(middle, sines, cosines, self.period, self.fine)
@@ -222,7 +222,7 @@ class _Design:
         return -float(value) if sign > 0 else 1e6
 
     def best(self, seed: int, progress: Callable[[float], None]) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of the best motion, and of the best random one."""
+        """Search variables of the best motion, and of the best random one."""
         from scipy.optimize import minimize
 
         rng = np.random.default_rng(seed)

@@ -33,7 +33,7 @@ class ForceLaw(FittableLaw):
         return self.factor * self.coefficients.start(v, mu / self.scale)
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
-        """Those of the coefficients, which compare parameters of one kind, whatever its unit, by the names of here."""
+        """Warnings of the coefficients, whatever the units of the compared parameters, by the names of this law."""
         warnings = self.coefficients.warnings(q)
         for p in self.coefficients.parameters:
             warnings = tuple(warning.replace(f"{p.name} =", f"{_force_name(p.name)} =") for warning in warnings)

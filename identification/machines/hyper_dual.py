@@ -66,7 +66,7 @@ class HyperDual:
         return self.mapped(x**power, power * x ** (power - 1), power * (power - 1) * x ** (power - 2))
 
     def mapped(self, value: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> HyperDual:
-        """A function of it, from its value and first two derivatives there."""
+        """A function of the number, from the function's value and first two derivatives there."""
         return HyperDual(
             value, slope * self.first, slope * self.second, slope * self.both + bend * self.first * self.second
         )

@@ -61,7 +61,7 @@ class Estimated:
 
     @property
     def deviation(self) -> np.ndarray:
-        """(b,), the larger of the two."""
+        """Deviations (b,): the larger of Newey-West's and the jackknife's."""
         deviation = np.sqrt(np.diag(self.covariance))
         return deviation if self.jackknife is None else np.maximum(deviation, np.sqrt(np.diag(self.jackknife)))
 
@@ -84,7 +84,7 @@ class Identified:
 
     @property
     def best(self) -> Estimated:
-        """That of the method that was asked for."""
+        """The estimate of the method that was asked for."""
         return self.instruments or self.least_squares
 
     def from_rows(self, chosen: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ class Identified:
         return _by_instruments(rows.where(chosen), columns[chosen])
 
     def lmfit(self) -> lmfit_exchange.Solved:
-        """For lmfit, with the stated deviations.
+        """The solution for lmfit, with the stated deviations.
 
         Raises:
             StickslipError: the values are not those of least squares.
@@ -120,7 +120,7 @@ def solve_machine(
     limits: Given = NOTHING,
     progress: Callable[[float], None] | None = None,
 ) -> Identified:
-    """Both estimates, or least squares alone. cutoffs: None: logs as their recipe filters them, for least squares.
+    """Estimate by instruments and least squares, or by least squares alone. cutoffs: None if the recipe filters.
 
     Raises:
         StickslipError: as in `motions`; the logs do not tell the base parameters apart; instruments are asked for
@@ -151,7 +151,7 @@ def solve_machine(
         rows = balanced(rows_of(regressor, base, pieces))
         squares = least_squares(rows)
     first = least_squares(balanced(rows_of(regressor, base, slowly))).values
-    setup = _Asked(regressor, base, pieces, slowly, slow.parallel, band)
+    setup = _Setup(regressor, base, pieces, slowly, slow.parallel, band)
     slow_friction = _with_slow_friction(setup, rows)
     best, columns = _instrumented(setup, slow_friction, first, lambda done: on_progress(0.2 + 0.8 * done))
     return Identified(
@@ -160,7 +160,7 @@ def solve_machine(
 
 
 def least_squares(rows: Rows, limits: Given = NOTHING) -> Estimated:
-    """Weighted, with deviations that allow for coloured residuals. limits: bounds of parameters, and which are held."""
+    """Weighted least squares, with deviations that allow for coloured residuals. limits: bounds and held parameters."""
     solution = _solved(rows, limits)
     free = np.array([name not in solution.fixed for name in rows.names], dtype=bool)
     columns, effort = rows.weighted
@@ -213,7 +213,7 @@ def _judged(
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
+class _Setup:
     """What instruments are made of. slow: the same pieces after a low cutoff (Hz), which drive the simulation: noise of
     efforts and positions above it must not come back; band: of the rows."""
 
@@ -226,7 +226,7 @@ class _Asked:
 
 
 def _instrumented(
-    setup: _Asked, rows: Rows, first: np.ndarray, progress: Callable[[float], None]
+    setup: _Setup, rows: Rows, first: np.ndarray, progress: Callable[[float], None]
 ) -> tuple[Estimated, np.ndarray]:
     values, estimate, columns = first, None, rows.columns
     for number in range(ROUNDS):
@@ -248,7 +248,7 @@ def _instrumented(
     return estimate, columns
 
 
-def _with_slow_friction(setup: _Asked, rows: Rows) -> Rows:
+def _with_slow_friction(setup: _Setup, rows: Rows) -> Rows:
     """With columns of friction of the slow pieces: the mean of sgn(v + noise) is not sgn v, and instruments keep out
     additive noise alone."""
     frictional = np.array([parameter.frictional for parameter in setup.base.parameters])
@@ -279,8 +279,8 @@ def _prefiltered(rows: Rows, instruments: np.ndarray, values: np.ndarray, band: 
     )
 
 
-def instruments(setup: _Asked, values: np.ndarray) -> np.ndarray | None:
-    """Columns (rows, b) on simulated motion; None where that is not finite."""
+def instruments(setup: _Setup, values: np.ndarray) -> np.ndarray | None:
+    """Instrument columns (rows, b), from simulated motion; None where that is not finite."""
     regressor, base, pieces = setup.regressor, setup.base, setup.pieces
     try:
         runs = follow(regressor, base.whole(values), setup.slow, setup.cutoff)
@@ -338,10 +338,10 @@ def _band(pieces: Sequence[Motion], cutoff: float) -> Band:
     is taken off."""
     from scipy.signal import periodogram
 
-    step = float(np.diff(pieces[0].time[pieces[0].kept[:2]])[0])
+    step = float(np.diff(pieces[0].time[pieces[0].indices[:2]])[0])
     spectra = [periodogram(piece.thinned(piece.velocity), 1 / step, window="hann", axis=0) for piece in pieces]
     frequency = np.concatenate([grid for grid, _ in spectra])
-    power = np.concatenate([density * len(piece.kept) for piece, (_, density) in zip(pieces, spectra, strict=True)])
+    power = np.concatenate([density * len(piece.indices) for piece, (_, density) in zip(pieces, spectra, strict=True)])
     order = np.argsort(frequency)
     order = order[frequency[order] < NOISY[1] * cutoff]
     frequency, power = frequency[order], power[order]

@@ -127,7 +127,7 @@ def _quality(result: Identified, *, oversampled: bool) -> Quality:
 def _others(
     regressor: Regressor, base: Base, held_out: Sequence[MachineLog], cutoffs: Cutoffs | None
 ) -> dict[str, Rows]:
-    """Rows of each of these logs by its name, which several may have."""
+    """Rows of each held-out log by its name, which several may have."""
     rows: dict[str, Rows] = {}
     for log in held_out:
         count = sum(name.partition(" (")[0] == log.name for name in rows)

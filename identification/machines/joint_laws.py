@@ -114,12 +114,12 @@ def _beside_friction(fit: MachineFit, rows: Rows, unit: str, alone: bool) -> Row
 
 
 def _steady(rows: Rows) -> np.ndarray:
-    """Which columns are the same throughout (b,)."""
+    """Which columns (b,) are the same throughout."""
     return np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
 
 
 def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:
-    """With friction of each direction, which holds an offset already: half their difference."""
+    """Rows with friction of each direction in place of an offset, which is half the difference of both directions."""
     steady = _steady(rows)
     free = tuple(unknown for unknown, constant in zip(rows.unknowns, steady, strict=True) if not constant)
     viscous = "N m s/rad" if unit == "N m" else "N s/m"
@@ -136,7 +136,7 @@ def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -
 
 
 def _compared(problems: Mapping[str, MachineProblem], log: str) -> LawComparison:
-    """Laws by their problems; friction that drives is put aside."""
+    """Compare laws by their problems; a law whose friction drives the joint is put aside."""
     solutions = {name: solve(problem) for name, problem in problems.items()}
     warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
     options = Comparing("hac", PARTS, warnings)
@@ -144,7 +144,7 @@ def _compared(problems: Mapping[str, MachineProblem], log: str) -> LawComparison
 
 
 def _meaning(problem: MachineProblem, solution: Solution) -> tuple[str, ...]:
-    """Why the values of a law mean nothing."""
+    """The reasons why the values of a law have no meaning."""
     if problem.friction is None:
         friction = [
             (u.name, value)

@@ -25,7 +25,7 @@ SYMBOLS = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin
 
 
 def linear_parts(expression: sympy.Expr, unknown: Set[sympy.Basic]) -> Parts:
-    """Motion by monomial of the ``unknown`` parameters.
+    """The factor of each monomial of the ``unknown`` parameters, as a function of the motion.
 
     Raises:
         StickslipError: a parameter stands in a function, a denominator or a fractional power.
@@ -70,7 +70,7 @@ def _product(left: Parts, right: Parts) -> Parts:
 
 
 def monomial_name(monomial: Monomial) -> str:
-    """Such as "m2 r2" or "m1 r1^2"."""
+    """The name of a monomial, such as "m2 r2" or "m1 r1^2"."""
     return " ".join(p.name if power == 1 else f"{p.name}^{power}" for p, power in monomial) or "1"
 
 

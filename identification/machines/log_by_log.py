@@ -16,7 +16,7 @@ ODD = 5.0  # times and more: less may be another load or temperature, or noise i
 
 
 def on_logs(result: Identified, names: Sequence[str]) -> list[str]:
-    """Verdicts on logs, a sentence for each joint; none of one log alone. names: of the logs, by their number."""
+    """Verdicts on logs, a sentence for each joint; none for a single log. names: of the logs, by their number."""
     rows, joints = result.rows, result.regressor.joints
     numbers = np.unique(rows.log)
     if len(numbers) < 2:
@@ -39,7 +39,7 @@ def on_logs(result: Identified, names: Sequence[str]) -> list[str]:
 
 
 def _gain(effort: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
-    """Of an effort over what was expected, and the cosine between both."""
+    """The gain of an effort over the expected one, and the cosine between both."""
     size, length = float(np.linalg.norm(expected)), float(np.linalg.norm(effort))
     if not size * length > 0:
         return 1.0, 0.0

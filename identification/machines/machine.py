@@ -41,5 +41,5 @@ class Machine(ABC):
         return with_laws(self.mechanism, fit, logs, laws)
 
     def known(self, cutoff: float | None) -> dict[str, float]:
-        """What is not to be found beside what the user knows. cutoff: as in `identify_machine`."""
+        """Parameters that are not to be found, beside those that the user knows. cutoff: as in `identify_machine`."""
         return {}

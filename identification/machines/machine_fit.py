@@ -47,7 +47,7 @@ class MachineParameter:
 
     @property
     def factor(self) -> float:
-        """By how much the white standard deviation is too small."""
+        """The factor by which the white standard deviation is too small."""
         return self.standard_deviation / self.white_deviation if self.white_deviation > 0 else 1.0
 
 
@@ -96,7 +96,7 @@ class MachineFit(Pictured):
         return pandas.DataFrame(rows).set_index("name")
 
     def __getitem__(self, name: str) -> MachineParameter:
-        """A base parameter by the name of the monomial that it is called after.
+        """A base parameter by the name of its monomial.
 
         Raises:
             StickslipError: there is none.

@@ -35,7 +35,7 @@ Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
-    the efforts; log: number of its log; smooth: the second low-pass; kept: (k,) the thinned samples; weight: (n,
+    the efforts; log: number of its log; smooth: the second low-pass; indices: (k,) of the thinned samples; weight: (n,
     joints)."""
 
     log: int
@@ -47,16 +47,16 @@ class Motion:
     effort: np.ndarray
     weight: np.ndarray
     smooth: Smooth
-    kept: np.ndarray
+    indices: np.ndarray
 
     def thinned(self, values: np.ndarray) -> np.ndarray:
         """Values (n, ...) after the second low-pass at the thinned samples, (k, ...)."""
-        return self.smooth(values)[self.kept]
+        return self.smooth(values)[self.indices]
 
     @property
     def span(self) -> slice:
-        """From the first to the last sample that is used."""
-        return slice(int(self.kept[0]), int(self.kept[-1]) + 1)
+        """From the first used sample to the last."""
+        return slice(int(self.indices[0]), int(self.indices[-1]) + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
     pieces = []
     for rows in np.split(np.arange(len(log.time)), ends):
         time = np.arange(float(log.time[rows[0]]), float(log.time[rows[-1]]) + 0.5 * step, step)
-        if len(_kept(len(time), cutoffs.parallel, step)) >= LEAST:
+        if len(_used_samples(len(time), cutoffs.parallel, step)) >= LEAST:
             pieces.append(_piece(number, log, rows, time, step, cutoffs))
     if not pieces:
         raise StickslipError(
@@ -172,20 +172,20 @@ def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, ste
         even(log.effort),
         np.ones(position.shape),
         partial(low_pass, cutoff=cutoffs.parallel, step=step),
-        _kept(len(time), cutoffs.parallel, step),
+        _used_samples(len(time), cutoffs.parallel, step),
     )
 
 
 def low_pass(values: np.ndarray, cutoff: float, step: float) -> np.ndarray:
-    """Values (n, ...) forward and backward through it. cutoff: Hz; step: s."""
+    """Values (n, ...) filtered forward and backward. cutoff: Hz; step: s."""
     from scipy.signal import butter, sosfiltfilt
 
     padding = min(int(PADDED / (cutoff * step)), len(values) - 1)
     return sosfiltfilt(butter(ORDER, 2 * cutoff * step, output="sos"), values, axis=0, padlen=padding)
 
 
-def _kept(count: int, parallel: float, step: float) -> np.ndarray:
-    """Of samples after the second low-pass those that are used (k,): thinned, without their ends."""
+def _used_samples(count: int, parallel: float, step: float) -> np.ndarray:
+    """Indices (k,) of the samples that are used after the second low-pass: thinned, without the ends."""
     edge = int(SETTLED / (parallel * step))
     return np.arange(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))
 

@@ -42,7 +42,7 @@ def predict_efforts(mechanism: Mechanism, fit: MachineFit, logs: Sequence[Machin
 
 
 def fitted_efforts(fit: MachineFit) -> list[Predicted]:
-    """Those of the logs of a fit that was not read from a file.
+    """The predicted efforts of the logs of a fit that was not read from a file.
 
     Raises:
         StickslipError: it was.
@@ -58,11 +58,11 @@ def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequ
     modelled, dry = rows.given + rows.columns @ values, rows.columns @ (values * friction)
     predictions, start = [], 0
     for piece in pieces:
-        end = start + len(piece.kept) * len(fit.joints)
+        end = start + len(piece.indices) * len(fit.joints)
         velocity, measured, model, force = (
             values[start:end].reshape(len(fit.joints), -1).T for values in (rows.speed, rows.effort, modelled, dry)
         )
-        predictions.append(Predicted(logs[piece.log], piece.time[piece.kept], velocity, measured, model, force))
+        predictions.append(Predicted(logs[piece.log], piece.time[piece.indices], velocity, measured, model, force))
         start = end
     return predictions
 
@@ -82,7 +82,7 @@ def friction_curves(mechanism: Mechanism, fit: MachineFit, speeds: np.ndarray) -
 
 
 def cutoffs_of(fit: MachineFit) -> Cutoffs | None:
-    """How the logs of a fit were made ready."""
+    """The filters by which the logs of a fit were made ready."""
     if fit.cutoff is None:
         return None
     return Cutoffs(fit.cutoff, fit.parallel_cutoff or fit.cutoff, fit.still)

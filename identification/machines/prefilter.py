@@ -74,7 +74,7 @@ class Prefilter:
 
 
 def prefilter(residual: np.ndarray, series: np.ndarray, joint: np.ndarray, band: Band) -> Prefilter:
-    """That of residuals (rows,). No corner is below what moves, or so low that little of a series is left."""
+    """The prefilter of residuals (rows,). No corner is below what moves, or so low that little of a series is left."""
     _, counts = np.unique(series, return_counts=True)
     least = max(band.motion, PERIODS / (band.step * float(np.mean(counts))))
     corners = [
@@ -85,7 +85,7 @@ def prefilter(residual: np.ndarray, series: np.ndarray, joint: np.ndarray, band:
 
 
 def _corner(residuals: list[np.ndarray], least: float, band: Band) -> float:
-    """Of the series of one joint, Hz; infinite where their power does not rise within the band."""
+    """The corner of the series of one joint, Hz; infinite where their power does not rise within the band."""
     if least >= BAND * band.cutoff:
         return np.inf
     from scipy.signal import periodogram

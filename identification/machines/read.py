@@ -48,7 +48,7 @@ class DeclaredMachine(Machine):
 
 
 def is_recipe(reference: str) -> bool:
-    """Whether what is named is a recipe rather than a declaration, in a file or a module, or a URDF."""
+    """Whether a name stands for a recipe rather than for a declaration, in a file or a module, or a URDF."""
     return not reference.endswith(URDF) and (reference.endswith(SUFFIX) or not is_place(reference))
 
 
@@ -153,7 +153,7 @@ def read_machine_log(
 
 
 def _emptiest(table: Table, names: Sequence[str]) -> str:
-    """What to say of the column that lacks most, where it is to blame."""
+    """What to say of the emptiest column, where it is to blame."""
     filled = [np.count_nonzero(np.isfinite(np.asarray(table.columns[name], dtype=float))) for name in names]
     least = int(np.argmin(filled))
     return f" Column '{names[least]}' has {filled[least]} numbers." if filled[least] < LEAST else ""

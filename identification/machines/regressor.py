@@ -65,7 +65,7 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
         StickslipError: a parameter is not there, nothing is to be found, an input does not drive one joint alone, a
             contact opens, or the efforts are not linear in products of parameters.
     """
-    values = _known(mechanism, known or {})
+    values = _known_values(mechanism, known or {})
     drives, others = _drives(mechanism)
     unknown = {p for p in mechanism.parameters if p not in values}
     if not unknown:
@@ -112,7 +112,7 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
     return rebuilt(sympy.sympify(expression))
 
 
-def _known(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
+def _known_values(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
     by_name = {p.name: p for p in mechanism.parameters}
     for name in values:
         if name not in by_name:
@@ -173,7 +173,7 @@ def _forces(
 
 
 class _Terms:
-    """Functions of numbers behind a regressor, made once."""
+    """Numerical functions of a regressor, generated once."""
 
     def __init__(
         self,

@@ -46,12 +46,12 @@ class Rows:
 
     @property
     def weight(self) -> np.ndarray:
-        """Of each row (rows,)."""
+        """Weight of each row (rows,)."""
         return self.trust / self.deviation[self.joint]
 
     @property
     def used(self) -> np.ndarray:
-        """Which rows weigh anything (rows,)."""
+        """Which rows have a weight (rows,)."""
         return self.trust > 0
 
     @property
@@ -61,51 +61,51 @@ class Rows:
 
     @property
     def names(self) -> list[str]:
-        """Of the parameters."""
+        """Names of the parameters."""
         return [unknown.name for unknown in self.unknowns]
 
     @property
     def weighted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Columns (rows, b) and the effort that they make up (rows,)."""
+        """Weighted columns (rows, b), and the weighted effort (rows,) that they make up."""
         return self.columns * self.weight[:, None], (self.effort - self.given) * self.weight
 
     def where(self, chosen: np.ndarray) -> Rows:
-        """Some of the rows, by place or (rows,) of truth."""
+        """The chosen rows, by index or by a mask (rows,)."""
         taken = {field.name: getattr(self, field.name)[chosen] for field in fields(self) if field.name not in WHOLE}
         return replace(self, **taken)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
-        """Measured less modelled effort (rows,), not weighted."""
+        """Measured less modelled effort (rows,), without weights."""
         return self.effort - self.given - self.columns @ values
 
 
 def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
-    """The linear problem of measured motion, joints not weighted against one another."""
+    """The linear problem of measured motion, with joints of equal weight."""
     joints = len(regressor.joints)
     used = base.places if base.given is None else [*base.places, base.given]
     matrix = stacked(pieces, lambda p: regressor(p.position, p.velocity, p.acceleration)[:, :, used])
-    columns, known = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
-    each = [np.broadcast_to(np.arange(joints), (len(piece.kept), joints)) for piece in pieces]
+    columns, offset = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
+    each = [np.broadcast_to(np.arange(joints), (len(piece.indices), joints)) for piece in pieces]
     return Rows(
         tuple(
             Unknown(parameter.name, parameter.unit, description=parameter.combination) for parameter in base.parameters
         ),
         columns,
-        known,
+        offset,
         stacked(pieces, lambda p: p.effort),
         stacked(pieces, lambda p: p.velocity),
         in_rows([number * joints + joint for number, joint in enumerate(each)]),
         in_rows(each),
         in_rows([np.full_like(joint, piece.log) for joint, piece in zip(each, pieces, strict=True)]),
         in_rows([np.broadcast_to(block[:, None], (len(block), joints)) for block in _blocks(pieces)]),
-        in_rows([piece.weight[piece.kept] for piece in pieces]),
+        in_rows([piece.weight[piece.indices] for piece in pieces]),
         np.ones(joints),
     )
 
 
 def _blocks(pieces: Sequence[Motion]) -> list[np.ndarray]:
     """24th of its log of each thinned sample (k,), counted on from log to log."""
-    counts = [len(piece.kept) for piece in pieces]
+    counts = [len(piece.indices) for piece in pieces]
     blocks = []
     for number, piece in enumerate(pieces):
         mine = [index for index, sibling in enumerate(pieces) if sibling.log == piece.log]

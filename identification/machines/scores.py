@@ -41,7 +41,7 @@ class JointScore:
 
 
 def joint_scores(result: Identified, others: Mapping[str, Rows], units: Sequence[str]) -> tuple[JointScore, ...]:
-    """By joint. others: rows of logs that were held out, by name; units: of the efforts."""
+    """The scores of each joint. others: rows of held-out logs, by name; units: of the efforts."""
     rows, values = result.rows, result.best.values
     left_out = _left_out(result)
     return tuple(
@@ -50,7 +50,7 @@ def joint_scores(result: Identified, others: Mapping[str, Rows], units: Sequence
             unit,
             _score(rows, rows.residual(values), index),
             _score(rows, left_out, index),
-            {log: _score(held, held.residual(values), index) for log, held in others.items()},
+            {log: _score(seen, seen.residual(values), index) for log, seen in others.items()},
             *error,
         )
         for index, (name, unit, error) in enumerate(zip(result.regressor.joints, units, free_run(result), strict=True))
@@ -58,7 +58,7 @@ def joint_scores(result: Identified, others: Mapping[str, Rows], units: Sequence
 
 
 def _score(rows: Rows, residual: np.ndarray, joint: int) -> Score:
-    """Of one joint. residual: (rows,), not weighted."""
+    """The score of one joint. residual: (rows,), without weights."""
     mine = rows.used & (rows.joint == joint)
     off, effort = residual[mine], rows.effort[mine]
     return Score(float(np.linalg.norm(off) / np.linalg.norm(effort)), float(1 - np.mean(off**2) / np.var(effort)))

@@ -24,9 +24,9 @@ SURE = 3.0  # deviations
 
 
 def moving(result: Identified, cutoffs: Cutoffs) -> Rows | None:
-    """Rows in which those of joints at rest weigh nothing; None if too few are left."""
+    """The rows without weight for joints at rest; None if too few are left."""
     pieces = weighed(result.pieces, replace(cutoffs, still=STILL))
-    rows = replace(result.rows, trust=in_rows([piece.weight[piece.kept] for piece in pieces]))
+    rows = replace(result.rows, trust=in_rows([piece.weight[piece.indices] for piece in pieces]))
     joints = range(len(rows.deviation))
     if any(np.mean(rows.used[rows.joint == joint]) < LEFT for joint in joints):
         return None

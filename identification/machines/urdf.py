@@ -53,7 +53,7 @@ class _Body:
     inertia: np.ndarray
 
     def with_body(self, added: _Body, turn: np.ndarray, offset: np.ndarray) -> _Body:
-        """This one and another whose frame stands so in this one's."""
+        """This body together with another, whose frame is turned and moved in this one's."""
         moments, (m, p) = turn @ added.moments, (added.mass, offset)
         product = np.outer(p, moments)
         about = turn @ added.inertia @ turn.T + (m * p @ p + 2 * p @ moments) * np.eye(3)
@@ -165,7 +165,7 @@ def _parameters(number: int, link: _Link) -> tuple[Parameter, sympy.Matrix, symp
 
 
 def _links(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> list[_Link]:
-    """What moves, from the base on."""
+    """The links that move, from the base on."""
     children = {joint.child for joint in joints}
     bases = {joint.parent for joint in joints} - children
     if len(bases) != 1:

@@ -27,12 +27,12 @@ TOO_SMALL = 1.5  # times: white standard deviations smaller than that by this ar
 
 @dataclass(frozen=True)
 class Quality:
-    """What rows say of themselves. condition: of the weighted columns, each scaled to one; alike: the parameters that
+    """What rows say of themselves. condition: of the weighted columns, each scaled to one; inseparable: parameters that
     they tell apart least; neighbour_correlation: of residuals; effective_samples: independent ones that they are worth;
     oversampled: more samples than the low-pass leaves independent, so that even white noise is coloured."""
 
     condition: float
-    alike: Sequence[str]
+    inseparable: Sequence[str]
     neighbour_correlation: float
     effective_samples: float
     oversampled: bool
@@ -47,7 +47,7 @@ def verdicts(
     pulled: Mapping[str, tuple[float, float]],
     late: tuple[float, float] | None,
 ) -> list[str]:
-    """All of them. pulled: by joints at rest, as `standstill.pulled` gives them; late: as `effort_delay` gives it."""
+    """All verdicts on a fit. pulled: what `standstill.pulled` gives; late: what `effort_delay` gives."""
     return [
         *_left_open(quality),
         *(on_score for joint in joints for on_score in _on_scores(joint)),
@@ -85,8 +85,8 @@ def _left_open(quality: Quality) -> list[str]:
     if quality.condition < OPEN:
         return []
     return [
-        f"The logs hardly tell {', '.join(quality.alike)} apart (condition {quality.condition:.0f}): they show one "
-        "combination, and each value rests on noise, more than its deviation says. Record motion at several "
+        f"The logs hardly tell {', '.join(quality.inseparable)} apart (condition {quality.condition:.0f}): they show "
+        "one combination, and each value rests on noise, more than its deviation says. Record motion at several "
         "frequencies and poses ('stickslip excite' designs it), or take one of them as known."
     ]
 

@@ -73,7 +73,7 @@ def angle_at_ticks(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
 
 
 def angle_sensor(log: RigLog) -> str:
-    """What shows the angle of the disc: "angle", "laser", or "encoder" where nothing else does."""
+    """The signal that shows the angle of the disc: "angle", "laser", or "encoder" where nothing else does."""
     return next((name for name in ("angle", "laser") if log.has(name)), "encoder")
 
 

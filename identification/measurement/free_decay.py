@@ -28,7 +28,7 @@ FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would 
 
 @dataclass(frozen=True)
 class FreeDecay(Shown):
-    """What a free decay tells.
+    """Result of a free decay.
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included;
     None where a user set the ratio and did not say how well he knows it).
@@ -52,7 +52,7 @@ class FreeDecay(Shown):
     sensor: str = ""
 
     def with_ratios(self, ratios: Mapping[str, float], deviations: Mapping[str, float | None]) -> FreeDecay:
-        """With k/J (1/s^2) or c/J (1/s) as stated, and their standard deviations, in place of its own."""
+        """The decay with stated k/J (1/s^2) or c/J (1/s), and their standard deviations, in place of its own."""
         changed: dict[str, Any] = {"stated": tuple(ratios)}
         for name, field in (("k/J", "stiffness_ratio"), ("c/J", "damping_ratio")):
             if name in ratios:

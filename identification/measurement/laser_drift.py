@@ -41,7 +41,7 @@ def without_drift(
         speed = equations.design[mine, 1]
         columns = np.column_stack([speed, speed * share[mine], equations.edge[mine], curves])
         projected = _within(columns, label[mine])  # one constant for each label is projected out by its mean
-        projected = _left(projected[:, :2], projected[:, 2:])
+        projected = _residual(projected[:, :2], projected[:, 2:])
         edge, curves = projected[:, 0], projected[:, 1:]
         if not _drifts(_means(edge, block), _means(curves, block)):
             continue
@@ -70,8 +70,8 @@ def _within(columns: np.ndarray, label: np.ndarray) -> np.ndarray:
     return np.stack([column - (np.bincount(label, column) / counts)[label] for column in columns.T], axis=1)
 
 
-def _left(others: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """What is left of (n,) or (n, k) when they are projected on the others (n, m)."""
+def _residual(others: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """The residual of (n,) or (n, k) projected on the columns of another matrix (n, m)."""
     return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
 
 
@@ -87,7 +87,7 @@ def _drifts(edge: np.ndarray, curves: np.ndarray) -> bool:
     from scipy.special import fdtrc
 
     freedom = len(edge) - curves.shape[1] - 1
-    residual = _left(curves, edge)
+    residual = _residual(curves, edge)
     least = float(residual @ residual)
     if not least > 0:
         return False

@@ -120,7 +120,7 @@ class DiscMotion:
 
     @property
     def memory(self) -> float:
-        """Of the angle's noise, s; 0 where it is white."""
+        """Memory of the angle's noise, s; 0 where it is white."""
         return 0.0 if self.colour is None else self.colour.memory
 
     @property

@@ -21,7 +21,7 @@ REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is
 def zero_unseen(
     motions: Sequence[DiscMotion], segments: Sequence[SlipSegment], rig: RigValues, free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
-    """What to say where one disc always slips one way and nothing shows the zero of the angle."""
+    """Warnings where one disc always slips one way and nothing shows the zero of the angle."""
     one_way = len({segment.sign for segment in segments}) == 1 and len(rig.forces) == 1
     if free_decay is not None or not one_way or any(motion.passes is not None for motion in motions):
         return ()

@@ -80,7 +80,7 @@ class Pool(Shown):
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """How two discs touch, in words; nothing of one."""
+        """Sentences on how two discs touch; none for one disc."""
         return () if len(self.contacts) == 1 else (_ASSUMED[self.arrangement], "each disc has a law of its own")
 
     @property
@@ -155,7 +155,7 @@ class Pool(Shown):
 
 
 def speed_name(number: int) -> str:
-    """Of the speed of the drives over the nominal one in a log, by its place."""
+    """The name of the ratio of actual to nominal drive speed in a log, by the log's number."""
     return f"{SPEED}{number + 1}"
 
 

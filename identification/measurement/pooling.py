@@ -148,7 +148,7 @@ def motions_in_pieces(
 def _usable(
     candidates: Sequence[tuple[str, Part]], make: Callable[[Part], Made], split: Container[str]
 ) -> tuple[list[Made], tuple[str, ...]]:
-    """What ``make`` gives for each named part; of a log that is ``split`` a part that it refuses is left out, in words.
+    """Results of ``make`` for named candidates; a piece of a log in ``split`` that it refuses is left out, in words.
 
     Raises:
         StickslipError: a whole log is refused, or no part is left.

@@ -50,7 +50,7 @@ class PreSliding:
 
     @property
     def deviation(self) -> float:
-        """Of the compliance, m/N."""
+        """Standard deviation of the compliance, m/N."""
         return float(np.hypot(np.hypot(self.noise_deviation, self.scale_deviation), self.model_deviation))
 
     @property
@@ -65,12 +65,12 @@ class PreSliding:
 
     @property
     def stiffness_deviation(self) -> float | None:
-        """To first order, N/m."""
+        """Standard deviation of the stiffness to first order, N/m."""
         return self.deviation / self.compliance**2 if self.elastic else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to say to a fit that takes the contact as rigid."""
+        """Warnings for a fit that takes the contact as rigid."""
         if not self.elastic:
             return ()
         stiffness = value_with_sd(self.stiffness or 0.0, self.stiffness_deviation, "N/m")

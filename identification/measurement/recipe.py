@@ -91,7 +91,7 @@ class Speed:
     unit: str | None = None
 
     def fits(self, turning: bool) -> bool:
-        """Whether it is one of a body that turns (or slides)."""
+        """Whether the speed is one of a body that turns (or slides)."""
         return self.unit in (None, "rad/s" if turning else "m/s")
 
 
@@ -158,7 +158,7 @@ class Recipe:
 
     @property
     def name(self) -> str:
-        """Of the file."""
+        """Name of the recipe's file."""
         return self.document.path.name
 
 

@@ -90,7 +90,7 @@ def delay_warnings(
 
 
 def drive_warnings(motion: DiscMotion) -> tuple[str, ...]:
-    """Where a drive turns otherwise than the log says it was set."""
+    """Warnings of drives that turn otherwise than the log says they were set."""
     warnings = []
     for contact, drive, nominal in zip(
         motion.log.contacts, motion.drives, motion.log.experiment.drive_speed, strict=False
@@ -169,7 +169,7 @@ def _drive_advice(ratio: float, encoder: EncoderCalibration | None) -> str:
 
 
 def clipped_warning(log: RigLog, clipped: np.ndarray) -> tuple[str, ...]:
-    """What to say of samples (n,) at which the laser stands at an end of its range."""
+    """Warning of samples (n,) at which the laser stands at an end of its range."""
     if not clipped.any():
         return ()
     return (
@@ -179,7 +179,7 @@ def clipped_warning(log: RigLog, clipped: np.ndarray) -> tuple[str, ...]:
 
 
 def stray_warning(log: RigLog, stray: np.ndarray) -> tuple[str, ...]:
-    """What to say of samples (n,) at which the angle leaps and comes back."""
+    """Warning of samples (n,) at which the angle leaps and comes back."""
     if not stray.any():
         return ()
     first = log.time[int(np.argmax(stray))]

@@ -43,7 +43,7 @@ NEAR = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class _Shown:
+class _LogMotion:
     """What one log shows. y: (n,) rad or m, as above, at the times of its motion; speed: (m,) of the sensor, at its
     stamps (m,), s."""
 
@@ -58,7 +58,7 @@ class _Shown:
 
         return CubicSpline(self.stamps, self.speed)(np.clip(time, self.stamps[0], self.stamps[-1]))
 
-    def near(self, time: np.ndarray) -> np.ndarray:
+    def covers(self, time: np.ndarray) -> np.ndarray:
         """Whether the sensor gave numbers around times (m,)."""
         after = np.clip(np.searchsorted(self.stamps, time), 1, len(self.stamps) - 1)
         gap = self.stamps[after] - self.stamps[after - 1]
@@ -90,7 +90,7 @@ def with_velocity(
     if not chosen:
         notes = f"The {name} is not used: edges of an encoder alone are fitted as they are, and it stands for no angle."
         return list(motions), None, (notes,)
-    logs = [_shown(motion, name) for motion in chosen]
+    logs = [_log_motion(motion, name) for motion in chosen]
     scale = _calibrated(logs, name, window)
     if scale is None:
         return list(motions), None, (f"The {name} is not used: the disc hardly moves in the logs that hold it.",)
@@ -128,7 +128,7 @@ def _name(motion: DiscMotion) -> str | None:
     return sensors[0] if sensors else None
 
 
-def _shown(motion: DiscMotion, name: str) -> _Shown:
+def _log_motion(motion: DiscMotion, name: str) -> _LogMotion:
     log, speed = motion.log, motion.log.column(name)
     good = np.isfinite(speed)
     if np.mean(good) < 0.5:
@@ -137,7 +137,7 @@ def _shown(motion: DiscMotion, name: str) -> _Shown:
             "or leave the column out."
         )
     y = motion.angle if name == "tachometer" else log.rig.value("R") * np.sin(motion.angle)
-    return _Shown(motion, y, log.time[good], speed[good])
+    return _LogMotion(motion, y, log.time[good], speed[good])
 
 
 def _white(values: np.ndarray) -> float:
@@ -157,7 +157,7 @@ def _bump(count: int, step: float) -> np.ndarray:
     return np.stack([inside**4, -8 * s * inside**3 / half, (48 * s**2 * inside**2 - 8 * inside**3) / half**2], axis=1)
 
 
-def _calibrated(logs: Sequence[_Shown], name: str, window: float) -> _Calibrated | None:
+def _calibrated(logs: Sequence[_LogMotion], name: str, window: float) -> _Calibrated | None:
     """Gain, delay and offsets over all logs; None where too little moves.
 
     Raises:
@@ -167,7 +167,7 @@ def _calibrated(logs: Sequence[_Shown], name: str, window: float) -> _Calibrated
     count = odd_count(WINDOW * window, step)
     bump, first, second = _bump(count, step).T
     good = [
-        ~_windows(log.motion.filled, count).any(axis=1) & _windows(log.near(log.motion.time), count).all(axis=1)
+        ~_windows(log.motion.filled, count).any(axis=1) & _windows(log.covers(log.motion.time), count).all(axis=1)
         for log in logs
     ]
     rows = []
@@ -211,7 +211,7 @@ def _calibrated(logs: Sequence[_Shown], name: str, window: float) -> _Calibrated
     return _Calibrated(gain, delay, (float(gain_sd), float(late_sd / abs(gain))), tuple(values[2:].tolist()), noise)
 
 
-def _check_gain(gain: float, name: str, logs: Sequence[_Shown]) -> None:
+def _check_gain(gain: float, name: str, logs: Sequence[_LogMotion]) -> None:
     if abs(gain - 1) <= GAIN_SUSPECT:
         return
     hint = next((words for factor, words in _FACTORS.items() if abs(gain / factor - 1) < NEAR), None)
@@ -223,7 +223,7 @@ def _check_gain(gain: float, name: str, logs: Sequence[_Shown]) -> None:
     )
 
 
-def _joined(log: _Shown, scale: _Calibrated, offset: float, name: str) -> DiscMotion:
+def _joined(log: _LogMotion, scale: _Calibrated, offset: float, name: str) -> DiscMotion:
     """The motion of the most likely angle."""
     from scipy.linalg import solveh_banded
 
@@ -235,7 +235,7 @@ def _joined(log: _Shown, scale: _Calibrated, offset: float, name: str) -> DiscMo
     between = 0.5 * (motion.time[1:] + motion.time[:-1]) + scale.delay
     moved = step * (log.at(between) - offset) / scale.gain - np.diff(log.y)
     weight = np.where(motion.filled, 0.0, 1 / noise**2)
-    tie = np.where(log.near(between), 1 / (step * speed_noise) ** 2, 0.0)
+    tie = np.where(log.covers(between), 1 / (step * speed_noise) ** 2, 0.0)
     if np.any((weight[1:] + tie == 0) | (weight[:-1] + tie == 0)):
         weight = np.maximum(weight, 1e-9 / noise**2)
     bands = np.zeros((2, len(weight)))
@@ -250,7 +250,7 @@ def _joined(log: _Shown, scale: _Calibrated, offset: float, name: str) -> DiscMo
 
 
 def _colour(noise: float, speed_noise: float, step: float) -> Colour:
-    """Of the joined angle's noise."""
+    """Colour of the joined angle's noise."""
     half = 1 + 0.5 * (step * speed_noise / noise) ** 2
     lasting = half - np.sqrt(half**2 - 1)
     return Colour(noise * float(np.sqrt((1 - lasting) / (1 + lasting))), float(-step / np.log(lasting)))

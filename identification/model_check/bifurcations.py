@@ -59,12 +59,12 @@ class Transition:
 
     @property
     def deviation(self) -> float:
-        """Both together, rad/s."""
+        """Standard deviation from both, rad/s."""
         return float(np.hypot(self.noise_deviation, self.scale_deviation))
 
     @property
     def words(self) -> str:
-        """What happens."""
+        """The change in words."""
         gone = [contact for contact in self.before if contact not in self.after]
         new = [contact for contact in self.after if contact not in self.before]
         clauses = [f"stick on {' and '.join(gone)} disappears"] if gone else []
@@ -117,7 +117,7 @@ def sticking(
         return _creeping(model, drive_speeds, start)
     until = (SETTLE + WATCH) * model.natural_period
     end, events = model.states_at(drive_speeds, until, start)
-    discs = _held(model, end, events)
+    discs = _settled_sticks(model, end, events)
     lands = [event.time for event in events if event.after == 0]
     if discs and lands:
         end, _ = model.states_at(drive_speeds, lands[-1], start)
@@ -125,13 +125,13 @@ def sticking(
 
 
 def stuck(model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float]) -> tuple[str, ...]:
-    """As `sticking`, the discs alone."""
+    """The discs alone of `sticking`."""
     if not model.sticks:
         return _creeping(model, drive_speeds, start)[0]
-    return _held(model, *model.states_at(drive_speeds, (SETTLE + WATCH) * model.natural_period, start))
+    return _settled_sticks(model, *model.states_at(drive_speeds, (SETTLE + WATCH) * model.natural_period, start))
 
 
-def _held(model: FittedModel, end: Mapping[str, float], events: Sequence[Event]) -> tuple[str, ...]:
+def _settled_sticks(model: FittedModel, end: Mapping[str, float], events: Sequence[Event]) -> tuple[str, ...]:
     """The discs that stick once the motion has settled."""
     sticks = {event.contact for event in events if event.time > SETTLE * model.natural_period and event.after == 0}
     sticks |= {contact for contact in model.contacts if end[f"{contact}_state"] == 0}
@@ -282,11 +282,11 @@ def with_uncertainty(fit: FrictionFit, model: FittedModel, point: Transition, fi
     """A predicted transition with what the fit leaves open about it; without, where that cannot be followed."""
     reach = 5 * STEP * point.speed
 
-    def again(moved: FrictionFit) -> float:
+    def relocated(moved: FrictionFit) -> float:
         return _located(model.with_parameters(fmu_parameters(moved)), point, fixed, reach)
 
     try:
-        noise, scale = deviations(fit, again)
+        noise, scale = deviations(fit, relocated)
     except StickslipError:
         return point
     at_least = not all(constant.stated for constant in fit.constants)

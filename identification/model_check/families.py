@@ -136,7 +136,7 @@ def _family(
     uncertainty: bool,
     progress: Callable[[float], None],
 ) -> FamilyComparison:
-    """One family."""
+    """The comparison of one family."""
     processing = processing_of(model)
     varied = _varied(motions)
     motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
@@ -144,7 +144,7 @@ def _family(
     for number, motion in enumerate(motions):
         members.append(_member(model, processing, motion))
         progress(0.5 * (number + 1) / len(motions))
-    fixed, notes = _held(motions, varied)
+    fixed, notes = _fixed_speeds(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
     if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
@@ -165,7 +165,7 @@ def _family(
 
 
 def processing_of(model: FittedModel) -> Processing:
-    """How motions of the model, and those measured beside them, become portraits."""
+    """The processing that makes portraits of the model's motions, and of those measured beside them."""
     p = model.parameters
     return Processing(p["r"], p["R"], model.natural_period, arrangement=model.arrangement, changeover=model.changeover)
 
@@ -230,7 +230,7 @@ def _varied(motions: Sequence[DiscMotion]) -> str:
     return max(speeds[0], key=lambda contact: float(np.ptp([speed[contact] for speed in speeds])))
 
 
-def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
+def _fixed_speeds(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
     """Speeds of the other drives; None, and why, where they are not held."""
     fixed = {}
     for contact in motions[0].log.contacts:

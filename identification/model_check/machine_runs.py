@@ -55,7 +55,7 @@ class MachineRun(Shown):
     given_up: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain values, without the motion."""
+        """The run as plain values, without the motion."""
         return {
             "log": self.log,
             "window": self.window,

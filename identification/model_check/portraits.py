@@ -129,7 +129,7 @@ class Settling(Shown):
 
     @property
     def words(self) -> str:
-        """What is said of it."""
+        """The settling in a sentence."""
         log, model = ("not within it" if t is None else f"after {t:.3g} s" for t in (self.measured, self.model))
         compared = (
             "all of it was compared, its size not judged" if self.measured is None else "it was compared from there on"

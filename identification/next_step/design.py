@@ -170,7 +170,7 @@ class _Experiments:
         self.model = fitted_model(fit)
         by = (*(f"{name}{self.disc}" for name in law.names), *STARTS)
         self.run = SensitiveRun(self.model.fmu, by=by, recorded=STARTS)
-        self.kept: dict[tuple[float, float], _Seen] = {}
+        self.seen: dict[tuple[float, float], _Seen] = {}
 
     def __enter__(self) -> _Experiments:
         return self
@@ -179,10 +179,10 @@ class _Experiments:
         self.run.close()
 
     def stick_slip(self, w: float, N: float) -> _Seen:
-        """What the slip segments at this drive speed and load show."""
-        if (w, N) not in self.kept:
-            self.kept[w, N] = self._stick_slip(w, N)
-        return self.kept[w, N]
+        """The information of the slip segments at this drive speed and load."""
+        if (w, N) not in self.seen:
+            self.seen[w, N] = self._stick_slip(w, N)
+        return self.seen[w, N]
 
     def _stick_slip(self, w: float, N: float) -> _Seen:
         nothing, rig = np.zeros((len(self.law.parameters),) * 2), self.rig
@@ -278,7 +278,7 @@ def _index(information: np.ndarray) -> float:
 
 
 def _reversal(fit: FrictionFit) -> str:
-    """What to say where nothing in the logs shows the zero of the angle."""
+    """A sentence where nothing in the logs shows the zero of the angle."""
     signs = {float(np.sign(speed)) for log in fit.logs for speed in log.drive_speeds}
     if len(signs) > 1 or any(constant.name == "k/J" for constant in fit.constants):
         return ""

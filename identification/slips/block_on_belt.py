@@ -132,7 +132,7 @@ class _Block:
         rig = statistics.known
         self.fmu = Fmu.open(built("block_on_belt"))
         self.weight = rig["mass"] * GRAVITY
-        self.known, self.p = rig, p
+        self.rig, self.p = rig, p
         self.natural_period = natural_period(rig)
         self.step = self.natural_period / SAMPLES
         self.window = statistics.smoothed
@@ -145,14 +145,14 @@ class _Block:
 
     @property
     def resolution(self) -> float:
-        """By how much friction rises from a sample to the next."""
-        return self.known["stiffness"] * self.known["speed"] / self.weight * self.step
+        """The change of friction from a sample to the next."""
+        return self.rig["stiffness"] * self.rig["speed"] / self.weight * self.step
 
     def cycle(self, mu_s: float, mu_k: float) -> _Cycle:
         """Statistics of the motion after a transient; friction is read from the spring, as in the log."""
         from fmu_models.simulation.run import simulate
 
-        rig = self.known
+        rig = self.rig
         parameters = {
             "m": rig["mass"],
             "k": rig["stiffness"],

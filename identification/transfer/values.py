@@ -35,7 +35,7 @@ class HandedValue:
 
     @property
     def words(self) -> str:
-        """What is said before the deviation."""
+        """The words before the deviation."""
         return AT_LEAST if self.at_least else ""
 
     def in_unit(self, unit: str | None, where: str) -> float:

@@ -125,7 +125,7 @@ def silent_columns(log: RigLog) -> tuple[str, ...]:
 
 
 def _silent(folder: Path, seen: Seen) -> tuple[str, ...]:
-    """The same of a log that was refused, if it can be read."""
+    """Silent columns of a log that was refused, if it can be read."""
     try:
         return silent_columns(read_log(folder / seen.name))
     except (StickslipError, StickslipWarning):
@@ -146,7 +146,7 @@ def _ratio(ready: Pool, fit: FrictionFit) -> dict[str, tuple[float, float]]:
 
 
 def called(state: State, entry: Entry) -> tuple[str, ...]:
-    """What the charts say with one more log.
+    """The sentences of the charts on one more log.
 
     wear: a parameter of the law left its limits; a lost sensor: a column that moved in the first logs stands still; a
     drive that slips: the disc follows it less closely in stick than it did.

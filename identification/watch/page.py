@@ -26,7 +26,7 @@ SHOWN = 200  # logs in the table
 
 
 def names(state: State) -> list[str]:
-    """What the logs give, in order."""
+    """Names of the values that the logs give, in order."""
     return list(dict.fromkeys(name for entry in state.fitted() for name in entry.values))
 
 

@@ -50,7 +50,7 @@ class State:
         return next((entry for entry in self.entries if entry.checksum == checksum and entry.status != REFUSED), None)
 
     def with_entry(self, entry: Entry) -> State:
-        """With one more; it takes the place of an older one of the same name."""
+        """The state with one more entry, which takes the place of an older one of the same name."""
         return replace(self, entries=(*(old for old in self.entries if old.name != entry.name), entry))
 
     def fitted(self) -> list[Entry]:

@@ -49,9 +49,9 @@ READ_MEASURED = read_measured
 
 def _clock(table: Table, fields: tuple[Field, ...]) -> str:
     """The column of times: by its role, by its name, or the only one of dates and clock times."""
-    said = [field.name for field in fields if field.role == TIME.name and field.name in table.columns]
+    declared = [field.name for field in fields if field.role == TIME.name and field.name in table.columns]
     named = [name for name in table.columns if name.strip().lower() in TIMES]
-    for names in (said, named, list(table.stamps)):
+    for names in (declared, named, list(table.stamps)):
         if len(names) == 1:
             return names[0]
     listing = ", ".join(f"'{name}'" for name in table.columns)
@@ -70,10 +70,10 @@ def _check(table: Table, time: np.ndarray, clock: str | None) -> None:
             f"{table.source}: '{clock}' holds no time on {table.place(int(missing[0]))} ({missing.size} times). Remove "
             "these rows."
         )
-    back = np.flatnonzero(np.diff(time) < 0)
-    if back.size:
-        row = int(back[0]) + 1
+    rows = np.flatnonzero(np.diff(time) < 0)
+    if rows.size:
+        row = int(rows[0]) + 1
         raise StickslipError(
-            f"{table.source}: the times run back on {table.place(row)} ({back.size} times), from {time[row - 1]:.9g} s "
+            f"{table.source}: the times run back on {table.place(row)} ({rows.size} times), from {time[row - 1]:.9g} s "
             f"to {time[row]:.9g} s. Sort the rows, or cut the log there."
         )

@@ -126,6 +126,12 @@ CASES = {
         read_system,
         "document.toml",
     ),
+    "system that is calibrated": Case(
+        lambda code: f'stop_time = 1.0\n[units.one]\nmodel = "{code}"\n',
+        ("calibrate", "FILE", "FILE", "--free", "one.k"),
+        lambda path, **how: read_system(path, **how),
+        "document.toml",
+    ),
     "state of a watch, law": Case(
         lambda code: json.dumps(State(code, "shooting").to_dict()),
         ("watch", str(RIGS), "--once", "--state", "FILE"),

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmark_scripts import benchmark_script
 from known_deviation import deviation
 from models import Models
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
+from identification.calibration.differenced import SOLVER
 from identification.calibration.log import ModelLog
-from identification.calibration.subject import SOLVER, Stretch, subject_of
+from identification.calibration.subject import Stretch
+from identification.calibration.systems import subject_of
+
+bench = benchmark_script("bench_calibrate")
 
 
 def noisy(fmu, name, until, samples, noise, seed, **more):
@@ -28,6 +33,23 @@ def test_differences_of_runs_are_derivatives(model: Models):
     decay = np.exp(-0.7 * time)
     assert run.slopes[:, 0, 0] == pytest.approx(-2 * time * decay, abs=3e-8)
     assert run.slopes[:, 0, 1] == pytest.approx(decay, abs=3e-8)
+
+
+def test_derivative_just_behind_an_impact_is_that_of_the_flight(model: Models):
+    """v = (1 + e) g t1 - g t with t1 = sqrt(2 h/g): a difference over the impact would be v/step, some 10 000."""
+    subject = subject_of(model("ball"), ["g"], ["v"])
+    e, g, fall = 0.7, 9.81, np.sqrt(2 / 9.81)
+    for after in (1e-6, -1e-6):
+        time = np.array([fall + after])
+        run = subject.respond(Stretch(0.0, time, {"g": g, "e": e}, {"h": 1.0, "v": 0.0}, {}))
+        expected = (1 + e) * fall / 2 - fall if after > 0 else -fall
+        # one side only: to the first power of the step, and its rounding
+        assert run.slopes[0, 1, 0] == pytest.approx(expected, abs=1e-3)
+
+
+def test_a_sample_on_the_wrong_side_of_a_jump_is_no_wall(model: Models):
+    """Of this log every descent ends with a sample at 40 deviations beside an impact."""
+    assert bench.run_seed(bench.CASES["BouncingBall-v"], model("ball"), 0).fits(0.0)
 
 
 def test_van_der_pol_is_found_from_half_off(model: Models):

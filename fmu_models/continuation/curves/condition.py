@@ -35,34 +35,24 @@ class Condition(ABC):
 
     @abstractmethod
     def solved(self, node: Node, guess: Vector, pin: Border, step: float) -> Node:
-        """The motion near a guess of u that fulfils it, and the pin too.
+        """The motion near a guess of u that fulfils it, and the pin too. Lost: none is near, or of another word.
 
         Args:
             node: one of the curve.
             step: how far from the node, in u, the guess is.
-
-        Raises:
-            Lost: none is near, or of another word.
         """
 
     @abstractmethod
     def gradient(self, node: Node) -> Vector:
-        """(len(z),) of it, or (k, len(z)) of them, by z.
-
-        Raises:
-            Lost: events come and go around the motion.
-        """
+        """(len(z),) of it, or (k, len(z)) of them, by z. Lost: events come and go around the motion."""
 
     def place(self, node: Node, fixed: int | None = None) -> Vector:
         """z of the point itself; one of its unknowns may be held."""
         return node.z
 
     def directed(self, node: Node, towards: Vector | None) -> Node:
-        """With the tangent of the curve: nearest to a given one, or with a growing second parameter.
-
-        Raises:
-            Lost: there is no curve, where several equations do not go together.
-        """
+        """With the tangent of the curve: nearest to a given one, or with a growing second parameter. Lost: there is no
+        curve, where several equations do not go together."""
         rows = np.vstack([_scaled(node.seen, node.scales), self.gradient(node) * node.scales])
         sizes = np.abs(rows).max(axis=1, keepdims=True)
         rows /= np.where(sizes > 0.0, sizes, 1.0)
@@ -81,17 +71,6 @@ def both(first: Border, second: Border) -> Border:
         if rows[0] is None or rows[1] is None:
             return None
         return np.hstack([row[0] for row in rows if row]), np.vstack([row[1] for row in rows if row])
-
-    return border
-
-
-def pinned(index: int, value: float) -> Border:
-    """An unknown at a value."""
-
-    def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
-        gradient = np.zeros_like(z)
-        gradient[index] = 1.0
-        return float(z[index]) - value, gradient
 
     return border
 
@@ -212,7 +191,7 @@ class Miss(Condition):
         same = [miss for miss in node.seen.misses if miss.key == self.like.key]
         if not same:
             raise Lost("the near miss is gone")
-        return min(same, key=lambda one: one.value / one.size(node.scales))
+        return min(same, key=lambda miss: miss.value / miss.size(node.scales))
 
     def gradient(self, node: Node) -> Vector:
         return self.of(node).gradient
@@ -262,7 +241,7 @@ class Miss(Condition):
 
     def _at(self, node: Node, guess: Vector, target: float, pin: Border, time: float) -> Node:
         turned = self.like.turned
-        border = self._least(target) if turned else value_border(self.like, target, [time])
+        border = self._least(target) if turned else value_border(self.like, target, time)
         solution = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
         if not turned and solution.seen.match(self.like, time) is None:
             raise Lost("the near miss is gone")

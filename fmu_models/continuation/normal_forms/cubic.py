@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,23 +69,17 @@ def coefficient(kind: str, node: Node) -> Coefficient:
         kind: of an equilibrium or of its motion over a short time a Hopf point.
         node: the motion there.
     """
-    passes = KINDS[kind].passes
-    if passes == "circle" and node.problem.still:
-        # where it vanishes two widths do not agree in parts of it
-        least = LEAST / float(node.scales[: len(node.problem.states)].max()) ** 2
-        return _settled(node.problem, node.z, node.scales, _first_lyapunov, least)
-    problem, z = _at_zero(node)
+    passes, still = KINDS[kind].passes, node.problem.still and KINDS[kind].passes == "circle"
+    problem, z = (node.problem, node.z) if still else _at_zero(node)
     if problem.autonomous:
         return UNKNOWN
-    return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(passes, a, b, c))
+    # where it vanishes two widths do not agree in parts of it
+    least = LEAST / float(node.scales[: len(problem.states)].max()) ** 2 if still else 0.0
+    return _settled(problem, z, node.scales, partial(_projected, passes, still), least)
 
 
 def _settled(
-    problem: Problem,
-    z: Vector,
-    scales: Vector,
-    of: Callable[[Vector, Vector, Vector], _Cubic | None],
-    least: float = 0.0,
+    problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], _Cubic | None], least: float
 ) -> Coefficient:
     """A function of the derivatives, of the first differences of two widths that agree, in parts of the value or of the
     least one that counts."""
@@ -132,52 +127,38 @@ def _at_zero(node: Node) -> tuple[Problem, Vector]:
     return problem, node.z
 
 
-def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> _Cubic | None:
-    eigen: Any = np.linalg.eig(a)
-    values, rights = eigen
-    paired = np.flatnonzero(values.imag > 0.0)
-    if not len(paired):  # a saddle whose eigenvalues add up to zero
-        return None
-    pair = paired[np.abs(values.real[paired]).argmin()]
-    omega, q, p = values[pair].imag, rights[:, pair], np.linalg.inv(rights)[pair]
-    second, third = _forms(b, c)
-    q = q / np.linalg.norm(q)
-    p, conjugate = p / (p @ q), q.conj()
-    projection = third(q, q, conjugate) - 2.0 * second(q, np.linalg.solve(a, second(q, conjugate)))
-    projection += second(conjugate, np.linalg.solve(2j * omega * np.eye(len(a)) - a, second(q, q)))
-    p = p / (2.0 * omega)
-    return _Cubic(float(np.real(p @ projection)), p, q)
-
-
-def _coefficient(passes: str, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
-    n = len(a)
+def _projected(passes: str, still: bool, a: Vector, b: Vector, c: Vector) -> _Cubic | None:
+    """Of a map or, ``still``, of rates; None where no pair is complex: a saddle whose eigenvalues add up to zero."""
     eigen: Any = np.linalg.eig(a)
     values, rights = eigen
     if passes == "circle":
         paired = np.flatnonzero(values.imag > 0.0)
         if not len(paired):
             return None
-        pair = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
+        index = paired[np.abs(values.real[paired] if still else np.abs(values[paired]) - 1.0).argmin()]
     else:
-        pair = np.abs(values - float(passes)).argmin()
-    mu, q = values[pair], rights[:, pair]
-    p = np.linalg.inv(rights)[pair]  # a row, <p, .> with its conjugate taken already
+        index = np.abs(values - float(passes)).argmin()
+    mu, q = values[index], rights[:, index]
+    p = np.linalg.inv(rights)[index]  # a row, <p, .> with its conjugate taken already
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
     second, third = _forms(b, c)
-    identity = np.eye(n)
+    n, identity = len(a), np.eye(len(a))
     if passes == "circle":
         conjugate = q.conj()
-        slow = np.linalg.solve(identity - a, second(q, conjugate))
-        fast = np.linalg.solve(mu**2 * identity - a, second(q, q))
-        cubic = p @ (third(q, q, conjugate) + 2.0 * second(q, slow) + second(conjugate, fast))
-        return _Cubic(float(np.real(np.conj(mu) / abs(mu) * cubic)) / 2.0, p / 2.0, q)
+        slow, fast = (0.0, 2j * mu.imag) if still else (1.0, mu**2)
+        cubic = third(q, q, conjugate) + 2.0 * second(q, np.linalg.solve(slow * identity - a, second(q, conjugate)))
+        cubic += second(conjugate, np.linalg.solve(fast * identity - a, second(q, q)))
+        if still:
+            p = p / (2.0 * mu.imag)
+            return _Cubic(float(np.real(p @ cubic)), p, q)
+        return _Cubic(float(np.real(np.conj(mu) / abs(mu) * (p @ cubic))) / 2.0, p / 2.0, q)
     if passes == "+1":
         bordered = np.block([[identity - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
-        slow = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
+        aside = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
     else:
-        slow = np.linalg.solve(identity - a, second(q, q))
-    return _Cubic(float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0))), p / 6.0, q)
+        aside = np.linalg.solve(identity - a, second(q, q))
+    return _Cubic(float(np.real(p @ (third(q, q, q) / 6.0 + second(q, aside) / 2.0))), p / 6.0, q)
 
 
 def _forms(b: Vector, c: Vector) -> tuple[Callable[..., NDArray[Any]], Callable[..., NDArray[Any]]]:
@@ -193,11 +174,7 @@ def _forms(b: Vector, c: Vector) -> tuple[Callable[..., NDArray[Any]], Callable[
 
 
 def _derivatives(problem: Problem, z: Vector, widths: Vector) -> tuple[Vector, Vector, Vector]:
-    """A (n, n), B (n, n, n), C (n, n, n, n) of the map at z.
-
-    Raises:
-        Lost: an event comes or goes within the widths.
-    """
+    """A (n, n), B (n, n, n), C (n, n, n, n) of the map at z. Lost: an event comes or goes within the widths."""
     n = len(widths)
     word = None
 

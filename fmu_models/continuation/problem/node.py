@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,8 @@ Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
 
 
 class Lost(Exception):
-    """Newton's method found no motion; at the unknowns ``nearest`` it was missed by least, if by any."""
+    """There is no such motion, as far as Newton's method tells; at the unknowns ``nearest`` it was missed by least, if
+    by any. Functions that look for a motion, or a point of a branch, say in their docstring when they raise it."""
 
     def __init__(self, why: str, nearest: Vector | None = None) -> None:
         super().__init__(why)
@@ -114,6 +116,14 @@ class Node:
         """The same, met from the other side."""
         return Node(self.problem, self.scales, self.z, self.seen, -self.tangent, self.iterations)
 
+    def arclength(self, distance: float) -> Border:
+        """So far along the tangent."""
+        return arclength(self.u, self.tangent, self.scales, distance)
+
+    def corrected(self, guess: Vector, border: Border, **options: Any) -> Node:
+        """The motion near a guess, its tangent in the sense of this one; options as for ``solved``."""
+        return solved(self.problem, self.scales, guess, border, towards=self.tangent, **options)
+
     def along(self, gradient: Vector) -> float:
         """Derivative along the branch, by u, of what has a gradient by z."""
         return float((gradient * self.scales) @ self.tangent)
@@ -170,15 +180,13 @@ def solved(
     halvings: int = 4,
 ) -> Node:
     """The motion at a guess of u that has the border at zero, of more equations than one too, if they go together.
+    Lost: no convergence, or another word.
 
     Args:
         towards: the sense of its tangent.
         reach: how far from the guess it may be, in u.
         word: which runs on the way must have, if it is known; a step that leads out of it is halved.
         halvings: of a step into a run that there is none of, at most.
-
-    Raises:
-        Lost: no convergence, or another word.
     """
     u, step, last = guess.copy(), np.zeros_like(guess), np.inf
     least, nearest = np.inf, None
@@ -245,11 +253,16 @@ def arclength(u: Vector, tangent: Vector, scales: Vector, distance: float) -> Bo
 
 def parameter(value: float) -> Border:
     """At a value of the parameter."""
+    return pinned(-1, value)
+
+
+def pinned(index: int, value: float) -> Border:
+    """With an unknown at a value."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
         gradient = np.zeros_like(z)
-        gradient[-1] = 1.0
-        return float(z[-1]) - value, gradient
+        gradient[index] = 1.0
+        return float(z[index]) - value, gradient
 
     return border
 

@@ -75,7 +75,7 @@ class Boundary:
 
     @cached_property
     def crossings(self) -> Mapping[str, list[float]]:
-        """Shares q of J+ at which the set-valued eigenvalues bifurcate, see hull.py."""
+        """Shares q of J+ at which the set-valued eigenvalues bifurcate, see normal_forms/set_valued.py."""
         return {} if self._sides is None else eigenvalue_crossings(*self._sides)
 
     def between(self, q: float) -> Vector:
@@ -114,11 +114,8 @@ def ahead(node: Node, step: float, within: float) -> Boundary | None:
 
 
 def _located(node: Node, i: int, distance: float) -> Boundary:
-    """The surface where an indicator falls to zero, about so far along the tangent.
-
-    Raises:
-        Lost: the branch does not come there.
-    """
+    """The surface where an indicator falls to zero, about so far along the tangent. Lost: the branch does not come
+    there."""
     boundary = _completed(*_place(node, i, distance), i)
     if boundary.after is None or boundary.states[0] != STICK:
         return boundary
@@ -128,12 +125,8 @@ def _located(node: Node, i: int, distance: float) -> Boundary:
 
 
 def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
-    """Where an indicator falls to zero, about so far along the tangent: the last equilibrium before, u of the
-    point, and the limit of the Jacobian.
-
-    Raises:
-        Lost: the branch does not come there.
-    """
+    """Where an indicator falls to zero, about so far along the tangent: the last equilibrium before, u of the point,
+    and the limit of the Jacobian. Lost: the branch does not come there."""
     problem = equilibrium_problem(node)
     places, nodes, root = [0.0], [node], distance
     values = [float(problem.indicators(node.z)[i])]
@@ -144,9 +137,8 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
             break
         position = places[-1] + max(share * remaining, remaining - 0.5 * NEAR if remaining < 1e3 * NEAR else 0.0)
         try:
-            border = arclength(node.u, node.tangent, node.scales, position)
             guess = nodes[-1].u + (position - places[-1]) * nodes[-1].tangent
-            solution = solved(problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+            solution = node.corrected(guess, node.arclength(position), word=node.word)
         except Lost:
             share /= 2.0
             if share < 1e-3:

@@ -30,11 +30,7 @@ MEET = 1e-6
 
 def from_vanishing(start: Node, miss: Passing) -> Touch:
     """The point where the force, or the acceleration, that begins a state of a motion is zero, or the time between two
-    of its events.
-
-    Raises:
-        Lost: the way there leaves the word of the motion.
-    """
+    of its events. Lost: the way there leaves the word of the motion."""
     trail, limits, matrices = [], [], []
     for nearer in islice(shrinking(start, miss, LAST), STEPS):
         trail.append(nearer)

@@ -6,14 +6,7 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node, extrapolated, look, solved
 from fmu_models.continuation.problem.problem import TIE, Passing, Vector
-from fmu_models.continuation.special.discontinuous import (
-    LEAST_MISS,
-    Touch,
-    from_miss,
-    growing,
-    shrinking,
-    value_border,
-)
+from fmu_models.continuation.special.discontinuous import LEAST_MISS, Touch, from_miss, growing, shrinking, value_border
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
@@ -25,11 +18,8 @@ SETTLED = 1e-6
 
 
 def from_event(start: Node, event: Passing) -> Touch:
-    """The point where an event of a motion is lost.
-
-    Raises:
-        Lost: the way there leaves the word of the motion, or no motion without the event is near.
-    """
+    """The point where an event of a motion is lost. Lost: the way there leaves the word of the motion, or no motion
+    without the event is near."""
     nodes = list(shrinking(start, event, LAST, FIRST_SPEED * event.far_speed(start.scales)))
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")
@@ -54,8 +44,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     miss = min(event.begun_in(pending), key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")
-    border = value_border(miss, miss.value, [miss.time])
-    node = solved(last.problem, last.scales, u, border, reach=0.05)
+    node = solved(last.problem, last.scales, u, value_border(miss, miss.value), reach=0.05)
     match = node.seen.match(miss)
     if match is None or len(node.word) >= len(last.word):
         raise Lost("no motion without the event is near")
@@ -101,8 +90,7 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
             goal = min(target, current.value * 4.0)
             speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(neighbour.u for _, neighbour in nodes[-3:])]
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
-            border = value_border(current, goal, [current.time])
-            node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
+            node = node.corrected(guess, value_border(current, goal), word=first.word)
             passing = node.seen.match(current)
             if passing is None:
                 raise Lost("the event is gone")

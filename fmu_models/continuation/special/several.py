@@ -15,7 +15,8 @@ differ by more than where they begin, and are not of a shorter period, each is t
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -63,7 +64,7 @@ def other_words(touch: Touch, times: int = 1) -> Iterator[Node]:
     Each has a small speed of its first event, and a tangent that leads away.
     """
     misses = at_once(touch)
-    jumps = _Jumps(touch, misses)
+    jumps = _jumps(touch, misses)
     for letters in _words(len(misses), times):
         if times == 1 and len(misses) > len(letters[0]) == 1:
             placed = _placed(touch, misses[letters[0][0]])
@@ -91,7 +92,7 @@ def _placed(touch: Touch, miss: Passing) -> Touch | None:
 
 def _alone(touch: Touch) -> Node | None:
     misses = at_once(touch)
-    return _with_events(touch, misses, ((0,),), _Jumps(touch, misses))
+    return _with_events(touch, misses, ((0,),), _jumps(touch, misses))
 
 
 def _words(misses: int, times: int) -> list[Letters]:
@@ -108,7 +109,7 @@ def _words(misses: int, times: int) -> list[Letters]:
 def with_all(touch: Touch) -> Node | None:
     """The motion of the same period that has all of the events; None if none is found."""
     misses = at_once(touch)
-    node = _with_events(touch, misses, (tuple(range(len(misses))),), _Jumps(touch, misses))
+    node = _with_events(touch, misses, (tuple(range(len(misses))),), _jumps(touch, misses))
     return node or _superposed(touch, misses)
 
 
@@ -192,40 +193,37 @@ def is_part(touch: Touch, node: Node) -> bool:
     return len(misses) > 1 and new.total() < len(misses)
 
 
-class _Jumps:
-    """What events do to the end of a period, by which of the misses become events and how deep; made once each."""
-
-    def __init__(self, touch: Touch, misses: Sequence[Passing]) -> None:
-        self.touch, self.misses = touch, misses
-        self._known: dict[tuple[tuple[int, ...], float], tuple[list[Passing], Vector] | None] = {}
-
-    def of(self, chosen: tuple[int, ...], depth: float) -> tuple[list[Passing], Vector] | None:
-        """The events, and the jump in the rows of the scaled residual."""
-        key = chosen, depth
-        if key not in self._known:
-            self._known[key] = self._made(chosen, depth)
-        return self._known[key]
-
-    def _made(self, chosen: tuple[int, ...], depth: float) -> tuple[list[Passing], Vector] | None:
-        node, scales = self.touch.node, self.touch.node.scales
-        if not chosen:
-            return [], np.zeros(len(node.seen.residual))
-        n = len(node.problem.states)
-        rows = np.array([miss.gradient[:n] * scales[:n] for miss in self.misses])
-        rows /= np.linalg.norm(rows, axis=1)[:, None]
-        depths = np.array([-depth if i in chosen else depth for i in range(len(self.misses))])
-        moved = self.touch.u.copy()
-        moved[:n] += np.linalg.lstsq(rows, depths, rcond=1e-6)[0]
-        seen = look(node.problem, moved * scales)
-        if seen is None:
-            return None
-        events = [new_event(seen, node.seen, self.misses[i]) for i in chosen]
-        if any(event is None or not np.isfinite(event.gradient).all() for event in events):
-            return None
-        return [event for event in events if event is not None], relative(node, seen, moved - self.touch.u)
+Jumps = Callable[[tuple[int, ...], float], tuple[list[Passing], Vector] | None]
 
 
-def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jumps: _Jumps) -> Node | None:
+def _jumps(touch: Touch, misses: Sequence[Passing]) -> Jumps:
+    """What events do to the end of a period, by which of the misses become events and how deep; computed once each."""
+    return cache(partial(_jump, touch, misses))
+
+
+def _jump(
+    touch: Touch, misses: Sequence[Passing], chosen: tuple[int, ...], depth: float
+) -> tuple[list[Passing], Vector] | None:
+    """The events, and the jump in the rows of the scaled residual."""
+    node, scales = touch.node, touch.node.scales
+    if not chosen:
+        return [], np.zeros(len(node.seen.residual))
+    n = len(node.problem.states)
+    rows = np.array([miss.gradient[:n] * scales[:n] for miss in misses])
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    depths = np.array([-depth if i in chosen else depth for i in range(len(misses))])
+    moved = touch.u.copy()
+    moved[:n] += np.linalg.lstsq(rows, depths, rcond=1e-6)[0]
+    seen = look(node.problem, moved * scales)
+    if seen is None:
+        return None
+    events = [new_event(seen, node.seen, misses[i]) for i in chosen]
+    if any(event is None or not np.isfinite(event.gradient).all() for event in events):
+        return None
+    return [event for event in events if event is not None], relative(node, seen, moved - touch.u)
+
+
+def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jumps: Jumps) -> Node | None:
     """The motion whose periods have these of the events; None if none is found."""
     times, node = len(letters), touch.node
     long = _long(touch, times)
@@ -235,7 +233,7 @@ def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jump
     monodromy = node.seen.monodromy / node.scales[:n, None] * node.scales[:n]
     counts = Counter((misses[i].contact, misses[i].before) for letter in letters for i in letter)
     for depth in DEPTHS:
-        effects = [jumps.of(letter, depth) for letter in letters]
+        effects = [jumps(letter, depth) for letter in letters]
         total, events = np.zeros(len(long.node.seen.residual)), []
         for c, jump in enumerate(effects):
             if jump is None:

@@ -202,11 +202,7 @@ def other_direction(node: Node) -> Vector:
 
 
 def beside(node: Node, direction: Vector, distance: float) -> Node:
-    """The motion on the branch that leaves in a direction, so far along it.
-
-    Raises:
-        Lost: there is none.
-    """
+    """The motion on the branch that leaves in a direction, so far along it. Lost: there is none."""
 
     def border(z: Vector, seen: Any) -> tuple[float, Vector]:
         return float(direction @ (z / node.scales - node.u)) - distance, direction / node.scales

@@ -66,13 +66,11 @@ class _Place(EquilibriumProblem):
 
 
 def set_at(problem: EquilibriumProblem, scales: Vector, z: Vector, along: Vector | None = None) -> StickingSet | None:
-    """The interval of equilibria about z; None where nothing sticks, or the equilibria fill no interval.
+    """The interval of equilibria about z; None where nothing sticks, or the equilibria fill no interval. Lost: there is
+    no equilibrium, or the interval has no end.
 
     Args:
         along: its sense.
-
-    Raises:
-        Lost: there is no equilibrium, or the interval has no end.
     """
     seen = look(problem, z)
     if seen is None or not any(state == STICK for _, state, _ in seen.word):
@@ -117,11 +115,7 @@ def _beside(node: Node, e: Vector, distance: float, word: Word, reach: float = 0
 
 
 def _end(node: Node, e: Vector) -> Vector:
-    """u of the end of the interval along a vector, followed from inside.
-
-    Raises:
-        Lost: there is none.
-    """
+    """u of the end of the interval along a vector, followed from inside. Lost: there is none."""
     problem = equilibrium_problem(node)
     distance, step, current, values = 0.0, FIRST, node, problem.indicators(node.z)
     while distance < FAR:

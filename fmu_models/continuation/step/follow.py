@@ -18,7 +18,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.kept import Pieces
-from fmu_models.continuation.problem.node import SAME, Lost, Node, arclength, look, parameter, solved, tangent_of
+from fmu_models.continuation.problem.node import SAME, Lost, Node, look, parameter, tangent_of
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import Touch
@@ -50,6 +50,12 @@ PIECE = 16
 BESIDE = 1e-4
 # so many short steps in a row that were cut by a change of the word that could not be found
 HIDDEN, SHORT = 4, 3e-5
+
+
+def is_far(node: Node, begin: Node) -> bool:
+    """Whether the states of a motion are on their way to infinity."""
+    n = len(node.problem.states)
+    return bool(np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(begin.u[:n]).max())))
 
 
 class Follower:
@@ -227,15 +233,14 @@ class Follower:
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
         if low <= reached <= high:
-            border = arclength(node.u, node.tangent, node.scales, step)
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent)
+            after = node.corrected(guess, node.arclength(step))
             if low <= after.value <= high:
                 return after, step
             reached = after.value  # a curved branch left the range where its tangent did not
         value = min(max(reached, low), high)
         step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
         guess = node.u + step * node.tangent
-        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
+        return node.corrected(guess, parameter(value)), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""
@@ -273,8 +278,7 @@ class Follower:
     def _ended(self, node: Node) -> bool:
         if self._at_bound(node):
             return True
-        n = len(node.problem.states)
-        if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+        if is_far(node, self.begin):
             self.way.end = ("infinity", f"the states grow without end towards {node.problem.over} = {node.value:.6g}")
             return True
         return self._shrunk(node) or self._closed(node)
@@ -360,7 +364,7 @@ class Follower:
     def _accumulates(self, touch: Touch) -> bool:
         """Whether one event after the other is added at values of the parameter that come together."""
         touches = [finding.touch for _, finding in self.way.found if finding.touch is not None][-CHAIN:]
-        lengths = [len(one.node.word) for one in touches]
+        lengths = [len(touch.node.word) for touch in touches]
         values = [float(member.u[-1]) for member in touches]
         if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
             return False

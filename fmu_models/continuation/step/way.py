@@ -59,10 +59,10 @@ Ways = tuple[Way, Way | None]
 Ends = tuple[tuple[str, str], tuple[str, str]]
 
 
-def ways(begin: Node, follow: Callable[[Node], Way]) -> Ways:
-    """From a begin forward and, unless that comes back to it or is interrupted, backward."""
-    forward = follow(begin)
-    return forward, None if forward.complete else follow(begin.turned())
+def ways(start: Node, follow: Callable[[Node], Way]) -> Ways:
+    """From a start forward and, unless that comes back to it or is interrupted, backward."""
+    forward = follow(start)
+    return forward, None if forward.complete else follow(start.turned())
 
 
 def joined(forward: Way, backward: Way | None) -> tuple[list[Node], list[tuple[int, Found, bool]], Ends]:

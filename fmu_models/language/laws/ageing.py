@@ -71,7 +71,7 @@ class Ageing(DryFriction):
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Those of Conti's law, and a time that is positive."""
+        """Requirements of Conti's law, and a time that is positive."""
         positive = f"{self.t_0} must be positive: it is the time after which breakaway grows"
         return (falling(self.mu_s, self.mu_k, "Conti"), Requirement(sympy.sympify(self.t_0), positive, strict=True))
 

@@ -48,7 +48,7 @@ class ContiViscous(DryFriction):
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Those of Conti's law, and no driving viscous friction."""
+        """Requirements of Conti's law, and no driving viscous friction."""
         return (*self.dry.requirements, braking(self.mu_v))
 
 

@@ -62,7 +62,7 @@ class LuGre:
 
     @property
     def capacity_minus(self) -> sympy.Expr:
-        """The same in the other direction."""
+        """The largest steady force in the other direction."""
         return self.steady.capacity_minus
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
@@ -85,7 +85,7 @@ class LuGre:
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Those of the steady law, and a steady force that the bristles can lean against."""
+        """Requirements of the steady law, and a steady force that the bristles can lean against."""
         fixed = fixed_factors(self.capacity)
         factors = " or ".join(map(str, sympy.Mul.make_args(fixed)))
         sentence = f"{factors} is zero: LuGre's law divides by the steady friction force"

@@ -46,11 +46,7 @@ _QUICK = {
 }  # fmt: skip
 
 # exponents of two of mass, length and time: as exact as no change at all; 2^30 = 1e9
-UNITS = {
-    "mass": (30, 0, 0),
-    "length": (0, 30, 0),
-    "time": (0, 0, 30),
-}
+UNITS = {"mass": (30, 0, 0), "length": (0, 30, 0), "time": (0, 0, 30)}
 GRAZE = 1e-12
 PERIODS, LONG, LATE = 10.0, 1e6, 1e6
 
@@ -240,8 +236,8 @@ def characteristic_period(model: Model, equations: StressEquations) -> float:
     if isinstance(model, Mechanism):
         for q in model.coordinates:
             matrix[names.index(q.name), names.index(q.v.name)] = 1.0
-    own = np.abs(np.linalg.eigvals(matrix).imag)
-    frequencies = [float(w) for w in own if w > 1e-6 * max(1.0, own.max())]
+    natural = np.abs(np.linalg.eigvals(matrix).imag)
+    frequencies = [float(w) for w in natural if w > 1e-6 * max(1.0, natural.max())]
     frequencies += [equations.parameters[r.name] * _turn(model, r.name) for r in roles(model) if r.does == "frequency"]
     return 2 * math.pi / min((w for w in frequencies if w > 0), default=2 * math.pi)
 

@@ -96,16 +96,16 @@ def _start(
     motion: Mapping[str, np.ndarray], equations: StressEquations, values: Mapping[str, float], draw: random.Random
 ) -> dict[str, float]:
     """A state of the default motion, moved."""
-    found: dict[str, float] = {}
+    state: dict[str, float] = {}
     for _ in range(DRAWS):
         at = draw.randrange(SAMPLES)
         reach = draw.choice((0.0, 0.1, 0.5, 0.5, 2.0))
         for name, states in motion.items():
             size = float(np.ptp(states)) or float(np.abs(states).max()) or 1.0
-            found[name] = _short(float(states[at]) + reach * size * draw.uniform(-1.0, 1.0))
-        if not _inside(equations, found, values):
+            state[name] = _short(float(states[at]) + reach * size * draw.uniform(-1.0, 1.0))
+        if not _inside(equations, state, values):
             break
-    return found
+    return state
 
 
 def _inside(equations: StressEquations, start: Mapping[str, float], values: Mapping[str, float]) -> bool:

@@ -75,7 +75,7 @@ class Trial:
         values = {**case.parameters, **case.start, **case.inputs, **(start or {})}
         if any(scale) or mirror:
             settable = [*fmu.parameters, *fmu.inputs, *fmu.states]
-            values = {name: float(fmu.variables[name].start or 0.0) for name in settable} | values
+            values = {name: fmu.start_of(name) for name in settable} | values
         if mirror:
             values = {name: _mirrored(fmu, name, value, mirror) for name, value in values.items()}
         if any(scale):

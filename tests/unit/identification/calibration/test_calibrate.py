@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 from known_deviation import deviation
 from noisy_belt import FREE, NOISE, OFF, TRUE, noisy
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
+from identification.calibration.log import model_log
+from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.pose import Settings, problem_of
 from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
+from identification.calibration.search import over_segments
 
 
 def test_stick_slip_is_found_from_half_off_within_its_deviations(found):
@@ -99,6 +104,22 @@ def test_sensor_with_delay_offset_and_clip(belt):
     assert deviation(found["x delay"]) < 0.02
 
 
+def test_residuals_alone_are_those_with_slopes(belt):
+    """With a delay, a clip and segments that are to meet; slopes agree with differences of residuals."""
+    log = {**noisy(belt, 6, 20.0, 201), "t_stick": np.append([3.0, 7.0, 11.0, 15.0], np.full(197, np.nan))}
+    settings = Settings(sensors={"x": Sensor(clip=(-10.0, 1.3))}, sensed=[("x", "delay")], events={"belt": "t_stick"})
+    problem, _ = problem_of(belt, [model_log(log, belt, events=settings.events)], ["k", "a0"], settings)
+    nodes = nodes_of(problem, [problem.first], {"x": "v"}, 4)
+    problem, x = over_segments(problem, nodes, problem.first, rolled(problem, problem.first, nodes)[0])
+    here = problem.evaluate(x)
+    np.testing.assert_allclose(problem.residual(x), here.residual, atol=1e-9)
+    for place in range(len(x)):
+        step = 1e-6 * np.eye(len(x))[place]
+        slope = (problem.residual(x + step) - problem.residual(x - step)) / 2e-6
+        smooth = np.abs(slope - here.gradient[:, place]) < 1e-3 * (1 + np.abs(slope).max())
+        assert np.mean(smooth) > 0.95  # but for samples within a step of an event or a limit of the sensor
+
+
 def test_collinear_parameters_are_named(belt):
     """Mass, spring and all forces only set the scale of the forces."""
     with pytest.warns(UserWarning, match="At the guess m, .* move together unseen"):
@@ -161,3 +182,16 @@ def test_an_interrupt_keeps_the_best_so_far(belt):
     found = calibrate(belt, noisy(belt, 3), free=FREE, parameters=OFF, progress=stop)
     assert found.interrupted and "Interrupted" in found.warnings[-1]
     assert found.residuals[0].rms < 20 * NOISE
+
+
+def test_small_matrices_stay_in_one_thread(belt):
+    """Threads that wait for each other at every column cost more than the search."""
+    threads = set()
+
+    def look(_):
+        threads.update(library["num_threads"] for library in threadpool_info())
+        raise KeyboardInterrupt
+
+    with threadpool_limits(2), pytest.raises(KeyboardInterrupt):
+        calibrate(belt, noisy(belt, 3), free=["k"], progress=look)
+    assert threads == {1}

@@ -121,7 +121,7 @@ def test_decimation_keeps_the_size_and_the_last_sample(tmp_path):
     """What is slow passes unchanged; the loss by the filter's ripple is made good."""
     recipe = read_recipe(recipe_of(tmp_path, MEASURED + "[sampling]\ndecimate = 9\n" + LINEAR))
     (piece,) = motions_of(recipe, prepare(recipe, table_of(lambda x, v, a: 1 + x)))
-    columns, time = motion(), piece.time[piece.kept]
+    columns, time = motion(), piece.time[piece.indices]
     assert time == pytest.approx(columns["time"][9_999 % 9 :: 9])
     assert time[-1] == columns["time"][-1]
     inside = slice(100, -100)

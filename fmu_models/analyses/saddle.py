@@ -40,7 +40,7 @@ class Saddle:
 
     @property
     def name(self) -> str:
-        """Of the model."""
+        """Name of the model."""
         return str(self.fmu.description.modelName)
 
     @cached_property
@@ -90,7 +90,7 @@ class Saddle:
         return {**options, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
 
     def at(self, **values: float) -> Saddle:
-        """The same one at other values of parameters or inputs, found from here.
+        """The same saddle at other values of parameters or inputs, found from here.
 
         Raises:
             StickslipError: it is no longer there.

@@ -25,7 +25,7 @@ def summary(deviations: Sequence[Deviation], within: float | None) -> dict[str, 
 
 
 def print_summary(content: dict[str, Any], out: Console) -> None:
-    """The same as a table."""
+    """Print the comparison as a table."""
     keys = ("samples", "rms", "largest", "at", "span")
     shares = [None if row["share"] is None else 100 * row["share"] for row in content["columns"]]
     rows = [

@@ -95,7 +95,7 @@ def _finite(value: float) -> float | None:
 
 
 def _kind(event: Any) -> str:
-    """What an event is counted under."""
+    """The kind under which an event is counted."""
     if isinstance(event, Event):
         return f"contact {event.contact}"
     label = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
@@ -133,7 +133,7 @@ def _contact(trajectory: Trajectory, name: str, *, rigid: bool) -> dict[str, Any
 
 
 def print_summary(content: dict[str, Any], out: Console) -> None:
-    """The same for people."""
+    """Print the summary for people."""
     plain = console.plain
     head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
     out.print(plain(content["model"] or "", "bold"), end="")

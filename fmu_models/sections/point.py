@@ -112,7 +112,7 @@ class FmuPoints(SectionSystem):
         return str(getattr(self.fmu.variables.get(name), "unit", None) or "1")
 
     def at(self, **values: float) -> Self:
-        """With other values of parameters or inputs."""
+        """The same points with other values of parameters or inputs."""
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
         section = copy.copy(self)

@@ -110,7 +110,7 @@ class ReturnMap(SectionSystem):
         return type(self)(self.fmu, self.state, **others, **run)
 
     def identity(self) -> dict[str, Any]:
-        """With the section, the start, and the FMU's token and hash."""
+        """The identity with the section, the start, and the FMU's token and hash."""
         if callable(self._start) or self._accept is not None:
             raise StickslipError(
                 "A store says what it is made of, and a function has no name that tells it from others: give the start "

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
@@ -128,7 +128,7 @@ class Fmu(Shown):
         """Nominal value of a variable; 1 where there is no such variable, or its description says none."""
         return float(getattr(self.variables.get(name), "nominal", None) or 1.0)
 
-    def settings(self, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
         """Values as arguments of ``simulate``: those of "parameters" and those of "inputs"."""
         kinds = {"parameters": self.parameters, "inputs": self.inputs}
         return {kind: {name: v for name, v in values.items() if name in names} for kind, names in kinds.items()}

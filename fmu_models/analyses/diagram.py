@@ -93,7 +93,7 @@ class Diagram(Pictured):
         return self.points[..., self.states.index(self.of)]
 
     def sign(self, direction: int, value: int) -> str:
-        """Of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
+        """Sign of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
         return sign_of(float(self.exponents[direction, value]), float(self.exponent_errors[direction, value]))
 
     def word(self, direction: int, value: int) -> str:
@@ -224,7 +224,7 @@ def orbit_diagram(
 
 
 def _motions(diagram: Diagram) -> Iterator[Motion]:
-    """Those of which a period was claimed, of all sweeps."""
+    """The motions of which a period was claimed, of all sweeps."""
     for d, i in np.argwhere(diagram.periods > 0):
         yield float(diagram.values[i]), int(diagram.periods[d, i]), diagram.points[d, i, 0]
 

@@ -45,7 +45,7 @@ from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.imported import ImportedProblem
 from fmu_models.continuation.problem.node import Node
-from fmu_models.continuation.problem.problem import Problem, Vector, Word
+from fmu_models.continuation.problem.problem import Problem, Vector
 from fmu_models.continuation.special.special import Special, special_of
 from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.continuation.step.follow import Follower
@@ -91,8 +91,8 @@ class Branch(SolutionBranch):
 
     @property
     def texts(self) -> list[str]:
-        """The word of each point, in a line."""
-        return [word_text(word) for word in self.words]
+        """The word of each point, in a line: contact, state before and after."""
+        return [" ".join(f"{contact}:{before}>{after}" for contact, before, after in word) for word in self.words]
 
     @property
     def of(self) -> str:
@@ -113,11 +113,6 @@ class Branch(SolutionBranch):
 
     def _heading(self) -> str:
         return f"Branch of {self.model} over {self.over}: {len(self.values)} motions, {len(self.special)} special"
-
-
-def word_text(word: Word) -> str:
-    """Events in a line: contact, state before and after."""
-    return " ".join(f"{contact}:{before}>{after}" for contact, before, after in word)
 
 
 def made(problem: Problem, directions: Ways, between: tuple[float, float], seconds: float) -> Branch:

@@ -177,7 +177,7 @@ class Instance:
         self._finalizer()
 
     def message(self) -> str:
-        """What the FMU said last, or nothing."""
+        """The last message of the FMU; empty if there was none."""
         return self.log.message.decode("utf-8", "replace").strip()
 
     def function(self, name: str) -> Any:

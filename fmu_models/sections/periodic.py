@@ -290,7 +290,7 @@ def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector) -
 
 
 def _rounded(points: Vector, size: Vector) -> Vector:
-    """For an order in which what rounding tells apart counts as equal."""
+    """Values rounded for an order in which what rounding tells apart counts as equal."""
     return np.round(points / (1e3 * SAME * size))
 
 

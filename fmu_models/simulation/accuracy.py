@@ -141,7 +141,7 @@ class _DefectCheck:
 
     @property
     def wrong(self) -> float | None:
-        """From when on the run does not follow its model."""
+        """The time from which the run does not follow its model; None if it follows throughout."""
         return _wrong_from(self.defect, self.sizes)
 
 

@@ -105,7 +105,7 @@ class Repeated:
         return np.unique(times[(times >= self.start_time) & (times <= self.stop_time)])
 
     def deciding_name(self, index: int) -> str:
-        """What a deciding function is called."""
+        """The name of a deciding function."""
         reference = int(facts_of(self.fmu).deciding[2 * len(self.fmu.states) + index])
         names = {int(v.valueReference): name for name, v in self.fmu.variables.items()}
         return names.get(reference, f"event indicator {index}")
@@ -295,7 +295,7 @@ class RunFacts:
         self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
 
     def trajectory(self, times: NDArray[np.float64], result: whole_run.Result) -> Trajectory:
-        """What came of a run, by name."""
+        """The trajectory of a run, by names."""
         rows = result.values
         values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
         events = Events(result.events, self._contacts, self._rigid)

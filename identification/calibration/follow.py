@@ -15,6 +15,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import nodes_of, rolled
@@ -54,6 +55,7 @@ class FollowedLog(Shown):
         }
 
 
+@one_blas_thread()
 def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
     """The model of a calibration along a log that took part in it or not, which may measure other variables.
 

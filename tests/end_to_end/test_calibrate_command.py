@@ -96,3 +96,17 @@ def test_a_ball_is_calibrated_from_a_column_of_impact_times(stickslip, tmp_path)
     values = {one["name"]: one["value"] for one in answer.json["parameters"]}
     # the times are exact but for six digits of the file's numbers and of the search
     assert values == pytest.approx({"e": 0.7, "A": 6e-3}, rel=1e-4)
+
+
+def test_a_parameter_is_tracked_along_a_log(stickslip, log, tmp_path):
+    figure = tmp_path / "a0.svg"
+    answer = stickslip(
+        *("track", "forced_stick_slip", log, "--drift", "a0", "--segments", "12", "--figure", figure),
+        *("-o", tmp_path / "course.json", "--json"),
+    )
+    assert answer.code == 0, answer.err
+    (a0,) = answer.json["parameters"]
+    assert a0["name"] == "a0" and len(a0["values"]) == len(answer.json["nodes"])
+    assert a0["values"][5] == pytest.approx(1.5, abs=0.02) and figure.stat().st_size > 1000
+    table = stickslip("track", "forced_stick_slip", log, "--state", "v")
+    assert table.code == 0 and "in the middle" in table.out

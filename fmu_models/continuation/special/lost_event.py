@@ -75,13 +75,12 @@ def _out_of_reach(event: Passing, node: Node, limit: Vector, share: float) -> Ve
     return change
 
 
-def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
+def with_event(touch: Touch, first: Node, event: Passing) -> tuple[Vector, float] | None:
     """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
 
     Args:
-        first: a motion with the event, at a small speed of it.
+        first, event: a motion with the event, at a small speed of it.
     """
-    event = min(touch.miss.begun_in(first.seen.events), key=lambda candidate: candidate.value)
     speed = LIMIT_SPEED * event.far_speed(first.scales)
     nodes: list[tuple[float, Node]] = [(event.value, first)]
     node, current = first, event

@@ -83,11 +83,7 @@ class Saddle:
 
     def as_run(self, point: Vector) -> dict[str, Any]:
         """Arguments of ``simulate`` for the motion from a point (n,)."""
-        options: dict[str, Any] = {
-            kind: {name: value for name, value in self.given.items() if name in names}
-            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
-        }
-        return {**options, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
+        return {**self.fmu.settings(self.given), "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
 
     def at(self, **values: float) -> Saddle:
         """The same saddle at other values of parameters or inputs, found from here.

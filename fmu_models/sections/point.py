@@ -148,12 +148,11 @@ class FmuPoints(SectionSystem):
     def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
         """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
         start = dict(zip(self.states, point.tolist(), strict=True))
-        constants: dict[str, dict[str, float]] = {
-            kind: {name: value for name, value in self.values.items() if name in names}
-            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
-        }
         states = {name: value for name, value in start.items() if name in self.fmu.states}
-        return {**constants, "start": states | {name: start[name] for name in self.memories if start[name] != 0.0}}
+        return {
+            **self.fmu.settings(self.values),
+            "start": states | {name: start[name] for name in self.memories if start[name] != 0.0},
+        }
 
 
 def _checked(

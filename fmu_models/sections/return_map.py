@@ -99,8 +99,8 @@ class ReturnMap(SectionSystem):
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
         run: dict[str, Any] = dict(self._run)
-        for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs)):
-            run[kind] = {**run[kind], **{name: float(v) for name, v in values.items() if name in names}}
+        for kind, changed in self.fmu.settings(values).items():
+            run[kind] = {**run[kind], **{name: float(value) for name, value in changed.items()}}
         others: dict[str, Any] = {
             "section": self.section,
             "cap": self.cap,

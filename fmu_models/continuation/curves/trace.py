@@ -126,7 +126,7 @@ class _Trace:
             if self._is_parent(after):
                 return
             for kind, meeting in self._meetings(node, after):
-                self.way.found.append((len(self.way.nodes), Found(kind, meeting)))
+                self.way.meet(Found(kind, meeting))
                 if kind in REAL and kind_of(self.kind).passes == "circle":
                     self.way.nodes.append(meeting)
                     self.way.end = (kind, "the pair of multipliers becomes real")
@@ -184,7 +184,7 @@ class _Trace:
         name, contact, last = meetings
         if self._is_parent(last):
             return True
-        self.way.found.append((len(self.way.nodes), Found(name, last)))
+        self.way.meet(Found(name, last))
         self.way.nodes.append(last)
         self.way.end = (name, f"an event of '{contact}' comes or goes")
         return True

@@ -49,7 +49,7 @@ class ImportedFollower(Follower):
             at = at.turned()
         before, beyond = (touch.node, beside) if gains else (beside.turned(), touch.node.turned())
         finding = Found(GRAZING, at, before=before, after=beyond, contact=touch.miss.contact)
-        self.way.found.append((len(self.way.nodes), finding))
+        self.way.meet(finding)
         self._add(beyond)
         return beyond, away
 

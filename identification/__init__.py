@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from identification.model_check.portraits import PortraitComparison as PortraitComparison
     from identification.next_step.design import Design as Design
     from identification.next_step.design import design as design
+    from identification.next_step.experiments import rank_experiments as rank_experiments
     from identification.next_step.laws import compare_contacts as compare_contacts
     from identification.next_step.laws import compare_laws as compare_laws
     from identification.report.findings import findings as findings

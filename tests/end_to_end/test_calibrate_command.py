@@ -63,6 +63,9 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     assert (tmp_path / "c.svg").stat().st_size > 1000
     assert stickslip("report", result, log, "-o", tmp_path / "r.html").code == 0
     assert "run.csv" in (tmp_path / "r.html").read_text()
+    ranked = stickslip("design", result, "--try", "omega=0.8,1.2", "--for", "k", "--json")
+    assert {one["settings"]["omega"] for one in ranked.json["candidates"]} == {0.8, 1.2}
+    assert ranked.json["candidates"][0]["deviations"]["k"] < ranked.json["deviations"]["k"]
     refused = stickslip("compare", result, log, "--scene", "a.toml")
     assert refused.code == 2 and "that of any model; --scene: for that of a rig or a machine" in refused.err
 

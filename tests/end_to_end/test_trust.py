@@ -107,6 +107,11 @@ CASES = {
         ("compare", "FILE", str(RIGS)),
         lambda path, **how: calibrated_fmu(read_calibration(path), **how),
     ),
+    "calibration, next experiment": Case(
+        lambda code: json.dumps({**CALIBRATION, "declaration": code}),
+        ("design", "FILE", "--try", "f=1,2"),
+        lambda path, **how: calibrated_fmu(read_calibration(path), **how),
+    ),
     "calibration, page": Case(
         lambda code: json.dumps({**CALIBRATION, "declaration": code}),
         ("report", "FILE", str(RIGS)),

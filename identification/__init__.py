@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     __version__: str
 
     from identification.calibration.calibrate import calibrate as calibrate
+    from identification.calibration.course import Course as Course
     from identification.calibration.log import model_log as model_log
     from identification.calibration.pose import Settings as Settings
     from identification.calibration.problem import Sensor as Sensor
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration
+    from identification.calibration.track import track as track
     from identification.disturbances.disturbance import Disturbance as Disturbance
     from identification.disturbances.term import DisturbanceTerm as DisturbanceTerm
     from identification.disturbances.term import Effect as Effect
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from identification.model_check.portraits import PortraitComparison as PortraitComparison
     from identification.next_step.design import Design as Design
     from identification.next_step.design import design as design
+    from identification.next_step.experiments import rank_experiments as rank_experiments
     from identification.next_step.laws import compare_contacts as compare_contacts
     from identification.next_step.laws import compare_laws as compare_laws
     from identification.report.findings import findings as findings

@@ -44,7 +44,7 @@ TORUS_STEPS = 4096
 
 @dataclass(frozen=True)
 class Verdict(Shown):
-    """What an aperiodic motion is.
+    """The verdict on an aperiodic motion.
 
     Attributes:
         kind: one of those of the module.
@@ -57,12 +57,12 @@ class Verdict(Shown):
 
     @property
     def sign(self) -> str:
-        """Of the exponent: "positive", "negative", "zero" or "not decided"."""
+        """Sign of the exponent: "positive", "negative", "zero" or "not decided"."""
         return sign_of(self.exponent, self.error)
 
 
 def sign_of(exponent: float, error: float) -> str:
-    """Of an exponent per step; "not decided" where its error does not tell."""
+    """Sign of an exponent per step; "not decided" where its error does not tell."""
     if abs(exponent) <= ZERO and SURE * error <= ZERO:
         return "zero"
     if not abs(exponent) > max(ZERO, SURE * error):
@@ -175,7 +175,7 @@ def _signals(system: SectionSystem, points: Vector) -> Vector:
 
 
 def digits(signals: Vector) -> float:
-    """To how many digits the weighted means of both halves of signals (k, s) agree, at least."""
+    """The number of digits to which the weighted means of both halves of signals (k, s) agree, at least."""
     half = len(signals) // 2
     t = (np.arange(half) + 0.5) / half
     weights = np.exp(-1.0 / (t * (1.0 - t)))
@@ -185,7 +185,7 @@ def digits(signals: Vector) -> float:
 
 
 def dimension(signals: Vector) -> float:
-    """Of the set that signals (k, s) fill: how the distance of neighbours falls with their number."""
+    """Dimension of the set that signals (k, s) fill: how the distance of neighbours falls with their number."""
 
     def neighbour(points: Vector) -> float:
         distances = KDTree(points).query(points, k=2)[0][:, 1]

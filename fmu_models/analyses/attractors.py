@@ -43,7 +43,7 @@ FALLS = 1e-3  # of the form: less than its fall by so much is none
 
 @dataclass(frozen=True, eq=False)
 class Claims:
-    """What m runs have come to.
+    """The motions found among m runs.
 
     Attributes:
         parts: motions of one period each, and the numbers of their runs.

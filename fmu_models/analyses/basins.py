@@ -67,7 +67,7 @@ class Cloud(Shown):
 
     @property
     def kind(self) -> str:
-        """Of its verdict."""
+        """The kind of the verdict."""
         return self.verdict.kind
 
     @property

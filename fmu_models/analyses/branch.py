@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
@@ -128,15 +129,22 @@ def follow_branch(
     return Followed(followed, replace(curves, closed_form=form))
 
 
+def numbering() -> Callable[[str], str]:
+    """From a kind to it as a name with the number of those before and itself: "fold_1"."""
+    numbers: Counter[str] = Counter()
+
+    def numbered(kind: str) -> str:
+        name = kind.replace(", ", "_").replace(" ", "_")
+        numbers[name] += 1
+        return f"{name}_{numbers[name]}"
+
+    return numbered
+
+
 def special_values(specials: Sequence[Any]) -> dict[str, float]:
     """Values of the parameter at special points, by kind and number."""
-    numbers: dict[str, int] = {}
-    values = {}
-    for special in specials:
-        kind = special.kind.replace(", ", "_").replace(" ", "_")
-        numbers[kind] = numbers.get(kind, 0) + 1
-        values[f"{kind}_{numbers[kind]}"] = special.value
-    return values
+    numbered = numbering()
+    return {numbered(special.kind): special.value for special in specials}
 
 
 def numbers_at(

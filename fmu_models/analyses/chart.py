@@ -160,7 +160,7 @@ def chart(
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """What a run of a cell is, and what is asked of it."""
+    """The runs of cells, and what is asked of them."""
 
     what: str
     start: Vector

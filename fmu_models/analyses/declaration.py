@@ -65,7 +65,7 @@ class Declared:
 
     @property
     def in_scene(self) -> float | str | None:
-        """Its default in a scene, where False and True are 0 and 1."""
+        """The default in a scene, where False and True are 0 and 1."""
         default = self.default if self.option.in_scene is None else self.option.in_scene
         return int(default) if isinstance(default, bool) else default
 
@@ -116,7 +116,7 @@ class Analysis:
 
     @property
     def summary(self) -> str:
-        """What it does, in a sentence: the first paragraph of the function's docstring."""
+        """The analysis in a sentence: the first paragraph of the function's docstring."""
         return " ".join(inspect.cleandoc(self.function.__doc__ or "").split("\n\n")[0].split())
 
     def run(self, subject: Any, axes: Mapping[str, Any], **arguments: Any) -> Pictured:

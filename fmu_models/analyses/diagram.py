@@ -63,19 +63,8 @@ class Diagram(Pictured):
     """
 
     RECORD: ClassVar = (
-        *(
-            "model",
-            "over",
-            "values",
-            "directions",
-            "periods",
-            "words",
-            "steps",
-            "failures=refused",
-            "branches=laid",
-            "lost",
-            "how",
-        ),
+        *("model", "over", "values", "directions", "periods", "words", "steps"),
+        *("failures=refused", "branches=laid", "lost", "how"),
     )
 
     model: str
@@ -104,7 +93,7 @@ class Diagram(Pictured):
         return self.points[..., self.states.index(self.of)]
 
     def sign(self, direction: int, value: int) -> str:
-        """Of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
+        """Sign of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
         return sign_of(float(self.exponents[direction, value]), float(self.exponent_errors[direction, value]))
 
     def word(self, direction: int, value: int) -> str:
@@ -174,12 +163,10 @@ def orbit_diagram(
     exponents: bool = False,
     of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,
     branches: Annotated[
-        int,
-        Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none"),
+        int, Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none")
     ] = 0,
     against_branches: Annotated[
-        int,
-        Option("Tell where a sweep left a stable branch, of motions to this period.", minimum=0, default="none"),
+        int, Option("Tell where a sweep left a stable branch, of motions to this period.", minimum=0, default="none")
     ] = 0,
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
@@ -237,7 +224,7 @@ def orbit_diagram(
 
 
 def _motions(diagram: Diagram) -> Iterator[Motion]:
-    """Those of which a period was claimed, of all sweeps."""
+    """The motions of which a period was claimed, of all sweeps."""
     for d, i in np.argwhere(diagram.periods > 0):
         yield float(diagram.values[i]), int(diagram.periods[d, i]), diagram.points[d, i, 0]
 

@@ -129,7 +129,7 @@ class Exponents(Pictured):
 
     @property
     def numbers(self) -> range:
-        """Those of the exponents, from 1."""
+        """Numbers of the exponents, from 1."""
         return range(1, len(self.values) + 1)
 
     def to_xarray(self) -> Any:

@@ -74,7 +74,7 @@ class Manifold:
 
 @dataclass(frozen=True, eq=False)
 class Manifolds(Pictured):
-    """Of a saddle.
+    """The manifolds of a saddle.
 
     Attributes:
         model: its name.

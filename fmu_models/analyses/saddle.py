@@ -40,13 +40,13 @@ class Saddle:
 
     @property
     def name(self) -> str:
-        """Of the model."""
+        """Name of the model."""
         return str(self.fmu.description.modelName)
 
     @cached_property
     def sizes(self) -> Vector:
         """(n,) nominal values of the states."""
-        return sizes_of(self.fmu)
+        return np.array([self.fmu.size_of(name) for name in self.fmu.states])
 
     @cached_property
     def _eigen(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -83,14 +83,10 @@ class Saddle:
 
     def as_run(self, point: Vector) -> dict[str, Any]:
         """Arguments of ``simulate`` for the motion from a point (n,)."""
-        options: dict[str, Any] = {
-            kind: {name: value for name, value in self.given.items() if name in names}
-            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
-        }
-        return {**options, "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
+        return {**self.fmu.settings(self.given), "start": dict(zip(self.fmu.states, point.tolist(), strict=True))}
 
     def at(self, **values: float) -> Saddle:
-        """The same one at other values of parameters or inputs, found from here.
+        """The same saddle at other values of parameters or inputs, found from here.
 
         Raises:
             StickslipError: it is no longer there.
@@ -122,19 +118,14 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     for name, value in {**given, **start}.items():
         check_value(fmu, name, value)
     field = VectorField(fmu, given)
-    point = np.array([float(start.get(name, fmu.variables[name].start or 0.0)) for name in fmu.states])
+    point = np.array([float(start.get(name, fmu.start_of(name))) for name in fmu.states])
     point, slopes = _rest(fmu, field, point)
     return _checked(Saddle(fmu, field, given, point, slopes))
 
 
-def sizes_of(fmu: Fmu) -> Vector:
-    """(n,) nominal values of the states."""
-    return np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
-
-
 def _rest(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
     """The equilibrium near a point by Newton's method, and the derivative of the rates there."""
-    sizes = sizes_of(fmu)
+    sizes = np.array([fmu.size_of(name) for name in fmu.states])
     for _ in range(STEPS):
         slopes = field.slopes(point, ())
         try:

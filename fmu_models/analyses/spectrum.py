@@ -43,7 +43,7 @@ SAMPLES = 64  # of a period of the forcing, of a motion without one
 
 @dataclass(frozen=True, eq=False)
 class Spectrum(Pictured):
-    """Of one variable.
+    """The spectrum of one variable.
 
     Attributes:
         of, unit: its name and unit.
@@ -78,7 +78,7 @@ class Spectrum(Pictured):
 
     @property
     def measure(self) -> str:
-        """What the amplitudes are: of lines, or a density."""
+        """The meaning of the amplitudes: of lines, or a density."""
         return "amplitude" if self.lines else "density"
 
     def _heading(self) -> str:

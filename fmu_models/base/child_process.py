@@ -80,11 +80,7 @@ class Child:
     """A process, the jobs it has, the first being worked on, until when it may, and the group of jobs that it knows."""
 
     def __init__(
-        self,
-        work: bytes,
-        limits: Limits,
-        threads: int | None,
-        reports: queue.Queue[tuple[Child, bytes | None]],
+        self, work: bytes, limits: Limits, threads: int | None, reports: queue.Queue[tuple[Child, bytes | None]]
     ) -> None:
         self.limits = limits
         self.group: Hashable = None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import inspect
 import json
-import math
 import os
 import sys
 import time
@@ -115,11 +114,6 @@ def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None])
         print(printable_json(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)))
     else:
         show(console())
-
-
-def finite(value: float) -> float | None:
-    """A number for JSON, which has neither infinity nor nan: null."""
-    return value if math.isfinite(value) else None
 
 
 class table:

@@ -329,8 +329,9 @@ class _Tables:
                 values |= _entries(f"capacity[{c}][{k}]", row)
             values[f"restitution[{c}]"] = system.contacts[c].restitution
             values[f"mu[{c}]"] = system.contacts[c].friction
-        values |= {f"W[{nq + i}][{c}]": entry for (i, c), entry in system.W.todok().items()}
-        values |= {f"G[{i}][{c}]": entry for (i, c), entry in system.G.todok().items()}
+        # by place: they come in the order of a set, which is another one in each process
+        values |= {f"W[{nq + i}][{c}]": system.W[i, c] for i, c in sorted(system.W.todok())}
+        values |= {f"G[{i}][{c}]": system.G[i, c] for i, c in sorted(system.G.todok())}
         lines = _assignments(values, names)
         head = "static void lanes_rows(const double *p, const double *u, const double *sign, LaneRows *r)"
         body = "\n".join(["    (void)p, (void)u, (void)sign;", "    memset(r, 0, sizeof *r);", *lines])

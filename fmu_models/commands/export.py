@@ -13,7 +13,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shipped import is_scene
 from fmu_models.codegen.rights import Rights
 from fmu_models.commands.arguments import ModelOrScene, no_fmu, scene_of
-from fmu_models.maps import MAPS
+from fmu_models.fmu.load import named_map
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
@@ -21,7 +21,6 @@ from fmu_models.toolchain.platforms import platforms as chosen_platforms
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fmu_models.language.maps import Map
     from fmu_models.scene.scene import Scene
 
 FMI, SYSTEM_FMI = "3.0", "2.0"  # versions where none is given
@@ -151,7 +150,7 @@ def _export_one(
             raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
         _export_scene(scene, path, values, **options)
         return path
-    if (declared := _map(model)) is not None:
+    if (declared := named_map(model)) is not None:
         if contacts or expose:
             raise StickslipError(f"{declared.name} is a map: it has no contacts to choose or to expose.")
         return export_map(declared, path or folder / f"{declared.name}.fmu", values=values, **options)
@@ -159,16 +158,6 @@ def _export_one(
     selected = console.chosen(contacts)
     path = path or folder / ("_".join([name, *(selected or [])]) + ".fmu")
     return write_fmu(model, path, contacts=selected, values=values, expose=expose, **options)
-
-
-def _map(name: str) -> Map | None:
-    """The map of a name or a file; None if it is none."""
-    if name in MODELS.members() or (name not in MAPS.members() and not name.partition(":")[0].endswith(".py")):
-        return None
-    try:
-        return MAPS.load(name)
-    except StickslipError:
-        return None  # a file without one: what it lacks is said of models
 
 
 def _pack(

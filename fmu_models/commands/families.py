@@ -92,6 +92,8 @@ class SectionOptions:
         from fmu_models.sections.strobe import Strobe
 
         values = console.assignments(self.settings, "parameter")
+        if self.level and self.impacts and self.model not in MAPS.members():
+            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
         if self._scene is not None:
             return self._of_scene(self._scene, values)
         if self.model in MAPS.members():
@@ -100,8 +102,6 @@ class SectionOptions:
                     f"'{self.model}' is a map: every step of it is the section. Leave the section out."
                 )
             return Iteration.of(MAPS.load(self.model), values)
-        if self.level and self.impacts:
-            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
         fmu = load(self.model, contacts=console.chosen(self.contacts))
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
         common["stepper"] = self.stepper
@@ -118,14 +118,9 @@ class SectionOptions:
 
     def _of_scene(self, scene: Scene, values: Mapping[str, float]) -> SectionSystem:
         """The section of a scene; what is given here goes before what it says."""
-        from fmu_models.fmu.fmu import Fmu
-        from fmu_models.scene.compute import arguments
         from fmu_models.scene.kinds.kind import section_of
-        from fmu_models.scene.reduce import built_scene
 
         computation: dict[str, Any] = {}
-        if self.level and self.impacts:
-            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
         if self.level or self.impacts:
             level = console.assignments([self.level], "level") if self.level else {}
             computation = {"level": level, "down": self.down, "impacts": self.impacts}
@@ -140,13 +135,8 @@ class SectionOptions:
         computation |= {"periods": self.every} if self.every > 1 else {}
         computation |= {"autonomous": True} if self.autonomous else {}
         changed = replace(scene, compute=replace(scene.compute, **computation))
-        drives = {name: value for name, value in values.items() if name in scene.drives}
-        free = {name: value for name, value in values.items() if name not in drives}
-        run_arguments = arguments(scene, None, parameters=free, inputs=drives)
-        section = section_of(
-            changed, Fmu.open(built_scene(scene)), run_arguments["parameters"], run_arguments["inputs"]
-        )
-        return section.stepped_by(self.stepper)
+        fmu, run = _built_with(scene, values)
+        return section_of(changed, fmu, run["parameters"], run["inputs"]).stepped_by(self.stepper)
 
     def oscillator(self) -> tuple[Fmu, dict[str, float]]:
         """The model itself, without a section, and values of its parameters and inputs.
@@ -154,18 +144,13 @@ class SectionOptions:
         Raises:
             StickslipError: a map, a drive of a scene that moves, or as loading does.
         """
-        from fmu_models.fmu.fmu import Fmu
         from fmu_models.fmu.load import load
-        from fmu_models.scene.compute import arguments
         from fmu_models.scene.kinds.kind import constants_of
-        from fmu_models.scene.reduce import built_scene
 
         values = console.assignments(self.settings, "parameter")
-        scene = self._scene
-        if scene is not None:
-            drives = {name: value for name, value in values.items() if name in scene.drives}
-            free = {name: value for name, value in values.items() if name not in drives}
-            return Fmu.open(built_scene(scene)), constants_of(scene, arguments(scene, parameters=free, inputs=drives))
+        if self._scene is not None:
+            fmu, run = _built_with(self._scene, values)
+            return fmu, constants_of(self._scene, run)
         if self.model in MAPS.members():
             raise StickslipError(
                 f"'{self.model}' is a map: it has no rates. Its fixed points are followed by 'branch'."
@@ -352,6 +337,17 @@ class FamilyRuns:
     def execution(self, files: StoredFiles) -> Execution:
         """Who makes the runs, and where they are kept."""
         return files.execution(self.workers, self.scheduler)
+
+
+def _built_with(scene: Scene, values: Mapping[str, float]) -> tuple[Fmu, dict[str, Any]]:
+    """The FMU of a scene, and arguments of its run with other values of parameters and drives."""
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.scene.compute import arguments
+    from fmu_models.scene.reduce import built_scene
+
+    drives = {name: value for name, value in values.items() if name in scene.drives}
+    free = {name: value for name, value in values.items() if name not in drives}
+    return Fmu.open(built_scene(scene)), arguments(scene, parameters=free, inputs=drives)
 
 
 def one_range(text: str) -> Range:

@@ -9,6 +9,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import record
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def _exponents(iteration: Iteration, start: dict[str, float]) -> dict[str, Any]:
         exponents = lyapunov(iteration, start, periods=1_000_000, motions=256, progress=advance)
     return {
         # JSON has no infinity: null where every difference is lost in one step
-        "exponents": [console.finite(value) for value in exponents.values.tolist()],
+        "exponents": record(exponents.values),
         "standard_errors": exponents.errors.tolist(),
         "steps": exponents.steps,
     }

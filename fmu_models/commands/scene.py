@@ -11,6 +11,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
+from fmu_models.base.record import record
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -68,10 +69,7 @@ def scene(
         draw_scene(read, fmu, rows, figure, overwrite=overwrite)
     content: dict[str, Any] = {
         "scene": {**dataclasses.asdict(read), "lines": None},
-        "results": [
-            {"at": row.at, "values": {name: console.finite(value) for name, value in row.values.items()}}
-            for row in rows
-        ],
+        "results": [{"at": row.at, "values": record(row.values)} for row in rows],
         "comparisons": [{**dataclasses.asdict(comparison), "passed": comparison.passed} for comparison in comparisons],
         "passed": all(comparison.passed for comparison in comparisons),
         "explained": savings,

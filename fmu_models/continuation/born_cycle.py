@@ -121,8 +121,7 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
     passages = crossings(
         fmu, name, level=float(x[i]), direction=sense, stop_time=within, most=1,
         start=dict(zip(fmu.states, x.tolist(), strict=True)),
-        parameters={key: value for key, value in constants.items() if key in fmu.parameters},
-        inputs={key: value for key, value in constants.items() if key in fmu.inputs},
+        **fmu.settings(constants),
     )  # fmt: skip
     if not len(passages):
         raise StickslipError(f"The motion does not come back to {name} = {x[i]:g}.")

@@ -45,7 +45,7 @@ from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.imported import ImportedProblem
 from fmu_models.continuation.problem.node import Node
-from fmu_models.continuation.problem.problem import Problem, Vector, Word
+from fmu_models.continuation.problem.problem import Problem, Vector
 from fmu_models.continuation.special.special import Special, special_of
 from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.continuation.step.follow import Follower
@@ -91,8 +91,8 @@ class Branch(SolutionBranch):
 
     @property
     def texts(self) -> list[str]:
-        """The word of each point, in a line."""
-        return [word_text(word) for word in self.words]
+        """The word of each point, in a line: contact, state before and after."""
+        return [" ".join(f"{contact}:{before}>{after}" for contact, before, after in word) for word in self.words]
 
     @property
     def of(self) -> str:
@@ -115,14 +115,9 @@ class Branch(SolutionBranch):
         return f"Branch of {self.model} over {self.over}: {len(self.values)} motions, {len(self.special)} special"
 
 
-def word_text(word: Word) -> str:
-    """Events in a line: contact, state before and after."""
-    return " ".join(f"{contact}:{before}>{after}" for contact, before, after in word)
-
-
-def made(problem: Problem, both: Ways, between: tuple[float, float], seconds: float) -> Branch:
+def made(problem: Problem, directions: Ways, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, findings, ends = joined(*both)
+    nodes, findings, ends = joined(*directions)
     return Branch(
         **seen_on(nodes),
         periods=np.array([node.seen.length for node in nodes]),
@@ -142,23 +137,23 @@ def _switched(special: Special, points: int) -> tuple[Branch, ...]:
     return tuple(followed_from(node, special.between, points) for node in leaving(special))
 
 
-def follower_of(begin: Node, *arguments: Any) -> Follower:
-    """What follows solutions of its kind from a begin on."""
-    imported = isinstance(begin.problem, ImportedProblem)
-    follower = EquilibriumFollower if begin.problem.still else ImportedFollower if imported else Follower
-    return follower(begin, *arguments)
+def follower_of(start: Node, *arguments: Any) -> Follower:
+    """What follows solutions of its kind from a start on."""
+    imported = isinstance(start.problem, ImportedProblem)
+    follower = EquilibriumFollower if start.problem.still else ImportedFollower if imported else Follower
+    return follower(start, *arguments)
 
 
 def both_ways(
-    begin: Node, between: tuple[float, float], points: int, progress: Callable[[float], Any], keeper: Keeper
+    start: Node, between: tuple[float, float], points: int, progress: Callable[[float], Any], keeper: Keeper
 ) -> Ways:
-    """From a begin over a range of the parameter, of which ``progress`` is called with the share that is behind."""
+    """From a start over a range of the parameter, of which ``progress`` is called with the share that is behind."""
     low, high = between
 
     def tell(node: Node) -> None:
         progress((node.value - low) / (high - low))
 
-    return ways(begin, lambda node: follower_of(node, between, points, tell, keeper.pieces()).follow())
+    return ways(start, lambda node: follower_of(node, between, points, tell, keeper.pieces()).follow())
 
 
 def followed_from(node: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:

@@ -28,12 +28,7 @@ from fmu_models.sections.system import SectionSystem
 SAME = 1e-9
 
 
-def branch(
-    system: SectionSystem,
-    over: str,
-    between: tuple[float, float],
-    **options: Any,
-) -> Branch:
+def branch(system: SectionSystem, over: str, between: tuple[float, float], **options: Any) -> Branch:
     """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it.
 
     Args:
@@ -92,8 +87,8 @@ def branches(
         if not first_piece.known:
             first_piece.put(begin_of(system, problem, (low, high), start, settle))
         clock, start_node = time.process_time(), first_piece.known[0]
-        both = both_ways(start_node, (low, high), points, progress, keeper)
-        first = made(start_node.problem, both, (low, high), time.process_time() - clock)
+        directions = both_ways(start_node, (low, high), points, progress, keeper)
+        first = made(start_node.problem, directions, (low, high), time.process_time() - clock)
         followed = [first]
         interrupted = spread(followed, longest, points, keeper) if switch else first.interrupted
         result = Branches(of or first.of, tuple(followed), interrupted)

@@ -28,12 +28,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.branch import both_ways
-from fmu_models.continuation.equilibrium_branch import (
-    EIGENVALUES,
-    EquilibriumBranch,
-    branch_of_sets,
-    branch_of_ways,
-)
+from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, branch_of_sets, branch_of_ways
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.problem.equilibrium import ZERO, EquilibriumProblem, numbers_of, problem_at
 from fmu_models.continuation.problem.imported_field import ImportedField
@@ -96,8 +91,8 @@ def equilibria(
         branch = _sets(sticking, (low, high), points, progress, clock)
     else:
         first = _begin(problem, z, scales)
-        both = both_ways(first, (low, high), points, progress, Keeper(None, problem))
-        branch = branch_of_ways(both, (low, high), time.process_time() - clock)
+        directions = both_ways(first, (low, high), points, progress, Keeper(None, problem))
+        branch = branch_of_ways(directions, (low, high), time.process_time() - clock)
     return replace(branch, of=of or branch.of)
 
 
@@ -144,7 +139,7 @@ def _start(
     check_names(fmu, "state", start, fmu.states)
     for name, value in {**constants, **start}.items():
         check_value(fmu, name, value)
-    point = np.array([float(start.get(state, fmu.variables[state].start or 0.0)) for state in fmu.states])
+    point = np.array([float(start.get(state, fmu.start_of(state))) for state in fmu.states])
     field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
     return problem, np.append(point, problem.value_within(between))

@@ -104,8 +104,8 @@ class SpecialEquilibrium(SpecialPoint):
         elif self.boundary is not None and self._pairs:
             branches = cycles_from_boundary(self.boundary, self.frequency, self.between, points)
         elif self.kind in (kinds.PITCHFORK, kinds.BRANCH_POINT):
-            ways = (follower_of(node, self.between, points).follow() for node in beside_branch_point(self.node))
-            branches = tuple(branch_of_ways((way, None), self.between) for way in ways)
+            followed = (follower_of(node, self.between, points).follow() for node in beside_branch_point(self.node))
+            branches = tuple(branch_of_ways((forward, None), self.between) for forward in followed)
         if not branches:
             raise StickslipError(
                 f"No branch was found that leaves at the {self.place}: cycles leave at Hopf points and discontinuous "
@@ -149,11 +149,7 @@ class EquilibriumBranch(SolutionBranch):
     """
 
     COLUMNS: ClassVar = (
-        "{over}=values",
-        "{states}=points",
-        "{states}_from=intervals.0",
-        "{states}_to=intervals.1",
-        "stable",
+        *("{over}=values", "{states}=points", "{states}_from=intervals.0", "{states}_to=intervals.1", "stable"),
         "eigenvalue{}=eigenvalues",
     )
     RECORD: ClassVar = (
@@ -222,9 +218,9 @@ class EquilibriumBranch(SolutionBranch):
         return f"Equilibria of {self.model} over {self.over}: {len(self.values)} points, {len(self.special)} special"
 
 
-def branch_of_ways(both: Ways, between: tuple[float, float], seconds: float = 0.0) -> EquilibriumBranch:
+def branch_of_ways(directions: Ways, between: tuple[float, float], seconds: float = 0.0) -> EquilibriumBranch:
     """The branch of one way, or of two from the same begin."""
-    nodes, findings, ends = joined(*both)
+    nodes, findings, ends = joined(*directions)
     eigenvalues = np.array([eigenvalues_of(node) for node in nodes])
     return EquilibriumBranch(
         **seen_on(nodes),

@@ -19,7 +19,7 @@ from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.step.way import Found
 from fmu_models.families.store import Chain, Store
 
-KINDS: Mapping[str, Any] = {one.__name__: one for one in (Found, Touch, Passing)}
+KINDS: Mapping[str, Any] = {kind.__name__: kind for kind in (Found, Touch, Passing)}
 
 
 class Keeper:

@@ -79,7 +79,9 @@ def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tup
     strobe = _strobe(system)
     points = {
         (d, i): [
-            _at_phase_0(system, diagram.over, float(value), point) for point in diagram.points[d, i] if _whole(point)
+            _at_phase_0(system, diagram.over, float(value), point)
+            for point in diagram.points[d, i]
+            if np.isfinite(point).all()
         ]
         for d in range(len(diagram.directions))
         for i, value in enumerate(diagram.values)
@@ -108,10 +110,6 @@ def _strobe(system: Section) -> Strobe | Iteration:
         )
     settings = {"forcing": system.forcing, "period": system.period, "parameters": system.values}
     return Strobe(system.fmu, **settings, tolerance=system.tolerance, stepper=system.stepper)
-
-
-def _whole(point: Vector) -> bool:
-    return bool(np.isfinite(point).all())
 
 
 def _motions(system: Section, diagram: Swept, points: dict[tuple[int, int], list[Vector]]) -> Iterator[Motion]:

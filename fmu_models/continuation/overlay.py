@@ -41,7 +41,7 @@ def branches_through(
         if (
             interrupted
             or period > longest
-            or any(_is_on(candidate, value, period * every, point) for candidate in followed)
+            or any(member.every == period * every and segments_near(member, value, [point]) for member in followed)
         ):
             continue
         section = system.at(**{over: value})
@@ -59,11 +59,6 @@ def branches_through(
         reason = f": {why}" if why else f": none of period {longest} or less was found"
         raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{reason}.")
     return Branches(of or system.states[0], tuple(followed), interrupted)
-
-
-def _is_on(candidate: Branch, value: float, every: int, point: Vector) -> bool:
-    """Whether a motion is one of a branch, as near as its points tell."""
-    return candidate.every == every and bool(segments_near(candidate, value, [point]))
 
 
 def segments_near(candidate: Branch, value: float, points: Sequence[Vector]) -> list[int]:

@@ -197,7 +197,8 @@ class Composite:
         self._put("variable_references", references, np.uint32)
         steps = [request.StepBound.of(fmu, None, 0.0, 0.0).longest for fmu in self.system.fmus.values()]
         description = SimpleNamespace(
-            **{"modelName": self.system.name, "fmiVersion": "2.0", "generationTool": "", "guid": ""},
+            **{"modelName": self.system.name, "description": "", "generationTool": "", "guid": ""},
+            **{"fmiVersion": "2.0"},
             **{"modelExchange": True, "coSimulation": None, "defaultExperiment": SimpleNamespace(stepSize=min(steps))},
             **{
                 "derivatives": self._derivatives(variables),

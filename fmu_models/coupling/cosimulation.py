@@ -250,7 +250,7 @@ class _CoSimulation:
 
     @contextmanager
     def _saved(self) -> Iterator[Callable[[], None]]:
-        """What puts all units back to here."""
+        """The function that puts all units back to here."""
         states = [(stepper, stepper.save(self.time)) for stepper in self.steppers]
         point = self.time, self.last, self.u.copy(), self.before.copy(), self.y.copy(), len(self.events)
 

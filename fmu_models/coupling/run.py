@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,16 +20,25 @@ from fmu_models.simulation.trajectory import Trajectory
 MASTER_TOLERANCE = 1e-8
 
 
-class _CoupledDriver(Driver):
-    """The master's driver with the coupled system in place of an FMU."""
+class CoupledDriver(Driver):
+    """The master's driver with the coupled system in place of an FMU; tolerance, record, on_zeno: as of `Driver`, by
+    default what the system says."""
 
-    def __init__(self, system: CoupledSystem) -> None:
+    def __init__(
+        self,
+        system: CoupledSystem,
+        *,
+        tolerance: float | None = None,
+        record: Sequence[str] | None = None,
+        on_zeno: str = "stop",
+    ) -> None:
         self.composite = Composite(system, co_simulation=False)
         super().__init__(
             self.composite.fmu,
             method=system.solver,
-            tolerance=system.tolerance or MASTER_TOLERANCE,
-            record=list(system.outputs) or None,
+            tolerance=tolerance or system.tolerance or MASTER_TOLERANCE,
+            record=list(system.outputs) or None if record is None else record,
+            on_zeno=on_zeno,
         )
 
     def _load(self) -> instance.Instance:
@@ -38,10 +47,7 @@ class _CoupledDriver(Driver):
 
 
 def couple(
-    system: CoupledSystem,
-    *,
-    output_times: ArrayLike | None = None,
-    progress: Callable[[float], None] | None = None,
+    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
 ) -> Trajectory:
     """Run a coupled system; variables of the trajectory are "unit.variable".
 
@@ -76,7 +82,7 @@ def couple(
     for name, unit in system.units.items():
         for merged, values in ((parameters, unit.parameters), (start, unit.start), (inputs, unit.inputs)):
             merged |= {f"{name}.{variable}": value for variable, value in values.items()}
-    driver = _CoupledDriver(system)
+    driver = CoupledDriver(system)
     with driver:
         trajectory = driver.run(
             system.stop_time,
@@ -95,10 +101,7 @@ def couple(
 
 
 def recorded(
-    system: CoupledSystem,
-    *,
-    output_times: ArrayLike | None = None,
-    progress: Callable[[float], None] | None = None,
+    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
 ) -> Recording:
     """``couple``, with a description per variable and where all comes from."""
     trajectory = couple(system, output_times=output_times, progress=progress)

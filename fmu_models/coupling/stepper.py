@@ -55,13 +55,13 @@ class UnitStepper:
             raise self.fail(f"{action} fails", time)
 
     def save(self, time: float) -> c_void_p:
-        """Its state, to be freed."""
+        """The state of the unit, to be freed."""
         state = c_void_p()
         self._check(self._get(c_void_p(self.calls.instance), byref(state)), "saving its state", time)
         return state
 
     def put_back(self, state: c_void_p, time: float) -> None:
-        """As it was when ``state`` was saved."""
+        """Put the unit back to a saved ``state``."""
         self._check(self._set(c_void_p(self.calls.instance), state), "putting back its state", time)
 
     def free(self, state: c_void_p) -> None:
@@ -95,7 +95,7 @@ class UnitStepper:
             self._check(library().coupling_plain(byref(self.calls), F.ENTER_STEP), "entering step mode", time)
 
     def step(self, time: float, end: float) -> None:
-        """To ``end``, through its own events."""
+        """Step to ``end``, through the unit's own events."""
         stalled = 0
         while time < end and not self.ended:
             stepped = instance.Stepped()
@@ -121,6 +121,6 @@ class UnitStepper:
 
 
 def _attributes(fmu: Fmu) -> dict[str, str]:
-    """Of the Co-Simulation interface, whose names differ between the versions of FMI."""
+    """Attributes of the Co-Simulation interface, whose names differ between the versions of FMI."""
     element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("CoSimulation")
     return dict(element.attrib) if element is not None else {}

@@ -85,11 +85,7 @@ def checked_page(path: str | os.PathLike[str], *, overwrite: bool) -> Path:
 
 
 def explore(
-    model: Model,
-    *,
-    contacts: Sequence[str] | None = None,
-    plot: Sequence[str] | None = None,
-    trust: bool = False,
+    model: Model, *, contacts: Sequence[str] | None = None, plot: Sequence[str] | None = None, trust: bool = False
 ) -> Explorer:
     """A page in which a model moves: its engine as WebAssembly, with sliders, portraits and diagrams.
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """What a page is of.
+    """The subject of a page.
 
     Attributes:
         fmu: with all parameters free.

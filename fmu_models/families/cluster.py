@@ -55,7 +55,7 @@ class Cluster:
         self._fmus = [self._client.submit(bytes, fmu.path.read_bytes(), key=f"fmu-{fmu.sha256}") for fmu in fmus]
 
     def threads(self) -> int:
-        """Of all workers together, at present."""
+        """Threads of all workers together, at present."""
         workers: Any = self._client.nthreads()
         return max(1, sum(workers.values()))
 
@@ -74,7 +74,7 @@ class Cluster:
 
 
 def run_part(made_by: str, parcel: bytes, jobs: Jobs, *fmus: bytes) -> RunRows:
-    """What a worker does."""
+    """Run a part of the jobs in a worker."""
     if made_by != version():
         raise StickslipError(f"A worker has stickslip {version()}, not {made_by}. Install the same version everywhere.")
     return _unpacked(parcel, fmus).run(jobs, np.zeros(1, np.int32))

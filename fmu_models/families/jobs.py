@@ -78,7 +78,7 @@ class Jobs:
         return len(self.starts)
 
     def part(self, begin: int, end: int) -> Jobs:
-        """Those from ``begin`` up to ``end``."""
+        """The jobs from ``begin`` up to ``end``."""
         varied = {name: values[begin:end] for name, values in self.varied.items()}
         return dataclasses.replace(self, starts=self.starts[begin:end], varied=varied)
 

@@ -265,7 +265,7 @@ def told(provenance: Mapping[str, Any]) -> str:
 
 
 def _differences(stored: Any, present: Any, name: str = "") -> Iterator[str]:
-    """What differs between two trees of JSON, a sentence each."""
+    """Differences between two trees of JSON, a sentence each."""
     if isinstance(stored, Mapping) and isinstance(present, Mapping):
         for key in dict.fromkeys([*stored, *present]):
             yield from _differences(stored.get(key), present.get(key), f"{name}.{key}" if name else str(key))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import os
 import weakref
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
@@ -118,6 +119,19 @@ class Fmu(Shown):
     @property
     def _from_here(self) -> bool:
         return str(self.description.generationTool).startswith("stickslip ")
+
+    def start_of(self, name: str) -> float:
+        """Start value of a variable; 0 where its description says none."""
+        return float(self.variables[name].start or 0.0)
+
+    def size_of(self, name: str) -> float:
+        """Nominal value of a variable; 1 where there is no such variable, or its description says none."""
+        return float(getattr(self.variables.get(name), "nominal", None) or 1.0)
+
+    def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """Values as arguments of ``simulate``: those of "parameters" and those of "inputs"."""
+        kinds = {"parameters": self.parameters, "inputs": self.inputs}
+        return {kind: {name: v for name, v in values.items() if name in names} for kind, names in kinds.items()}
 
     def suggested_times(self) -> tuple[float, float]:
         """Start and stop of the run that its author suggests, s; 0 and 20 where the description says nothing.

@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.maps import MAPS
+from fmu_models.oscillators import MODELS
 
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
+    from fmu_models.language.maps import Map
 
 
 def load(
@@ -37,3 +40,13 @@ def load(
     if contacts is not None or laws:
         raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
     return Fmu.open(model)
+
+
+def named_map(name: str) -> Map | None:
+    """The map of a name or a file; None if it is none."""
+    if name in MODELS.members() or (name not in MAPS.members() and not name.partition(":")[0].endswith(".py")):
+        return None
+    try:
+        return MAPS.load(name)
+    except StickslipError:
+        return None  # a file without one: what it lacks is said of models

@@ -23,7 +23,7 @@ from fmu_models.oscillators import MODELS
 
 @dataclass(frozen=True)
 class Verification:
-    """What came of it.
+    """The result of a verification.
 
     Attributes:
         entries: how many files the archive holds.

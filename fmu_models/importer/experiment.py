@@ -35,7 +35,7 @@ MASTER_TOLERANCE = 1e-8  # below it most models' own rounding and tables show
 
 @dataclass(frozen=True, eq=False)
 class FmuExperiment:
-    """What is asked for.
+    """The experiment that is asked for.
 
     Attributes:
         stop_time, start_time: s.

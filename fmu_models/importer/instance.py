@@ -140,12 +140,7 @@ class Instance:
     """
 
     def __init__(
-        self,
-        fmu: Fmu,
-        *,
-        co_simulation: bool = False,
-        scheduled: bool = False,
-        structure: Collection[str] = (),
+        self, fmu: Fmu, *, co_simulation: bool = False, scheduled: bool = False, structure: Collection[str] = ()
     ) -> None:
         self.fmu = fmu
         self.co_simulation, self.scheduled = co_simulation, scheduled
@@ -182,7 +177,7 @@ class Instance:
         self._finalizer()
 
     def message(self) -> str:
-        """What the FMU said last, or nothing."""
+        """The last message of the FMU; empty if there was none."""
         return self.log.message.decode("utf-8", "replace").strip()
 
     def function(self, name: str) -> Any:

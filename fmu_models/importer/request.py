@@ -27,7 +27,7 @@ JUMP = 2  # in Table.jumps, of an input; 1 is any other knot at which inputs are
 
 
 def address(array: NDArray) -> int:
-    """Of the first element; what ``array.ctypes.data`` is, at a tenth of its time."""
+    """Address of the first element: ``array.ctypes.data`` at a tenth of its time."""
     return array.__array_interface__["data"][0]
 
 
@@ -292,7 +292,7 @@ class StepBound:
 
     @property
     def words(self) -> str:
-        """What a run says of it."""
+        """The step in words, for a run's report."""
         return f", steps of at most {self.longest:.4g} s ({self.source})" if math.isfinite(self.longest) else ""
 
 

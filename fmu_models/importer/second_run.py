@@ -110,7 +110,7 @@ def perform_twice(
 
 
 def compare(first: Trajectory, second: Trajectory, max_step: float, tolerance: float) -> SecondRun:
-    """What differs between two runs with the same output times."""
+    """Differences between two runs with the same output times."""
     spread = SPREAD * tolerance
     resolution = spread * max(abs(float(first.time[0])), abs(float(first.time[-1])))
     lone = (*_lone(first, second, resolution, "first"), *_lone(second, first, resolution, "second"))

@@ -47,7 +47,7 @@ class LaneLibrary:
         weakref.finalize(self, unload, dll)
 
     def stepper(self, width: int = 0) -> Stepper | None:
-        """That of ``width`` lanes, 0: as many as this processor has; None where it has not so many."""
+        """The stepper of ``width`` lanes, 0: as many as this processor has; None where it has not so many."""
         at = self._find(width)
         return None if not at else Stepper(int(ctypes.c_int64.from_address(at + _TOGETHER).value), int(at))
 

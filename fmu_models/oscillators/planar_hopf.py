@@ -27,9 +27,6 @@ MODEL = Automaton(
     title="Planar system with a discontinuous Hopf bifurcation",
     source="Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), equation (2)",
     states=[x1, x2],
-    flows={
-        x1: x2,
-        x2: -x2 - sympy.Rational(3, 2) * kink.abs - x1,
-    },
+    flows={x1: x2, x2: -x2 - sympy.Rational(3, 2) * kink.abs - x1},
     switches=[kink],
 )

@@ -26,9 +26,6 @@ MODEL = Automaton(
     title="Planar system with a multiple crossing bifurcation",
     source="Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), equation (8)",
     states=[x1, x2],
-    flows={
-        x1: x1 + 2 * kink.abs + x2,
-        x2: x1 + 2 * kink.abs + x2 / 2 + mu,
-    },
+    flows={x1: x1 + 2 * kink.abs + x2, x2: x1 + 2 * kink.abs + x2 / 2 + mu},
     switches=[kink],
 )

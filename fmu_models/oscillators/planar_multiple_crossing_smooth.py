@@ -30,8 +30,5 @@ MODEL = Automaton(
     title="Planar system with a multiple crossing bifurcation, smoothed",
     source="Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), equation (14)",
     states=[x1, x2],
-    flows={
-        x1: bent + x2,
-        x2: bent + x2 / 2 + mu,
-    },
+    flows={x1: bent + x2, x2: bent + x2 / 2 + mu},
 )

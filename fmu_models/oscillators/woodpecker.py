@@ -62,13 +62,7 @@ phi_M = Coordinate(
     v_nominal=10.0,
 )
 phi_S = Coordinate(
-    "phi_S",
-    "rad",
-    "angle of the woodpecker",
-    velocity="w_S",
-    start=-0.529471967111,
-    nominal=0.1,
-    v_nominal=10.0,
+    "phi_S", "rad", "angle of the woodpecker", velocity="w_S", start=-0.529471967111, nominal=0.1, v_nominal=10.0
 )
 place = l_M + l_G - l_S - r_0
 play = r_M - r_0

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.console import finite
+from fmu_models.base.record import record
 from fmu_models.base.table import number, table
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def summary(deviations: Sequence[Deviation], within: float | None) -> dict[str, Any]:
     """One row per column; ``within``: whether all of them are, None where nobody asked."""
-    rows = [dataclasses.asdict(deviation) | {"share": finite(deviation.share)} for deviation in deviations]
+    rows = [dataclasses.asdict(deviation) | {"share": record(deviation.share)} for deviation in deviations]
     return {
         "columns": rows,
         "within": None if within is None else all(deviation.share <= within for deviation in deviations),
@@ -25,7 +25,7 @@ def summary(deviations: Sequence[Deviation], within: float | None) -> dict[str, 
 
 
 def print_summary(content: dict[str, Any], out: Console) -> None:
-    """The same as a table."""
+    """Print the comparison as a table."""
     keys = ("samples", "rms", "largest", "at", "span")
     shares = [None if row["share"] is None else 100 * row["share"] for row in content["columns"]]
     rows = [

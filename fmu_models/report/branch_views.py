@@ -141,7 +141,7 @@ def _heights(special: Special, of: str, every: int) -> list[float]:
 
 
 def with_unit(name: str, units: Mapping[str, str]) -> str:
-    """With its unit."""
+    """A name with its unit."""
     unit = units.get(name, "1")
     return name if unit == "1" else f"{name} ({unit})"
 

@@ -10,14 +10,7 @@ import numpy as np
 from fmu_models.base.shown import draw, tell
 from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.continuation.special.kinds import HOPF, kind_of
-from fmu_models.report.branch_views import (
-    draw_lines,
-    legend_below,
-    legend_of,
-    lines_of,
-    numbers_text,
-    with_unit,
-)
+from fmu_models.report.branch_views import draw_lines, legend_below, legend_of, lines_of, numbers_text, with_unit
 from fmu_models.report.colours import COLOURS
 
 if TYPE_CHECKING:

@@ -41,7 +41,7 @@ class Site:
 
     @property
     def index(self) -> Path:
-        """Its first page."""
+        """The manual's first page."""
         return self.folder / "index.html"
 
     @property

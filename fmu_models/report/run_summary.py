@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base import console
+from fmu_models.base.record import record
 from fmu_models.base.table import Cell, number, table
 from fmu_models.fmu.elements import owner
 from fmu_models.importer.texts import shown
@@ -62,7 +62,7 @@ def summary(
     if second:
         content["second_run"] = dataclasses.asdict(second) | {"agrees": second.agrees, "lasts": second.lasts}
         for row in content["second_run"]["variables"]:
-            row["most"] = _finite(row["most"])
+            row["most"] = record(row["most"])
     if contacts and fmu.impacts:
         content["impacts"] = _impacts(trajectory)
     return content
@@ -82,20 +82,12 @@ def _impacts(trajectory: Trajectory) -> dict[str, Any]:
 
 def _range(trajectory: Trajectory, name: str) -> dict[str, Any]:
     data = np.asarray(trajectory[name], dtype=float)
-    return {
-        "unit": trajectory.units[name],
-        "min": _finite(data.min()),
-        "max": _finite(data.max()),
-        "end": _finite(data[-1]),
-    }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    extremes = {"min": data.min(), "max": data.max(), "end": data[-1]}
+    return {"unit": trajectory.units[name], **record(extremes)}
 
 
 def _kind(event: Any) -> str:
-    """What an event is counted under."""
+    """The kind under which an event is counted."""
     if isinstance(event, Event):
         return f"contact {event.contact}"
     label = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
@@ -133,7 +125,7 @@ def _contact(trajectory: Trajectory, name: str, *, rigid: bool) -> dict[str, Any
 
 
 def print_summary(content: dict[str, Any], out: Console) -> None:
-    """The same for people."""
+    """Print the summary for people."""
     plain = console.plain
     head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
     out.print(plain(content["model"] or "", "bold"), end="")

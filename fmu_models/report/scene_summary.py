@@ -106,10 +106,7 @@ def print_explained(content: dict[str, Any], out: Console) -> None:
 
 def write_csv(path: Path, scene: Scene, rows: tuple[Row, ...], overwrite: bool) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row.values))
-    with (
-        write_whole(path, overwrite=overwrite) as temporary,
-        temporary.open("w", encoding="utf-8", newline="") as file,
-    ):
+    with write_whole(path, overwrite=overwrite) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*([scene.compute.over] if scene.compute.over else []), *names])
         for row in rows:

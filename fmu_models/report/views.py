@@ -134,7 +134,7 @@ def _(basins: Basins, axes: Axes) -> None:
 
 
 def attractors_of(basins: Basins) -> list[str]:
-    """What each attractor is, and its share of the starts."""
+    """Texts of the attractors, each with its share of the starts."""
     words = (
         attractor.verdict.kind
         if isinstance(attractor, Cloud)
@@ -145,7 +145,7 @@ def attractors_of(basins: Basins) -> list[str]:
 
 
 def classes_of(chart: Chart) -> list[str]:
-    """What the classes of a chart say."""
+    """Texts of the classes of a chart."""
     return ["none found" if name == "0" else name for name in chart.classes]
 
 

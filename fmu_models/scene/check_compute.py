@@ -33,7 +33,7 @@ AXES = "each a list or `{ from = -8, to = 8, count = 101 }`"
 
 @dataclass(frozen=True)
 class Names:
-    """What a computation may name.
+    """The names that a computation may use.
 
     Attributes:
         varied: units of drives and free parameters.
@@ -80,7 +80,7 @@ def checked_compute(doc: Document, names: Names) -> Compute:
 
 
 def _over(doc: Document, names: Names, table: Mapping[str, Any]) -> str | None:
-    """What is varied."""
+    """The name of what is varied."""
     over = table.get("over")
     if over is not None:
         over = doc.text("over", "compute")

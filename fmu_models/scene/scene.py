@@ -23,13 +23,13 @@ class Drive(Shown):
 
     @property
     def constant(self) -> float | None:
-        """Its value, if it has only one."""
+        """The value, if there is only one."""
         return self.values[0] if len(set(self.values)) == 1 else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Compute(Shown):
-    """What to compute.
+    """A computation of a scene.
 
     Attributes:
         kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe":

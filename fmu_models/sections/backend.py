@@ -78,7 +78,7 @@ class SectionQuestions(FmuPoints):
 
 
 class Backend(Protocol):
-    """What computes the steps of a section.
+    """The computation of the steps of a section.
 
     Attributes:
         pace: steps in the time that a run of the engine's series takes for one.

@@ -80,7 +80,7 @@ class Jump(Shown):
 
 @dataclass(frozen=True)
 class Crossings(Shown):
-    """What was found, each from left to right.
+    """The crossings found, each from left to right.
 
     Attributes:
         fixed_points: isolated ones.

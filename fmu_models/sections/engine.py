@@ -49,7 +49,7 @@ class EngineBackend:
         return backend
 
     def stepper(self, motions: int) -> Stepper | None:
-        """What makes the steps of so many motions at once, if not the engine."""
+        """A stepper of this many motions at once; None where the engine makes the steps."""
         return None
 
     def step(

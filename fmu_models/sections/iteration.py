@@ -121,7 +121,7 @@ class Iteration(SectionSystem):
         return named_point(self.name, self.states, np.array([float(x.start) for x in self.map.states]), values)
 
     def identity(self) -> dict[str, Any]:
-        """With the hash of the rule."""
+        """The identity with the hash of the rule."""
         rule = (self.map.inverse if self.backward else self.map.rule) or {}
         return {**super().identity(), "rule": digest(*(str(rule[x]) for x in self.map.states))}
 

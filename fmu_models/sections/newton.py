@@ -19,7 +19,7 @@ LARGEST = 1e12
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What became of the guesses that were not lost.
+    """Results of the guesses that were not lost.
 
     Attributes:
         points: (m, n) where they ended.

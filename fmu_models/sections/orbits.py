@@ -77,7 +77,7 @@ def orbit_at(
     flow = flow_derivative(fmu, start_time + period, start_time=start_time, start=start, **run)
     multipliers = np.linalg.eigvals(flow.by_start).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    initial = np.array([start.get(name, _start(fmu, name)) for name in flow.states])
+    initial = np.array([start.get(name, fmu.start_of(name)) for name in flow.states])
     residual = float(np.abs(flow.end - initial).max())
     return Orbit(
         period,
@@ -113,7 +113,7 @@ def find_orbit(
         StickslipError: Newton's method does not converge; says how far it came.
     """
     states, gap = [*fmu.states, *(name for name in fmu.memories if name in guess)], np.inf
-    guessed = [guess.get(name, _start(fmu, name)) for name in states]
+    guessed = [guess.get(name, fmu.start_of(name)) for name in states]
 
     def equations(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         nonlocal gap
@@ -153,7 +153,3 @@ def _rates(fmu: Fmu, period: float, initial: Mapping[str, float], start_time: fl
     motion = simulate(fmu, end, start_time=start_time, start=initial, output_times=[start_time, end], **run)
     still = np.zeros(2)  # a memory, but for the events that set it
     return np.stack([motion[f"der({name})"] if name in fmu.states else still for name in initial], axis=1)
-
-
-def _start(fmu: Fmu, state: str) -> float:
-    return float(fmu.variables[state].start or 0.0)

@@ -78,7 +78,7 @@ class FmuSection(SectionQuestions):
         return self.backend.how
 
     def at(self, **values: float) -> Self:
-        """With other values of parameters or inputs."""
+        """The same section with other values of parameters or inputs."""
         section = super().at(**values)
         section.backend = self.backend.fresh()
         return section
@@ -91,7 +91,7 @@ class FmuSection(SectionQuestions):
         return section
 
     def identity(self) -> dict[str, Any]:
-        """With the FMU's token and hash, and the stepper where it is chosen."""
+        """The identity with the FMU's token and hash, and the stepper where it is chosen."""
         chosen = {} if self.stepper == "auto" else {"stepper": self.stepper}
         return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256, **chosen}
 

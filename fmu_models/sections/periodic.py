@@ -61,11 +61,7 @@ class PeriodicMotion(Shown):
 
 
 def find_periodic(
-    iteration: Iteration,
-    period: int = 1,
-    *,
-    box: Any = None,
-    starts: int = 5000,
+    iteration: Iteration, period: int = 1, *, box: Any = None, starts: int = 5000
 ) -> tuple[PeriodicMotion, ...]:
     """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
 
@@ -294,7 +290,7 @@ def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector) -
 
 
 def _rounded(points: Vector, size: Vector) -> Vector:
-    """For an order in which what rounding tells apart counts as equal."""
+    """Values rounded for an order in which what rounding tells apart counts as equal."""
     return np.round(points / (1e3 * SAME * size))
 
 

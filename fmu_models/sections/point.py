@@ -112,7 +112,7 @@ class FmuPoints(SectionSystem):
         return str(getattr(self.fmu.variables.get(name), "unit", None) or "1")
 
     def at(self, **values: float) -> Self:
-        """With other values of parameters or inputs."""
+        """The same points with other values of parameters or inputs."""
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
         section = copy.copy(self)
@@ -130,8 +130,7 @@ class FmuPoints(SectionSystem):
 
     def sizes(self) -> Vector:
         """(n,) nominal values."""
-        state_variables = [self.fmu.variables.get(name) for name in self.states]
-        return np.array([float(getattr(variable, "nominal", None) or 1.0) for variable in state_variables])
+        return np.array([self.fmu.size_of(name) for name in self.states])
 
     @cached_property
     def turns(self) -> Vector:  # type: ignore[override] # computed once
@@ -143,18 +142,17 @@ class FmuPoints(SectionSystem):
         if self.forcing is None:
             return np.full(m, self.period or 0.0)
         variable = self.fmu.variables[self.forcing]
-        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, float(variable.start or 0.0))))
+        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, self.fmu.start_of(self.forcing))))
         return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
 
     def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
         """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
         start = dict(zip(self.states, point.tolist(), strict=True))
-        constants: dict[str, dict[str, float]] = {
-            kind: {name: value for name, value in self.values.items() if name in names}
-            for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
-        }
         states = {name: value for name, value in start.items() if name in self.fmu.states}
-        return {**constants, "start": states | {name: start[name] for name in self.memories if start[name] != 0.0}}
+        return {
+            **self.fmu.settings(self.values),
+            "start": states | {name: start[name] for name in self.memories if start[name] != 0.0},
+        }
 
 
 def _checked(
@@ -166,7 +164,7 @@ def _checked(
         check_value(fmu, name, float(value))
     if forcing is not None:
         check_names(fmu, "parameter", {forcing: None}, names)
-        frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
+        frequency = values.get(forcing, fmu.start_of(forcing))
         if not frequency > 0.0:
             raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")
     if period is not None and not (math.isfinite(period) and period > 0.0):

@@ -99,8 +99,8 @@ class ReturnMap(SectionSystem):
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
         run: dict[str, Any] = dict(self._run)
-        for kind, names in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs)):
-            run[kind] = {**run[kind], **{name: float(v) for name, v in values.items() if name in names}}
+        for kind, changed in self.fmu.settings(values).items():
+            run[kind] = {**run[kind], **{name: float(value) for name, value in changed.items()}}
         others: dict[str, Any] = {
             "section": self.section,
             "cap": self.cap,
@@ -110,7 +110,7 @@ class ReturnMap(SectionSystem):
         return type(self)(self.fmu, self.state, **others, **run)
 
     def identity(self) -> dict[str, Any]:
-        """With the section, the start, and the FMU's token and hash."""
+        """The identity with the section, the start, and the FMU's token and hash."""
         if callable(self._start) or self._accept is not None:
             raise StickslipError(
                 "A store says what it is made of, and a function has no name that tells it from others: give the start "
@@ -135,12 +135,11 @@ class ReturnMap(SectionSystem):
 
     def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> NDArray[np.float64]:
         """(1,) a value of the state."""
-        default = float(self.fmu.variables[self.state].start or 0.0)
-        return named_point(self.name, self.states, np.array([default]), values)
+        return named_point(self.name, self.states, np.array([self.fmu.start_of(self.state)]), values)
 
     def sizes(self) -> NDArray[np.float64]:
         """(1,) nominal value of the state."""
-        return np.array([float(getattr(self.fmu.variables[self.state], "nominal", None) or 1.0)])
+        return np.array([self.fmu.size_of(self.state)])
 
     def step(
         self,

@@ -70,7 +70,7 @@ class Stability(Shown):
 
     @classmethod
     def of(cls, derivative: Any) -> Stability:
-        """From the derivative (n, n) of the map."""
+        """The stability from the derivative (n, n) of the map."""
         return cls(eigenvalues_of(np.asarray(derivative, dtype=float)))
 
     @property
@@ -96,7 +96,7 @@ class Stability(Shown):
 
     @property
     def negative(self) -> Stability:
-        """That of the negative map: the inverse eigenvalues; infinite for a degenerate one, which has no inverse."""
+        """Stability of the negative map: inverse eigenvalues; infinite for a degenerate one, which has no inverse."""
         with np.errstate(divide="ignore", invalid="ignore"):
             inverse = np.where(np.abs(self.eigenvalues) > 0, 1.0 / self.eigenvalues, np.inf)
         return Stability(inverse[::-1])

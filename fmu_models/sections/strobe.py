@@ -74,7 +74,7 @@ class Strobe(FmuSection):
         return Strobe(self.fmu, period=period, autonomous=True, **settings), GOLDEN
 
     def log_volumes(self, points: Vector) -> Vector | None:
-        """By the divergence of the rates, where no event changes volumes."""
+        """Logarithms of volumes from the divergence of the rates, where no event changes volumes."""
         if not keeps_volumes(self.fmu):
             return None
         length = self.every * float(self.periods({}, 1)[0])

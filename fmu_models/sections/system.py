@@ -50,7 +50,7 @@ class SectionSystem(Shown, ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Of the model."""
+        """Name of the model."""
 
     @property
     @abstractmethod
@@ -68,7 +68,7 @@ class SectionSystem(Shown, ABC):
         return len(self.states)
 
     def unit_of(self, name: str) -> str:
-        """Of a state, parameter or input; "1" where it has none."""
+        """Unit of a state, parameter or input; "1" where it has none."""
         return "1"
 
     @property
@@ -120,7 +120,7 @@ class SectionSystem(Shown, ABC):
         return Runner(self, execution=Execution(workers=workers), progress=progress).make(jobs)
 
     def identity(self) -> dict[str, Any]:
-        """What tells this system from all others, as JSON: a store keeps it.
+        """The identity of this system among all others, as JSON: a store keeps it.
 
         Raises:
             StickslipError: it depends on something that has no name.

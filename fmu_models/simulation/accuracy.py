@@ -141,7 +141,7 @@ class _DefectCheck:
 
     @property
     def wrong(self) -> float | None:
-        """From when on the run does not follow its model."""
+        """The time from which the run does not follow its model; None if it follows throughout."""
         return _wrong_from(self.defect, self.sizes)
 
 
@@ -191,7 +191,7 @@ def _moved(fmu: Fmu, settings: Mapping[str, dict[str, Any]], side: int) -> dict[
     defaults = {"parameters": fmu.parameters, "start": fmu.states, "inputs": fmu.inputs}
     moved: dict[str, Any] = {}
     for kind, names in defaults.items():
-        values = {name: settings[kind].get(name, float(fmu.variables[name].start or 0.0)) for name in names}
+        values = {name: settings[kind].get(name, fmu.start_of(name)) for name in names}
         moved[kind] = {n: v if isinstance(v, Signal) else _nudged(fmu, n, float(v), side) for n, v in values.items()}
     moved["start"] |= memories
     return moved

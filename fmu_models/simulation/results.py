@@ -82,7 +82,7 @@ class Provenance(Shown):
 
     @classmethod
     def of(cls, fmu: Fmu, method: str, start_time: float, stop_time: float, **others: Any) -> Provenance:
-        """That of a run of ``fmu``; ``others`` are attributes by name."""
+        """The provenance of a run of ``fmu``; ``others`` are attributes by name."""
         description = fmu.description
         return cls(
             fmu=fmu.path.name,

@@ -14,7 +14,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class RunRows:
-    """What came of m runs.
+    """Results of m runs.
 
     Attributes:
         points: (m, rows, n) at the section; nan where a run has fewer.
@@ -67,7 +67,7 @@ class RunRows:
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "messages"}
 
     def only(self, indices: NDArray[np.int64]) -> RunRows:
-        """Those of some runs."""
+        """The rows of some runs."""
         messages = {k: self.messages[int(i)] for k, i in enumerate(indices) if int(i) in self.messages}
         return RunRows(**{name: array[indices] for name, array in self.arrays().items()}, messages=messages)  # type: ignore[arg-type]
 

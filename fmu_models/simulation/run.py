@@ -19,7 +19,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.inputs import signals_of
-from fmu_models.simulation.signal import Signal, knots
+from fmu_models.simulation.signal import Knots, Signal, knots
 from fmu_models.simulation.trajectory import Columns, Events, Trajectory
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def simulate(
     """
     check_tolerance(tolerance)
     span = start_time, stop_time
-    return _run(fmu, _known_of(fmu), tolerance, span, parameters, start, inputs, output_times, progress)
+    return _run(fmu, facts_of(fmu), tolerance, span, parameters, start, inputs, output_times, progress)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Repeated:
     ) -> Trajectory:
         """The run with steps that end at ``ends`` (k,) s as well as where they would by themselves."""
         times = checked_times(output_times, self.start_time, self.stop_time)
-        model = _known_of(self.fmu)
+        model = facts_of(self.fmu)
         return model.trajectory(times, self._rows(times, ends, model.recorded, progress))
 
     def record(self, times: NDArray[np.float64], ends: NDArray[np.float64] | None) -> NDArray[np.float64]:
@@ -84,7 +84,7 @@ class Repeated:
 
         A deciding function, the event indicator of a contact, is positive while the contact may keep its state.
         """
-        return self._rows(times, ends, _known_of(self.fmu).deciding).values[: times.size]
+        return self._rows(times, ends, facts_of(self.fmu).deciding).values[: times.size]
 
     def _rows(
         self,
@@ -93,7 +93,7 @@ class Repeated:
         recorded: NDArray[np.uint32],
         progress: Callable[[float], None] | None = None,
     ) -> whole_run.Result:
-        model, span = _known_of(self.fmu), (self.start_time, self.stop_time)
+        model, span = facts_of(self.fmu), (self.start_time, self.stop_time)
         values = self.parameters, self.start, self.inputs
         return _rows(self.fmu, model, self.tolerance, span, *values, times, progress, ends, recorded)
 
@@ -105,8 +105,8 @@ class Repeated:
         return np.unique(times[(times >= self.start_time) & (times <= self.stop_time)])
 
     def deciding_name(self, index: int) -> str:
-        """What a deciding function is called."""
-        reference = int(_known_of(self.fmu).deciding[2 * len(self.fmu.states) + index])
+        """The name of a deciding function."""
+        reference = int(facts_of(self.fmu).deciding[2 * len(self.fmu.states) + index])
         names = {int(v.valueReference): name for name, v in self.fmu.variables.items()}
         return names.get(reference, f"event indicator {index}")
 
@@ -126,7 +126,7 @@ class KeptRun(Shown):
     def __init__(self, fmu: Fmu, *, tolerance: float = 1e-14) -> None:
         check_tolerance(tolerance)
         self.fmu, self.tolerance = fmu, tolerance
-        self._known: _Known | None = _known_of(fmu)
+        self._facts: RunFacts | None = facts_of(fmu)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "tolerance": self.tolerance}
@@ -139,7 +139,7 @@ class KeptRun(Shown):
 
     def close(self) -> None:
         """No run afterwards."""
-        self._known = None
+        self._facts = None
 
     def __call__(
         self,
@@ -157,15 +157,15 @@ class KeptRun(Shown):
         Raises:
             StickslipError: as for ``simulate``, after which the next run is as any other; or this was closed.
         """
-        if self._known is None:
+        if self._facts is None:
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
         span = start_time, stop_time
-        return _run(self.fmu, self._known, self.tolerance, span, parameters, start, inputs, output_times, progress)
+        return _run(self.fmu, self._facts, self.tolerance, span, parameters, start, inputs, output_times, progress)
 
 
 def _run(
     fmu: Fmu,
-    model: _Known,
+    model: RunFacts,
     tolerance: float,
     span: tuple[float, float],
     parameters: Mapping[str, float] | None,
@@ -184,7 +184,7 @@ def _run(
 
 def _rows(
     fmu: Fmu,
-    model: _Known,
+    model: RunFacts,
     tolerance: float,
     span: tuple[float, float],
     parameters: Mapping[str, float] | None,
@@ -197,6 +197,27 @@ def _rows(
 ) -> whole_run.Result:
     """The values of the recorded variables; ends: times at which steps have to end beside where they would."""
     start_time, stop_time = span
+    initial, driven = settings_of(fmu, model, span, parameters, start, inputs, ends)
+    stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
+    engine = model.engine
+    instance = engine.take()
+    try:
+        instance.restart(initial, start_time, tolerance)
+        return whole_run.run(engine, instance, whole_run.Request(stops, recorded, driven), progress)
+    finally:
+        engine.give(instance)
+
+
+def settings_of(
+    fmu: Fmu,
+    model: RunFacts,
+    span: tuple[float, float],
+    parameters: Mapping[str, float] | None,
+    start: Mapping[str, float] | None,
+    inputs: Mapping[str, Any] | None,
+    ends: NDArray[np.float64] | None = None,
+) -> tuple[dict[int, float], tuple[NDArray[np.uint32], Knots] | None]:
+    """Start values by reference, and the inputs that change with time, for a request; the rest as for ``_rows``."""
     initial: dict[int, float] = {}
     signals: dict[str, Signal] = {}
     if parameters:
@@ -206,21 +227,13 @@ def _rows(
     if inputs:
         check_names(fmu, "input", inputs, model.inputs)
         signals = _set(fmu, "input", signals_of(fmu, inputs, *span), model.inputs, initial)
-    stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
-    driven = None
-    if signals or ends is not None:
-        table = knots(signals, start_time, stop_time, ends)
-        references = [model.inputs[name][0] for name in signals]
-        driven = np.array(references, dtype=np.uint32), table
-        for i, name in enumerate(signals):
-            initial[references[i]], initial[model.rates[name]] = table[1][0, i], table[2][0, i]
-    engine = model.engine
-    instance = engine.take()
-    try:
-        instance.restart(initial, start_time, tolerance)
-        return whole_run.run(engine, instance, whole_run.Request(stops, recorded, driven), progress)
-    finally:
-        engine.give(instance)
+    if not signals and ends is None:
+        return initial, None
+    table = knots(signals, *span, ends)
+    references = [model.inputs[name][0] for name in signals]
+    for i, name in enumerate(signals):
+        initial[references[i]], initial[model.rates[name]] = table[1][0, i], table[2][0, i]
+    return initial, (np.array(references, dtype=np.uint32), table)
 
 
 def _set(
@@ -248,7 +261,7 @@ _PLAIN = (float, int)
 _Settable = dict[str, tuple[int, float, float]]  # by name: value reference, least and largest value
 
 
-class _Known:
+class RunFacts:
     """What does not change from run to run of an FMU: its engine, value references by name, what is recorded."""
 
     def __init__(self, fmu: Fmu) -> None:
@@ -282,7 +295,7 @@ class _Known:
         self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
 
     def trajectory(self, times: NDArray[np.float64], result: whole_run.Result) -> Trajectory:
-        """What came of a run, by name."""
+        """The trajectory of a run, by names."""
         rows = result.values
         values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
         events = Events(result.events, self._contacts, self._rigid)
@@ -291,15 +304,15 @@ class _Known:
         )
 
 
-_all_known: weakref.WeakKeyDictionary[Fmu, _Known] = weakref.WeakKeyDictionary()
+_all_facts: weakref.WeakKeyDictionary[Fmu, RunFacts] = weakref.WeakKeyDictionary()
 
 
-def _known_of(fmu: Fmu) -> _Known:
+def facts_of(fmu: Fmu) -> RunFacts:
     if not isinstance(fmu, Fmu):
         raise StickslipError(f"An opened FMU is run here, found {fmu!r}. Load it first: fmu_models.load({fmu!r}).")
-    model = _all_known.get(fmu)
+    model = _all_facts.get(fmu)
     if model is None:
-        model = _all_known[fmu] = _Known(fmu)
+        model = _all_facts[fmu] = RunFacts(fmu)
     return model
 
 

@@ -20,9 +20,7 @@ from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import EngineInstance, engine_of
-from fmu_models.simulation.inputs import signals_of
-from fmu_models.simulation.run import check_names, check_tolerance, check_value, checked_times
-from fmu_models.simulation.signal import Signal, knots
+from fmu_models.simulation.run import check_names, check_tolerance, checked_times, facts_of, settings_of
 from fmu_models.simulation.trajectory import Events
 
 if TYPE_CHECKING:
@@ -105,11 +103,10 @@ class SensitiveRun(Shown):
         self.fmu, self.by, self.tolerance = fmu, tuple(by), float(tolerance)
         self.recorded = tuple(fmu.states if recorded is None else recorded)
         check_tolerance(self.tolerance)
-        self._states = [*fmu.states, *fmu.memories]
-        self._parameters, self._inputs, self._contacts = fmu.parameters, fmu.inputs, fmu.contacts
-        self._rigid = set(fmu.impacts)
-        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *self._states, *fmu.inputs])
-        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*self._states, *fmu.outputs])
+        self._contacts, self._rigid = fmu.contacts, set(fmu.impacts)
+        states = [*fmu.states, *fmu.memories]
+        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *states, *fmu.inputs])
+        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*states, *fmu.outputs])
         for kind, names in (("differentiated by", self.by), ("recorded", self.recorded)):
             if repeated := sorted({name for name in names if names.count(name) > 1}):
                 raise StickslipError(f"'{repeated[0]}' is to be {kind} twice. Name it once.")
@@ -157,30 +154,14 @@ class SensitiveRun(Shown):
         """
         if self._instance is None:
             raise StickslipError("The runs of this FMU are closed. Open a SensitiveRun again.")
-        parameters, start, inputs = dict(parameters or {}), dict(start or {}), dict(inputs or {})
         times = np.ascontiguousarray(output_times, dtype=float)
         if not math.isfinite(start_time):
             raise StickslipError(f"The start time must be a finite number of seconds, found {start_time:g}.")
         times = checked_times(times, start_time, math.inf)
-        check_names(self.fmu, "parameter", parameters, self._parameters)
-        check_names(self.fmu, "state", start, self._states)
-        check_names(self.fmu, "input", inputs, self._inputs)
-        inputs = signals_of(self.fmu, inputs, start_time, float(times[-1]))
-        initial = {**parameters, **start}
-        for name, value in inputs.items():
-            if not isinstance(value, Signal):
-                initial[name] = value
-        for name, value in initial.items():
-            check_value(self.fmu, name, value)
-        signals = {name: value for name, value in inputs.items() if isinstance(value, Signal)}
-        variables, driven = self.fmu.variables, None
-        if signals:
-            table = knots(signals, start_time, float(times[-1]))
-            driven = np.array([variables[name].valueReference for name in signals], dtype=np.uint32), table
-            for i, name in enumerate(signals):
-                initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
+        span = start_time, float(times[-1])
+        initial, driven = settings_of(self.fmu, facts_of(self.fmu), span, parameters, start, inputs)
         request = whole_run.Request(times, self._references, driven)
-        start_values = {variables[name].valueReference: float(value) for name, value in initial.items()}
+        start_values = {reference: float(value) for reference, value in initial.items()}
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(
             request, start_values, start_time, self.tolerance
         )

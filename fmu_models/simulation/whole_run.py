@@ -23,7 +23,7 @@ NEAR_MISSES = 1 << 14
 
 
 class Request(NamedTuple):
-    """What to do.
+    """The request of a run.
 
     Attributes:
         times: (n,) s, of output.
@@ -145,7 +145,7 @@ class _Details:
         c.misses.derivatives = self.derivatives.ctypes.data
 
     def keep(self, events: int) -> None:
-        """Those of the events of a part of the run."""
+        """Keep the derivatives of the events of a part of the run."""
         self.seen.append((self.speeds[:events].copy(), self.speed_derivatives[:events].copy()))
 
     def passage(self, c: Any) -> Passage:

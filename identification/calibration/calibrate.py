@@ -7,7 +7,7 @@ print(found.summary())
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,6 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.load import load
 from identification.calibration.conclude import Concluded, conclude
 from identification.calibration.follow import follow, residuals_of
 from identification.calibration.log import LogLike, ModelLog, Reading, model_log, rows_of
@@ -24,22 +23,28 @@ from identification.calibration.pose import Settings, problem_of, with_instrumen
 from identification.calibration.problem import IDEAL, SegmentProblem
 from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum
 from identification.calibration.search import Minimum, Plan, Progress, search
+from identification.calibration.systems import opened
+from identification.calibration.ties import of_lmfit
 from identification.calibration.unknowns import Free
 from identification.calibration.untold import words
 from identification.inference.lmfit_exchange import Solved
 
 if TYPE_CHECKING:
+    from lmfit import Parameters
+
     from fmu_models.codegen.package import Model
+    from fmu_models.coupling.system import CoupledSystem
+    from fmu_models.language.maps import Map
 
 WITHIN = 1.1  # times the least misfit: minima that are listed
 
 
 @one_blas_thread()
 def calibrate(
-    model: Model | Fmu,
+    model: Model | Fmu | CoupledSystem | Map,
     logs: LogLike | Sequence[LogLike],
     *,
-    free: Sequence[str],
+    free: Sequence[str] | Parameters,
     settings: Settings | None = None,
     progress: Progress | None = None,
     **more: object,
@@ -47,9 +52,11 @@ def calibrate(
     """Find parameters of a model, and the start states of its logs, by least squares.
 
     Args:
-        model: a name, a file, a declaration, or an FMU of anybody.
+        model: a name, a file, a declaration, an FMU of anybody, a coupled system (its .toml, .ssd or .ssp), or a map,
+            whose logs number the iterates as time.
         logs: one or several files, tables, data frames or arrays by name, see `log.model_log`.
-        free: parameters that are sought.
+        free: parameters that are sought; or `lmfit.Parameters`, whose values, bounds, held ones and expressions are
+            taken, and in which a state is one whose start is sought.
         settings: what else is known; each of its fields may be given as an argument of its own instead.
         progress: called with the fraction done.
 
@@ -58,7 +65,11 @@ def calibrate(
             unknowns than samples, first values outside their bounds; all of that before any search.
     """
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
-    fmu = model if isinstance(model, Fmu) else load(model)
+    fmu = opened(model)
+    if isinstance(free, Mapping):
+        free, taken = of_lmfit(fmu, free)
+        taken |= {name: {**getattr(said, name), **taken[name]} for name in ("parameters", "bounds")}
+        said = replace(said, **taken)
     if not free:
         raise StickslipError("Name at least one parameter that is sought: --free k,c.")
     read = [_log(log, fmu, said, f"log {number + 1}") for number, log in enumerate(_several(logs))]
@@ -72,6 +83,8 @@ def calibrate(
     named = model if isinstance(model, str) else ""
     notes = _said(concluded, minima)
     found = replace(_result(fmu, concluded, minima, sought, notes, named), reading=_reading(said, read))
+    if said.ties:
+        found = replace(found, held={**found.held, **said.ties.values(found.values)})
     followed = [follow(found, fmu, log) for log in held_out]
     return replace(found, residuals=(*found.residuals, *(line for log in followed for line in log.residuals)))
 

@@ -15,14 +15,16 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from identification.calibration.log import ModelLog
-from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.nodes import Nodes, nodes_of, rolled
 from identification.calibration.pose import Settings, problem_of
-from identification.calibration.problem import SegmentProblem
+from identification.calibration.problem import Segment, SegmentProblem
 from identification.calibration.result import Calibration, SeriesResidual
-from identification.calibration.search import over_segments, rates_of
+from identification.calibration.search import STAGES, over_segments, rates_of
 from identification.inference.colour import Autoregression
+from identification.inference.levenberg import levenberg
 from identification.inference.problem import Evaluation, Solution, solve
 from identification.inference.whiteness import colour
 
@@ -54,6 +56,7 @@ class FollowedLog(Shown):
         }
 
 
+@one_blas_thread()
 def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
     """The model of a calibration along a log that took part in it or not, which may measure other variables.
 
@@ -100,26 +103,38 @@ def _parted(
     problem: SegmentProblem, begin: np.ndarray, horizon: float | None
 ) -> tuple[SegmentProblem, Sequence[np.ndarray]]:
     """The problem in runs no longer than the horizon, and start states to begin with: those of the calibration, and
-    those that the log shows."""
+    those of segments that were joined along the log."""
     (log,) = problem.logs
     if not log.measured or not problem.subject.states:
         return problem, [begin]
-    problem = replace(problem, first=begin)
-    length = float(log.time[-1] - log.time[0])
-    count = 1 if horizon is None else int(np.ceil(length / horizon))
-    nodes = nodes_of(problem, [begin], rates_of(problem), count)
-    shown, states = begin.copy(), np.isfinite(nodes.states[0]) & (problem.starts[0] >= 0)
-    shown[problem.starts[0, states]] = nodes.states[0, states]
-    if count == 1:
-        return problem, [begin, shown]
-    parted, x = over_segments(problem, nodes, shown, rolled(problem, shown, nodes)[0])
+    nodes = nodes_of(problem, [begin], rates_of(problem), None)
+    parted, x = over_segments(problem, nodes, begin, rolled(problem, begin, nodes)[0])
+    for loss, weight, evaluations in STAGES:
+        parted = replace(parted, weight=weight)
+        x = levenberg(parted, x, tolerance=ROUGH, evaluations=evaluations, loss=loss).values
+    joined = x[parted.starts[0][parted.starts[0] >= 0]]
+    if horizon is None:
+        return problem, [begin, joined]
+    return _windows(problem, parted, x, joined, horizon)
+
+
+def _windows(
+    problem: SegmentProblem, parted: SegmentProblem, x: np.ndarray, joined: np.ndarray, horizon: float
+) -> tuple[SegmentProblem, Sequence[np.ndarray]]:
+    """Runs no longer than the horizon, from states of segments that were joined at x; no run meets the next."""
+    (log,), chosen = problem.logs, [0]
+    for number, segment in enumerate(parted.segments):
+        if segment.end - parted.segments[chosen[-1]].begin > horizon and number > chosen[-1]:
+            chosen.append(number)
+    begins = [parted.segments[number].begin for number in chosen]
     step = float(np.median(np.diff(log.time)))
-    # each run is alone: it ends before the first sample of the next, and need not meet it
-    segments = [
-        segment if segment.last else replace(segment, end=segment.end - step / 2, last=True)
-        for segment in parted.segments
-    ]
-    return replace(parted, segments=tuple(segments)), [x]
+    # each run ends before the first sample of the next
+    ends = [*(begin - step / 2 for begin in begins[1:]), float(log.time[-1])]
+    held = [problem.fixed.get(name, 0.0) for name in problem.subject.states]
+    states = np.array([np.where(parted.starts[n] >= 0, x[parted.starts[n]], held) for n in chosen])
+    segments = tuple(Segment(0, begin, end, True) for begin, end in zip(begins, ends, strict=True))
+    alone, start = over_segments(problem, Nodes(segments, states), joined, states)
+    return alone, [start]
 
 
 def _descended(problem: SegmentProblem, begin: np.ndarray) -> Solution:

@@ -16,11 +16,12 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.calibration.log import ModelLog
 from identification.calibration.problem import Segment, SegmentProblem
+from identification.calibration.subject import HALF
 from identification.inference.problem import SOFT
 
-HALF = 5  # samples to either side of a node
+SPREAD = 0.01  # of samples whose neighbours say nothing of them: their noise, until residuals show it
 FEWEST, MOST = 16, 40  # segments of a log, twice its crossings of the mean in between
-LEAST = 8  # samples of a segment
+LEAST, ITERATES = 8, 4  # samples of a segment, and of one of a map
 TRIED = 9  # samples of a segment's middle half, of which one becomes a node
 MEDIAN = 0.6745  # of the absolute value of a normal variable
 BLOCKED = 0.25  # share of the guesses that may find a node in a contact
@@ -37,11 +38,12 @@ class LocalMotion:
     left: np.ndarray
 
 
-def local_motion(log: ModelLog, rows: np.ndarray) -> tuple[LocalMotion, dict[str, float]]:
-    """Parabolas about samples ``rows``, and the noise of each variable by what most of them leave."""
+def local_motion(log: ModelLog, rows: np.ndarray, half: int = HALF) -> tuple[LocalMotion, dict[str, float]]:
+    """Parabolas about samples ``rows``, and the noise of each variable by what most of them leave. half: samples to
+    either side that one joins; where it is 0 the samples themselves, and a small share of their spread as noise."""
     value, speed, noise = {}, {}, {}
     left = np.zeros(len(rows))
-    half = min(HALF, (log.time.size - 1) // 2)
+    half = min(half, (log.time.size - 1) // 2)
     windows = np.clip(rows, half, log.time.size - 1 - half)[:, None] + np.arange(-half, half + 1)
     order = min(2, 2 * half)
     for name, measured in log.measured.items():
@@ -57,7 +59,8 @@ def local_motion(log: ModelLog, rows: np.ndarray) -> tuple[LocalMotion, dict[str
         value[name], speed[name] = values.T
         thirds = np.abs(np.diff(measured, 3)) if len(measured) > 3 else np.array([np.inf])
         white = float(np.median(thirds)) / MEDIAN / np.sqrt(20.0)  # of a third difference: 1 + 9 + 9 + 1
-        noise[name] = max(min(float(np.median(rest)), white), 1e-9 * float(np.ptp(measured)), np.finfo(float).tiny)
+        white = min(float(np.median(rest)), white) if half else SPREAD * float(np.std(measured))
+        noise[name] = max(white, 1e-9 * float(np.ptp(measured)), np.finfo(float).tiny)
         left += (rest / noise[name]) ** 2
     return LocalMotion(rows, value, speed, np.sqrt(left)), noise
 
@@ -77,16 +80,18 @@ def nodes_of(
     each log, or as its crossings of the mean ask."""
     segments: list[Segment] = []
     states: list[np.ndarray] = []
+    half = problem.subject.half
     for number, log in enumerate(problem.logs):
-        wanted = count or _count(log)
-        edges = np.linspace(0, log.time.size - 1, min(wanted, max(log.time.size // LEAST, 1)) + 1)
+        least = LEAST if half else ITERATES
+        wanted = count or (_count(log) if half else log.time.size)
+        edges = np.linspace(0, log.time.size - 1, min(wanted, max(log.time.size // least, 1)) + 1)
         spread = [
             np.linspace(0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high, TRIED) for low, high in pairwise(edges)
         ]
         rows = [np.array([0]), *(np.unique(np.round(part).astype(int)) for part in spread[1:])]
-        chosen = [(0, _shown(problem, log, local_motion(log, rows[0])[0], rates, guesses[0])[0])]
+        chosen = [(0, _shown(problem, log, local_motion(log, rows[0], half)[0], rates, guesses[0])[0])]
         for part in rows[1:]:
-            motion, _ = local_motion(log, part)
+            motion, _ = local_motion(log, part, half)
             shown = _shown(problem, log, motion, rates, guesses[0])
             blocked = np.array(
                 [_blocked(problem, number, log, row, at, guesses) for row, at in zip(part, shown, strict=True)]

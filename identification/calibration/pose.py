@@ -14,7 +14,8 @@ from fmu_models.simulation.measured import UNSTATED
 from identification.calibration.log import LogLike, ModelLog
 from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
 from identification.calibration.search import GUESSES, STARTS, noise_of
-from identification.calibration.subject import subject_of
+from identification.calibration.systems import subject_of
+from identification.calibration.ties import TiedSubject, Ties
 from identification.calibration.unknowns import Bounds, Free, free_parameters
 from identification.inference.problem import Prior, Unknown
 
@@ -29,7 +30,8 @@ class Settings:
     (default: all that ``parameters`` do not hold); bounds, priors (value, standard deviation): by name; sensors: by
     variable; sensed: constants of sensors that are sought, (variable, "gain", "offset" or "delay"); noise: standard
     deviation by variable; each: parameters that every log has a value of its own for; columns, inputs, hold, events: as
-    in `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses.
+    in `log.model_log`; guesses, attempts: scored, and searched from; segments: of each log; seed: of the guesses; ties:
+    parameters that are expressions of others, from `lmfit.Parameters`.
     """
 
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -49,6 +51,7 @@ class Settings:
     attempts: int = STARTS
     segments: int | None = None
     seed: int = 0
+    ties: Ties | None = None
 
 
 def problem_of(
@@ -63,7 +66,16 @@ def problem_of(
     priors = {name: prior for name, prior in said.priors.items() if name not in constants}
     sought = free_parameters(fmu, free, said.parameters, said.bounds, priors)
     measured = list(dict.fromkeys(name for log in logs for name in log.observed))
-    subject = subject_of(fmu, free, measured)
+    tied = tuple(said.ties.tied.values()) if said.ties else ()
+    subject = subject_of(fmu, (*free, *tied), measured)
+    if said.ties:
+        subject = TiedSubject(subject, said.ties)
+        if said.each:
+            raise StickslipError(
+                f"'{next(iter(tied))}' is tied to others, which must be the same of all logs: leave each out."
+            )
+    for log in logs:
+        subject.check(log.time)
     if stray := [name for name in said.each if name not in free]:
         raise StickslipError(f"'{stray[0]}' is to have a value for each log and is not free. Add it to --free.")
     unknowns: list[Free] = []

@@ -206,7 +206,7 @@ class SegmentProblem(Problem):
         if not gradient.size:
             return
         weight = np.where(inside, 1 / noise, 0.0)[:, None]
-        places, used = self._columns(number)
+        places, used = self.columns(number)
         gradient[np.ix_(seen, places)] = weight * sensor.gain * run.slopes[at, column][:, used]
         step = NEAR * float(np.median(np.diff(self.logs[log].time)))
         by = {"gain": value, "offset": np.ones(len(rows))}
@@ -237,12 +237,12 @@ class SegmentProblem(Problem):
         residual[seen[:count]] = np.clip((times[:count] - measured[:count]) / apart, -FAILED, FAILED) * apart / noise
         if not gradient.size:
             return
-        places, used = self._columns(number)
+        places, used = self.columns(number)
         told = np.isfinite(slopes[:count]).all(axis=1)
         near = told & (np.abs(times[:count] - measured[:count]) < FAILED * apart)
         gradient[np.ix_(seen[:count][near], places)] = slopes[:count][near][:, used] / noise
 
-    def _columns(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+    def columns(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Places of the unknowns that a segment is differentiated by, and which columns of its slopes these are."""
         log = self.segments[number].log
         parameters = [self.places[log][name] for name in self.subject.parameters]
@@ -268,7 +268,7 @@ class SegmentProblem(Problem):
         residual[where] = weight * (run.values[-1, :states] - x[following])
         if not gradient.size:
             return
-        places, used = self._columns(number)
+        places, used = self.columns(number)
         rows = np.arange(where.start, where.stop)
         gradient[np.ix_(rows, places)] = weight[:, None] * run.slopes[-1, :states][:, used]
         gradient[rows, following] = -weight

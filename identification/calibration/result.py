@@ -19,10 +19,10 @@ from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured
 from fmu_models.base.trust import admit
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.load import load
 from fmu_models.simulation.trajectory import Trajectory
 from identification.calibration.log import ModelLog, Reading
 from identification.calibration.problem import IDEAL, SegmentProblem, Sensor
+from identification.calibration.systems import opened
 from identification.inference.defaults import SEED
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Solved
@@ -263,4 +263,4 @@ def calibrated_fmu(
         raise StickslipError(f"The calibration does not say where {found.model} is declared: name it with --machine.")
     if not declaration:
         admit(place, Path(), trust=trust)
-    return load(place) if Path(place).suffix.lower() == ".fmu" else load(place, fmi_version=fmi_version)
+    return opened(place, fmi_version=fmi_version)

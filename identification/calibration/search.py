@@ -40,6 +40,7 @@ FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has 
 LEFT = 0.5  # of what is measured: a search that leaves more has not arrived
 DOUBTFUL = 3.0  # deviations of the noise: where no search leaves less, and no two agree, more are made
 MORE = 2  # times as many
+ANEW = 3  # times that segments are parted anew at the best minimum, as long as that lowers it
 OUTLIER = 10.0  # times the median residual
 DRAWS = 40  # beside a solution of a soft loss
 TIMED = 1e-3  # of the time between events: their noise, until residuals show it
@@ -75,6 +76,11 @@ class Minimum:
             if (spread := float(np.std(self.problem.logs[log].observed[name]))) > 0
         ]
         return float(np.sqrt(np.mean(shares))) if shares else 0.0
+
+    @property
+    def arrived(self) -> bool:
+        """Whether there is nothing more to be looked for: the residuals are the noise, or the user wants no more."""
+        return self.interrupted or self.misfit**2 < WHITE
 
     def near(self, other: Minimum) -> bool:
         """Whether it is the same as another one: as good, and not far off along what the logs tell least."""
@@ -113,16 +119,44 @@ def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[
         guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
         draws.append(guess)
     if not light.subject.states:
-        return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts), free_run, plan)
+        return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts, len(draws)), free_run, plan)
     nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], rates_of(light), plan.segments)
     scan = _Scan(light, nodes, free, generator)
     for number, draw in enumerate(draws):
         scan.score(draw)
         plan.progress(SCAN * (number + 1) / len(draws) / 2)
     scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
-    candidates = [over_segments(light, nodes, x, starts) for x, starts in scan.best(CANDIDATES * plan.starts)]
-    trials = telling(candidates, MORE * plan.starts)
-    return _descended(trials, free_run, plan)
+    candidates = (over_segments(light, nodes, x, starts) for x, starts in scan.best())
+    trials = telling(candidates, MORE * plan.starts, CANDIDATES * plan.starts)
+    return _anew(_descended(trials, free_run, plan), scan, free_run, plan)
+
+
+def _anew(minima: tuple[Minimum, ...], scan: _Scan, free_run: SegmentProblem, plan: Plan) -> tuple[Minimum, ...]:
+    """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no log
+    shows then come from better parameters."""
+    light, nodes = scan.problem, scan.nodes
+    for _ in range(ANEW):
+        best = minima[0]
+        if best.arrived:
+            break
+        x = _begun(best.problem, best.solution.values)
+        problem, begin = over_segments(light, nodes, x, rolled(light, x, nodes)[0])
+        minima = best_first([*minima, descend(problem, begin, free_run, plan.progress)])
+        if minima[0].misfit > (1 - ALIKE) * best.misfit:
+            break
+    return minima
+
+
+def _begun(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
+    """The unknowns of the free run that begins as the segments do."""
+    return np.concatenate([x[: problem.shared], _first_starts(problem, x)])
+
+
+def best_first(minima: Sequence[Minimum]) -> tuple[Minimum, ...]:
+    """By their misfit; an interrupt of one search is one of all."""
+    ordered = sorted(minima, key=lambda one: one.misfit)
+    ordered[0] = replace(ordered[0], interrupted=any(one.interrupted for one in minima))
+    return tuple(ordered)
 
 
 class _Scan:
@@ -169,14 +203,14 @@ class _Scan:
                 done += 1
                 progress(done / total)
 
-    def best(self, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Guesses and start states of the best that differ."""
+    def best(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Guesses and start states that differ, the best first."""
         chosen: list[tuple[np.ndarray, np.ndarray]] = []
         shared = len(self.free)
         for _, x, starts in sorted(self.scored, key=lambda one: one[0]):
             if all(np.any(np.abs(x - y)[:shared] > SAME * np.abs(x)[:shared]) for y, _ in chosen):
                 chosen.append((x, starts))
-        return chosen[:count]
+        return chosen
 
 
 def _thinned(problem: SegmentProblem) -> SegmentProblem:
@@ -195,7 +229,7 @@ def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
     found = {}
     for number, log in enumerate(problem.logs):
         rows = np.unique(np.linspace(0, log.time.size - 1, 200).astype(int))
-        noise = local_motion(log, rows)[1] if log.measured else {}
+        noise = local_motion(log, rows, problem.subject.half)[1] if log.measured else {}
         noise |= {name: TIMED * float(np.median(np.diff(times))) for name, times in log.events.items()}
         found |= {(number, name): sd for name, sd in noise.items()}
     return found
@@ -261,9 +295,9 @@ def _descended(
         here = descend(problem, x, free_run, lambda done, s=share: plan.progress(s + (1 - SCAN) * done / len(trials)))
         again = any(here.near(one) for one in minima) and here.left < LEFT
         minima.append(here)
-        if here.interrupted or again or here.misfit**2 < WHITE:
+        if again or here.arrived:
             break
-    return tuple(sorted(minima, key=lambda one: one.misfit))
+    return best_first(minima)
 
 
 def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, progress: Progress) -> Minimum:
@@ -294,7 +328,7 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
 def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, horizon: float | None) -> Minimum:
     """The free run that begins as the segments do; once more from where a soft loss leads to, if single samples are far
     off: of a variable that jumps, those on the wrong side of the jump."""
-    begin = np.concatenate([x[: problem.shared], _first_starts(problem, x)])
+    begin = _begun(problem, x)
     scaled = Scaled(free_run, signs_of(free_run))
 
     def descended(begin: np.ndarray) -> Minimum:

@@ -1,19 +1,14 @@
-"""What is calibrated: an FMU that is run over stretches of logs, with the derivatives of what it shows.
+"""What is calibrated: a model that is run over stretches of logs, with the derivatives of what it shows.
 
-An FMU of this suite carries exact tangents through its events (fmu_models.simulation.sensitivity). Of any other one
-whole runs are differenced,
-
-    dy/dp = (y(p + h) - y(p - h))/(2 h),    h = `STEP` max(|p|, size of p),
-
-at a tolerance tight enough that the steps' own errors cancel: at 1e-8 the same step loses five digits. Where one of the
-halves holds a jump, as of a sample that an impact passes, the other half is the derivative.
+An FMU of this suite carries exact tangents through its events (fmu_models.simulation.sensitivity); runs of any other
+model are differenced (`differenced`).
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,7 +16,6 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer.driver import Driver
 from fmu_models.language.contact_kinds import TOUCHING
 from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import KeptRun
@@ -32,11 +26,8 @@ from fmu_models.simulation.trajectory import Event, Trajectory
 Vector = NDArray[np.float64]
 Inputs = Mapping[str, float | Signal]
 
-TOLERANCE = 1e-10  # of runs that are differenced
-STEP, STEP_OF_SOLVER = 1e-4, 1e-2  # relative, of a difference: of a method of integration, of an FMU's own
-JUMP = 0.5  # relative: halves of a difference that differ by more have a jump, or nothing but rounding
+HALF = 5  # samples to either side that a parabola joins
 KINEMATIC = 1e-9  # relative: so near to the rate of a state another one is that rate
-SOLVER = "The FMU is co-simulated: model and solver are identified together."
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +63,14 @@ class Response:
 
 
 class Subject(ABC):
-    """An FMU whose runs are compared with logs.
+    """A model whose runs are compared with logs.
 
     fmu: it; by: parameters, then start states, by which is differentiated; recorded: states, then measured
     variables; timed: contacts whose events are.
     """
 
     note = ""
+    half = HALF  # samples to either side that a parabola may join; 0 of a map, whose iterates no smooth motion joins
 
     def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
         self.fmu, self.states, self.contacts = fmu, tuple(fmu.states), ()
@@ -99,6 +91,19 @@ class Subject(ABC):
     @abstractmethod
     def respond(self, stretch: Stretch) -> Response:
         """The run with its derivatives by ``by``; errors as in `trajectory`."""
+
+    def check(self, time: Vector) -> None:
+        """Refuse times (n,) of a log at which there is nothing to compare.
+
+        Raises:
+            StickslipError: a map has no value between its iterates.
+        """
+        broken = np.flatnonzero(time != np.round(time))
+        if not self.half and broken.size:
+            raise StickslipError(
+                f"The times of a map number its iterates: whole numbers; found {time[broken[0]]:g} in sample "
+                f"{broken[0] + 1}."
+            )
 
     def closed(self, stretch: Stretch) -> bool:
         """Whether the motion cannot begin here without a memory: in a stop, or behind a wall."""
@@ -129,14 +134,18 @@ class Subject(ABC):
     def rates(self, stretch: Stretch) -> dict[str, str]:
         """Which states are rates of others, seen in a run: the position's name -> the speed's."""
         run = self.trajectory(stretch)
-        found = {}
+        speeds = {}
         for name in self.states:
-            rate = run.values.get(f"der({name})")
+            rate = run.values.get(self.rate_name(name))
             size = 0.0 if rate is None else float(np.max(np.abs(rate), initial=0.0))
             for other in self.states:
                 if rate is not None and size > 0 and np.max(np.abs(run[other] - rate)) <= KINEMATIC * size:
-                    found[name] = other
-        return found
+                    speeds[name] = other
+        return speeds
+
+    def rate_name(self, state: str) -> str:
+        """The variable that is the rate of a state."""
+        return f"der({state})"
 
 
 class OwnSubject(Subject):
@@ -173,71 +182,6 @@ class OwnSubject(Subject):
         return any(there.contacts[place] == TOUCHING for place in self._stops)
 
 
-class ForeignSubject(Subject):
-    """Any other FMU, by the master; whole runs are differenced."""
-
-    def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
-        super().__init__(fmu, parameters, measured)
-        if self.timed:
-            raise StickslipError(
-                f"Times of events are compared with models of this suite only; found '{self.timed[0]}'."
-            )
-        rates = [f"der({name})" for name in self.states if f"der({name})" in fmu.variables]
-        exchange = fmu.description.modelExchange is not None
-        record = [name for name in dict.fromkeys((*measured, *rates)) if name not in self.states]
-        # where events accumulate a guess is followed as far as it goes, and stays there
-        self._driver = Driver(fmu, tolerance=TOLERANCE, record=record, on_zeno="hold" if exchange else "stop")
-        self._step = STEP if exchange else STEP_OF_SOLVER
-        if not exchange:
-            self.note, self.states = SOLVER, ()
-            self.by, self.recorded = self.parameters, tuple(measured)
-
-    def trajectory(self, stretch: Stretch) -> Trajectory:
-        return self._driver.run(float(stretch.times[-1]), output_times=stretch.times, **stretch.begin)
-
-    def respond(self, stretch: Stretch) -> Response:
-        given = {**stretch.values, **stretch.start}
-        sizes = {name: abs(given[name]) or float(self.fmu.variables[name].nominal or 1.0) for name in self.by}
-        steps = np.array([self._step * sizes[name] for name in self.by])
-        rows = {name: np.full(1 + 2 * len(steps), value) for name, value in given.items()}
-        for place, (name, step) in enumerate(zip(self.by, steps, strict=True)):
-            rows[name][1 + 2 * place : 3 + 2 * place] += -step, step
-        values = self._swept(stretch, rows) if self.states else self._each(stretch, rows)
-        below, above = (values[0] - values[1::2]), (values[2::2] - values[0])
-        smaller = np.where(np.abs(below) < np.abs(above), below, above)
-        jumps = np.abs(above - below) > JUMP * np.maximum(np.abs(above), np.abs(below))
-        slopes = np.where(jumps, smaller, (above + below) / 2) / steps[:, None, None]
-        return Response(values[0], np.moveaxis(slopes, 0, -1))
-
-    def _swept(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:
-        """(runs, n, k) of what is recorded, of runs of a method of integration."""
-        sweep = self._driver.sweep(
-            float(stretch.times[-1]),
-            rows,
-            start_time=stretch.start_time,
-            inputs=stretch.inputs,
-            output_times=stretch.times,
-        )
-        if sweep.failures:
-            raise StickslipError(next(iter(sweep.failures.values())))
-        return np.stack([sweep[name] for name in self.recorded], axis=2)
-
-    def _each(self, stretch: Stretch, rows: Mapping[str, Vector]) -> Vector:
-        """The same of co-simulations, one after the other."""
-        runs = range(len(next(iter(rows.values()))))
-        return np.array(
-            [
-                self.values(replace(stretch, values={name: float(rows[name][run]) for name in stretch.values}))
-                for run in runs
-            ]
-        )
-
-
 def is_hit(event: Event) -> bool:
     """Whether a contact begins to touch or to slip: what is heard of it."""
     return event.clock in ("impact", "slip")
-
-
-def subject_of(fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> Subject:
-    """The FMU with what is asked of it."""
-    return (OwnSubject if fmu.ours else ForeignSubject)(fmu, parameters, measured)

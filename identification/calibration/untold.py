@@ -6,7 +6,7 @@ segments that meet:  C_p dp + C_s ds = 0,    ds = -C_s^+ C_p dp + N w,    N the 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -84,15 +84,16 @@ def words(names: Names) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]} move together unseen"
 
 
-def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
+def telling(candidates: Iterable[Trial], count: int, most: int) -> list[Trial]:
     """The first ``count`` of guesses at which every parameter has an effect, and if these are too few, those at which
-    most have; with a warning of what the first of them does not tell, before any search.
+    fewest have none; with a warning of what the first of them does not tell, before any search. most: guesses that are
+    tried, unless some parameter is silent at all of them: then the others are tried for its sake.
 
     Raises:
         StickslipError: no guess can be run, or a parameter has no effect at any of them.
     """
     judged: list[tuple[int, Trial]] = []
-    heard = np.zeros(candidates[0][0].shared, dtype=bool)
+    heard, telling_trials = np.zeros(0, dtype=bool), 0
     for problem, x in candidates:
         here = problem.evaluate(x)
         slopes = here.gradient[here.log < len(problem.series)]
@@ -100,11 +101,12 @@ def telling(candidates: Sequence[Trial], count: int) -> list[Trial]:
         effects = np.max(np.abs(slopes[:, : problem.shared]), axis=0) * sizes > SILENT
         if not judged and effects.all():
             _warn_of_untold(problem, x, slopes @ meeting(here, problem))
-        heard |= effects
+        heard = heard | effects if judged else effects
         judged.append((int(np.count_nonzero(~effects)), (problem, x)))
-        if sum(silent == 0 for silent, _ in judged) == count:
+        telling_trials += bool(effects.all())
+        if telling_trials == count or (len(judged) >= most and heard.all()):
             break
-    _check_heard(candidates[0][0], heard, len(judged))
+    _check_heard(judged[0][1][0], heard, len(judged))
     judged.sort(key=lambda one: one[0])
     return [trial for _, trial in judged[:count]]
 

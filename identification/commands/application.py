@@ -41,6 +41,7 @@ from identification.commands.inverse import inverse
 from identification.commands.laws import laws
 from identification.commands.report import report
 from identification.commands.slips import slips
+from identification.commands.track import track
 from identification.commands.watch import watch
 from rig_io.commands.describe import describe
 from rig_io.commands.emulate import emulate
@@ -52,6 +53,7 @@ FRICTION = (
     describe,
     emulate,
     calibrate,
+    track,
     fit,
     demo,
     laws,

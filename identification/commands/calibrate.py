@@ -5,26 +5,34 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Inputs, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
+from identification.commands.calibrations import (
+    Clips,
+    Columns,
+    Hold,
+    ModelName,
+    Noise,
+    Segments,
+    columns_of,
+    names_of,
+    pairs_of,
+    ranges_of,
+    sensors_of,
+)
 from identification.commands.fits import FigurePath, print_files
 from identification.commands.logs import stated
 from identification.commands.recipes import ResultPath, check_targets, finish
 
-if TYPE_CHECKING:
-    from identification.calibration.problem import Sensor
 
-
+@console.trusting
 def calibrate(
-    model: Annotated[
-        str,
-        typer.Argument(metavar="MODEL", help="A name of 'stickslip models', a declaration my_model.py, or any .fmu."),
-    ],
+    model: ModelName,
     logs: Annotated[
         list[Path], typer.Argument(metavar="LOG...", help="Logs with columns named after states, outputs and inputs.")
     ],
@@ -49,22 +57,11 @@ def calibrate(
             "--sensor", metavar="NAME:gain,offset,delay", help="What is sought of the sensor of a variable; repeat."
         ),
     ] = None,
-    clips: Annotated[
-        list[str] | None, typer.Option("--clip", metavar="NAME=LOW:HIGH", help="Range of a sensor; repeat.")
-    ] = None,
-    noise: Annotated[
-        list[str] | None,
-        typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
-    ] = None,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
-    ] = None,
+    clips: Clips = None,
+    noise: Noise = None,
+    columns: Columns = None,
     inputs: Inputs = None,
-    hold: Annotated[
-        str | None,
-        typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
-    ] = None,
+    hold: Hold = None,
     events: Annotated[
         list[str] | None,
         typer.Option("--events", metavar="CONTACT=COLUMN", help="Times at which a contact began to touch or to slip."),
@@ -77,7 +74,7 @@ def calibrate(
     ] = None,
     guesses: Annotated[int | None, typer.Option(help="Guesses that are scored (default: 24).", min=1)] = None,
     attempts: Annotated[int | None, typer.Option(help="Searches from the best of them (default: 3).", min=1)] = None,
-    segments: Annotated[int | None, typer.Option(help="Segments of a log (default: by its swings).", min=1)] = None,
+    segments: Segments = None,
     seed: Annotated[int, typer.Option(help="Of the guesses.")] = 0,
     result: ResultPath = None,
     figure: FigurePath = None,
@@ -97,18 +94,18 @@ def calibrate(
     Example: stickslip calibrate pump.fmu a.csv b.csv --free k,c --each k --sensor y:gain,delay --prior "c=2+-0.1"
     """
     check_targets(result, figure, overwrite)
-    names = _names(free)
+    names = names_of(free)
     how: dict[str, Any] = {
         "parameters": console.assignments(settings, "parameter"),
-        "bounds": _ranges(bounds, "--bound"),
+        "bounds": ranges_of(bounds, "--bound"),
         "priors": _priors(priors),
-        "starts": None if starts is None else _names(starts),
+        "starts": None if starts is None else names_of(starts),
         "noise": console.assignments(noise, "noise"),
-        "columns": _columns(columns),
+        "columns": columns_of(columns),
         "inputs": console.settings(inputs, "input", columns=True),
-        "hold": _names(hold),
-        "events": dict(_pairs(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
-        "each": _names(each),
+        "hold": names_of(hold),
+        "events": dict(pairs_of(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
+        "each": names_of(each),
         "held_out": held_out or [],
         "segments": segments,
         "seed": seed,
@@ -118,7 +115,7 @@ def calibrate(
     with console.warnings_said(), console.output_of_libraries(), console.progress("calibrating") as advance:
         from identification.calibration.calibrate import calibrate as find
 
-        found = find(model, list(logs), free=names, sensors=_sensors(clips), sensed=sensed, progress=advance, **how)
+        found = find(model, list(logs), free=names, sensors=sensors_of(clips), sensed=sensed, progress=advance, **how)
         if figure:
             found.figure(figure, overwrite=overwrite)
     content = finish(found.to_dict(), result, figure, overwrite)
@@ -132,31 +129,6 @@ def calibrate(
     console.say(json, content, show)
 
 
-def _names(text: str | None) -> list[str]:
-    return [name.strip() for name in (text or "").split(",") if name.strip()]
-
-
-def _pairs(given: Sequence[str] | None, option: str, form: str, between: str = "=") -> list[tuple[str, str]]:
-    parted = [text.partition(between) for text in given or ()]
-    for name, sign, value in parted:
-        if not (name.strip() and sign and value.strip()):
-            raise StickslipError(f"{option} takes {form}; found '{name}{sign}{value}'.")
-    return [(name.strip(), value.strip()) for name, _, value in parted]
-
-
-def _ranges(given: Sequence[str] | None, option: str) -> dict[str, tuple[float, float]]:
-    ranges = {}
-    for name, text in _pairs(given, option, "NAME=LOW:HIGH, such as y=0:10"):
-        try:
-            low, high = (float(end) for end in text.split(":"))
-        except ValueError:
-            low, high = 0.0, 0.0
-        if not low < high:
-            raise StickslipError(f"{option} takes NAME=LOW:HIGH with two ascending numbers; found '{name}={text}'.")
-        ranges[name] = low, high
-    return ranges
-
-
 def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:
     said = stated(given)
     for name in said.values:
@@ -165,16 +137,6 @@ def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:
     return {name: (value, said.deviation(name, value) or 0.0) for name, value in said.values.items()}
 
 
-def _columns(given: Sequence[str] | None) -> dict[str, str]:
-    return dict(_pairs(given, "--column", "NAME=COLUMN, such as y=level"))
-
-
 def _sensed(given: Sequence[str] | None) -> list[tuple[str, str]]:
-    pairs = _pairs(given, "--sensor", "NAME:gain,offset,delay", ":")
+    pairs = pairs_of(given, "--sensor", "NAME:gain,offset,delay", ":")
     return [(name, key) for name, keys in pairs for key in re.split(r"\s*,\s*", keys)]
-
-
-def _sensors(clips: Sequence[str] | None) -> dict[str, Sensor]:
-    from identification.calibration.problem import Sensor
-
-    return {name: Sensor(clip=ends) for name, ends in _ranges(clips, "--clip").items()}

@@ -1,18 +1,79 @@
-"""What commands do with calibrations: their logs, comparing, reporting."""
+"""What commands of calibrations share: options, and what is done with results: reading, comparing, reporting."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from fmu_models.base import console
+from fmu_models.base.errors import StickslipError
 from identification.commands.fits import print_files, say_report
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
     from identification.calibration.log import ModelLog
+    from identification.calibration.problem import Sensor
     from identification.calibration.result import Calibration
+
+ModelName = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A model or a map by its name, its file my_model.py or .fmu, or a system of FMUs: .toml, .ssd, .ssp.",
+    ),
+]
+Clips = Annotated[list[str] | None, typer.Option("--clip", metavar="NAME=LOW:HIGH", help="Range of a sensor; repeat.")]
+Noise = Annotated[
+    list[str] | None,
+    typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
+]
+Hold = Annotated[
+    str | None,
+    typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
+]
+Segments = Annotated[int | None, typer.Option(help="Segments of a log (default: by its swings).", min=1)]
+
+
+def names_of(text: str | None) -> list[str]:
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
+
+
+def pairs_of(given: Sequence[str] | None, option: str, form: str, between: str = "=") -> list[tuple[str, str]]:
+    parted = [text.partition(between) for text in given or ()]
+    for name, sign, value in parted:
+        if not (name.strip() and sign and value.strip()):
+            raise StickslipError(f"{option} takes {form}; found '{name}{sign}{value}'.")
+    return [(name.strip(), value.strip()) for name, _, value in parted]
+
+
+def ranges_of(given: Sequence[str] | None, option: str) -> dict[str, tuple[float, float]]:
+    ranges = {}
+    for name, text in pairs_of(given, option, "NAME=LOW:HIGH, such as y=0:10"):
+        try:
+            low, high = (float(end) for end in text.split(":"))
+        except ValueError:
+            low, high = 0.0, 0.0
+        if not low < high:
+            raise StickslipError(f"{option} takes NAME=LOW:HIGH with two ascending numbers; found '{name}={text}'.")
+        ranges[name] = low, high
+    return ranges
+
+
+def columns_of(given: Sequence[str] | None) -> dict[str, str]:
+    return dict(pairs_of(given, "--column", "NAME=COLUMN, such as y=level"))
+
+
+def sensors_of(clips: Sequence[str] | None) -> dict[str, Sensor]:
+    from identification.calibration.problem import Sensor
+
+    return {name: Sensor(clip=ends) for name, ends in ranges_of(clips, "--clip").items()}
 
 
 def read_calibrated(
@@ -76,3 +137,30 @@ def report_calibration(
             calibration, fmu, read, interactive=interactive, progress=lambda done: advance(0.9 * done)
         )
     say_report(findings, output, overwrite, json)
+
+
+def design_calibration(
+    path: Path,
+    declaration: str | None,
+    candidates: Sequence[dict[str, float]],
+    only: Sequence[str],
+    duration: float,
+    json: bool,
+) -> None:
+    """Rank experiments on a calibrated model."""
+    from identification.next_step.experiments import rank_experiments
+
+    with console.progress("simulating candidates") as advance:
+        calibration, fmu, _ = read_calibrated(path, declaration, [])
+        ranked = rank_experiments(calibration, fmu, candidates, duration=duration, only=only, progress=advance)
+
+    def show(out: Any) -> None:
+        from identification.report.calibration_summary import experiments_table
+
+        out.print(experiments_table(ranked))
+        for one in ranked.candidates:
+            if one.refused is not None:
+                settings = ", ".join(f"{name} = {value:g}" for name, value in one.settings.items())
+                out.print(console.plain(f"Refused ({one.refused}): {settings}."))
+
+    console.say(json, ranked.to_dict(), show)

@@ -20,7 +20,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.problem import Problem, Search, Solution, identifier
 
 if TYPE_CHECKING:
-    from lmfit import Minimizer, Parameters
+    from lmfit import Minimizer
 
 
 class Bounded(Protocol):
@@ -95,7 +95,7 @@ class Given:
 NOTHING = Given()
 
 
-def given(parameters: Parameters | None) -> Given:
+def given(parameters: Mapping[str, Any] | None) -> Given:
     """First values, bounds and held values from `lmfit.Parameters`.
 
     Raises:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Column, Table, known_to, number, sd, table
+from fmu_models.base.table import Cell, Column, Table, known_to, number, sd, table
 from identification.calibration.conclude import MISTRUSTED
 from identification.calibration.follow import FollowedLog
 from identification.calibration.result import Calibration, SeriesResidual
 from identification.inference.whiteness import COLOURED
+from identification.next_step.experiments import Experiments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,6 +73,19 @@ def residuals_table(residuals: Sequence[SeriesResidual]) -> Table:
     columns = ["log", "variable", "samples", "rms", "unit", Column("of the motion", "%", spare=2)]
     columns += ["neighbours", Column("white by chance (Ljung-Box)", spare=1), Column("AR order", spare=3)]
     return table("Residuals", columns, rows)
+
+
+def experiments_table(ranked: Experiments) -> Table:
+    """Deviations as they are, and with each candidate beside the logs, the best first."""
+    names = list(ranked.deviations)
+    heads = list(ranked.candidates[0].settings)
+    rows: list[list[str | Cell]] = [["as it is", *[""] * (len(heads) - 1), *(sd(ranked.deviations[n]) for n in names)]]
+    for one in ranked.candidates:
+        if one.refused is None:
+            settings = (number(value, ".4g") for value in one.settings.values())
+            rows.append([*settings, *(sd(one.deviations[name]) for name in names)])
+    columns = [*heads, *(f"sd {name}" for name in names)]
+    return table(f"Predicted with one more log of {ranked.duration:g} s", columns, rows)
 
 
 def followed_sentences(found: Calibration, followed: Sequence[FollowedLog]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import draw, move, tell
+from identification.calibration.course import Course
 from identification.calibration.result import Calibration
 from identification.fit.result import FrictionFit
 from identification.inference.comparison import LawComparison
@@ -16,6 +17,7 @@ from identification.model_check.families import FamilyComparison, compare_famili
 from identification.model_check.portraits import PortraitComparison
 from identification.model_check.table import comparison_report
 from identification.report.calibration_summary import calibration_report, draw_calibration
+from identification.report.course_summary import course_report, draw_course
 from identification.report.family_figure import draw_diagram, draw_portrait
 from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import draw_fit
@@ -78,6 +80,16 @@ def _(found: Calibration, axes: Axes) -> None:
 @tell.register(Calibration)
 def _(found: Calibration) -> str:
     return _text(calibration_report(found))
+
+
+@draw.register(Course)
+def _(course: Course, axes: Axes) -> None:
+    draw_course(axes, course)
+
+
+@tell.register(Course)
+def _(course: Course) -> str:
+    return _text(course_report(course))
 
 
 @tell.register(MachineFit)

@@ -63,7 +63,7 @@ class Disturbances(Shown):
 
     @staticmethod
     def said(texts: Sequence[str]) -> Disturbances:
-        """From texts such as "once=5%", "drift=0.3mm", "zero=2mrad"; a number without unit is SI.
+        """Disturbances from texts such as "once=5%", "drift=0.3mm", "zero=2mrad"; a number without unit is SI.
 
         Raises:
             StickslipError: no disturbance of that name, no size, a unit that does not fit, a name twice, out of range.
@@ -103,7 +103,7 @@ class Disturbances(Shown):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Of the disturbed oscillator."""
+        """Parameters of the disturbed oscillator."""
         return {f"g{power}": float(value) for power, value in enumerate(self._coefficients) if power}
 
     @property

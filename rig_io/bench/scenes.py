@@ -39,7 +39,7 @@ _TIMES = {"transient": "s", "duration": "s", "sampling_rate": "1/s"}
 
 
 def emulations(scene: Scene) -> list[Emulation]:
-    """What is to be emulated for a scene.
+    """The emulations that a scene asks for.
 
     Raises:
         StickslipError: it is not of the disc rig, varies something else than a drive, has a drive that is not steady,

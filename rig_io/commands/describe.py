@@ -151,7 +151,7 @@ def show(draft: Draft, out: Console) -> None:
 
 
 def finish(draft: Draft, target: Path, with_columns: bool, out: Console) -> None:
-    """What was written and what is open."""
+    """Print what was written and what is open."""
     from rig_io.description.questions import optional, questions
 
     if with_columns:

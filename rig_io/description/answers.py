@@ -78,7 +78,7 @@ class Answers:
         )
 
     def with_columns(self, text: str) -> Answers:
-        """With roles (and units) that were typed: "Weg=laser V; Zeit=time ms; run7.csv=free-decay".
+        """The answers with roles (and units) that were typed: "Weg=laser V; Zeit=time ms; run7.csv=free-decay".
 
         Raises:
             StickslipError: not of that form, or an unknown role.

@@ -45,7 +45,7 @@ class Draft:
 
     @property
     def folder(self) -> Path:
-        """Of the logs and their sidecar."""
+        """The folder of the logs and their sidecar."""
         return self.tables[0][0].parent
 
     @cached_property
@@ -59,7 +59,7 @@ class Draft:
         )
 
     def _experiment(self, files: Sequence[File]) -> dict[str, Any]:
-        """What the sidecar that is there says of the experiment of a run."""
+        """The sidecar's entry on the experiment of a run."""
         names, where = {file.path.name for file in files}, f"'{self.folder / SIDECAR}'"
         resources = (resource for resource in self.known.get("resources", []) if names & set(files_of(resource)))
         return next((mapping(resource, "experiment", where) for resource in resources), {})

@@ -84,5 +84,5 @@ def _words(name: str) -> str:
 
 
 def _number(text: str) -> int:
-    """Of the driving disc: 1 where a 2, or a word for the second, stands alone; else 0."""
+    """Number of the driving disc: 1 where a 2, or a word for the second, stands alone; else 0."""
     return 1 if re.search(r"(?<![\d.])2(?![\d.])|links|left|second|zweit", text) else 0

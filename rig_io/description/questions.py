@@ -36,7 +36,7 @@ class Question:
 
 
 def questions(draft: Draft) -> list[Question]:
-    """What is open, in the order to be asked in."""
+    """The open questions, in the order to be asked in."""
     asked_for = []
     faults = missing(draft)
     guessed = any(column.guessed for log in draft.logs for file in log.files for column in file.columns)

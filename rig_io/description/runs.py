@@ -197,7 +197,7 @@ def _stem(path: Path) -> str:
 
 
 def _common(files: Sequence[File]) -> str:
-    """What the names of a run's files have in common."""
+    """The part that the names of a run's files have in common."""
     names = [_stem(file.path) for file in files]
     length = next((i for i, letters in enumerate(zip(*names, strict=False)) if len(set(letters)) > 1), len(names[0]))
     return names[0][:length].strip("_- .") or files[0].path.parent.resolve().name or names[0]

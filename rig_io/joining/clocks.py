@@ -58,7 +58,7 @@ class ClockFit:
         return self.middle + self.offset + (1 + self.drift) * (time - self.middle)
 
     def sentence(self) -> str:
-        """What was found, in words."""
+        """The result in words."""
         first, second = self.signals
         names = f"'{first}'" if first == second else f"'{first}' against '{second}'"
         return (
@@ -238,7 +238,7 @@ def _correlation(a: _Signal, b: _Signal) -> tuple[float, np.ndarray, np.ndarray]
 
 
 def _even(signal: _Signal, step: float) -> np.ndarray:
-    """On an even clock, without level and trend, of unit size."""
+    """A signal on an even clock, without level and trend, of unit size."""
     time = np.arange(signal.time[0], signal.time[-1], step)
     value = np.interp(time, signal.time, signal.value)
     slope = np.polynomial.polynomial.polyfit(time - time[0], value, 1)

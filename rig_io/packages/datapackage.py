@@ -187,7 +187,7 @@ def _calibrated(table: Checked, instruments: Calibration, stated: Mapping[str, A
 
 
 def _guesses(resource: Mapping[str, Any], where: str) -> tuple[str, ...]:
-    """What stands in the sidecar that nobody has confirmed, or that is not known."""
+    """Entries of the sidecar that nobody has confirmed, or that are not known."""
     guessed = [f"the {guess} of '{field.name}'" for field in fields_of(resource, where) for guess in field.guessed]
     guessed += [str(key) for key in mapping(mapping(resource, "experiment", where), "guessed", where)]
     remarks = []

@@ -32,7 +32,7 @@ class Encoder:
 
     @property
     def calibration(self) -> EncoderCalibration:
-        """What its user knows."""
+        """The calibration as the user knows it."""
         return EncoderCalibration(self.pulses_per_revolution, self.quadrature, self.clock)
 
     def ruled(self, rng: np.random.Generator) -> Ruling:

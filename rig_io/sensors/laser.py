@@ -37,7 +37,7 @@ class Laser:
 
     @property
     def calibration(self) -> LaserCalibration:
-        """What its user knows."""
+        """The calibration as the user knows it."""
         reach = self.range / abs(self.gain)
         return LaserCalibration(self.gain, self.zero, self.latency, self.noise, self.zero - reach, self.zero + reach)
 

@@ -19,7 +19,7 @@ class LoadCell:
 
     @property
     def calibration(self) -> LoadCalibration:
-        """What its user knows."""
+        """The calibration as the user knows it."""
         return LoadCalibration(self.gain_error)
 
     def read(self, force: np.ndarray, specimen: np.random.Generator, noise: np.random.Generator) -> np.ndarray:

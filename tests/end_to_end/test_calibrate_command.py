@@ -63,6 +63,9 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     assert (tmp_path / "c.svg").stat().st_size > 1000
     assert stickslip("report", result, log, "-o", tmp_path / "r.html").code == 0
     assert "run.csv" in (tmp_path / "r.html").read_text()
+    ranked = stickslip("design", result, "--try", "omega=0.8,1.2", "--for", "k", "--json")
+    assert {one["settings"]["omega"] for one in ranked.json["candidates"]} == {0.8, 1.2}
+    assert ranked.json["candidates"][0]["deviations"]["k"] < ranked.json["deviations"]["k"]
     refused = stickslip("compare", result, log, "--scene", "a.toml")
     assert refused.code == 2 and "that of any model; --scene: for that of a rig or a machine" in refused.err
 
@@ -96,3 +99,17 @@ def test_a_ball_is_calibrated_from_a_column_of_impact_times(stickslip, tmp_path)
     values = {one["name"]: one["value"] for one in answer.json["parameters"]}
     # the times are exact but for six digits of the file's numbers and of the search
     assert values == pytest.approx({"e": 0.7, "A": 6e-3}, rel=1e-4)
+
+
+def test_a_parameter_is_tracked_along_a_log(stickslip, log, tmp_path):
+    figure = tmp_path / "a0.svg"
+    answer = stickslip(
+        *("track", "forced_stick_slip", log, "--drift", "a0", "--segments", "12", "--figure", figure),
+        *("-o", tmp_path / "course.json", "--json"),
+    )
+    assert answer.code == 0, answer.err
+    (a0,) = answer.json["parameters"]
+    assert a0["name"] == "a0" and len(a0["values"]) == len(answer.json["nodes"])
+    assert a0["values"][5] == pytest.approx(1.5, abs=0.02) and figure.stat().st_size > 1000
+    table = stickslip("track", "forced_stick_slip", log, "--state", "v")
+    assert table.code == 0 and "in the middle" in table.out

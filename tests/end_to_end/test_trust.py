@@ -107,6 +107,11 @@ CASES = {
         ("compare", "FILE", str(RIGS)),
         lambda path, **how: calibrated_fmu(read_calibration(path), **how),
     ),
+    "calibration, next experiment": Case(
+        lambda code: json.dumps({**CALIBRATION, "declaration": code}),
+        ("design", "FILE", "--try", "f=1,2"),
+        lambda path, **how: calibrated_fmu(read_calibration(path), **how),
+    ),
     "calibration, page": Case(
         lambda code: json.dumps({**CALIBRATION, "declaration": code}),
         ("report", "FILE", str(RIGS)),
@@ -124,6 +129,12 @@ CASES = {
         lambda code: f'stop_time = 1.0\n[units.one]\nmodel = "{code}"\n',
         ("couple", "FILE"),
         read_system,
+        "document.toml",
+    ),
+    "system that is calibrated": Case(
+        lambda code: f'stop_time = 1.0\n[units.one]\nmodel = "{code}"\n',
+        ("calibrate", "FILE", "FILE", "--free", "one.k"),
+        lambda path, **how: read_system(path, **how),
         "document.toml",
     ),
     "state of a watch, law": Case(

@@ -11,8 +11,10 @@ from models import Models
 from fmu_models.base.errors import StickslipError
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
+from identification.calibration.differenced import SOLVER
 from identification.calibration.log import ModelLog
-from identification.calibration.subject import SOLVER, Stretch, subject_of
+from identification.calibration.subject import Stretch
+from identification.calibration.systems import subject_of
 
 bench = benchmark_script("bench_calibrate")
 

@@ -131,7 +131,7 @@ def test_where_two_impacts_come_at_once_it_jumps(found, toy):
     """What follows beak and upper edge depends on which is first: there the return map jumps off its fixed point."""
     jump = found.special[-1]
     assert found.ends[1][0] == "jump" and jump.kind == "tie"
-    at, angle = returns(toy, jump.value), lowest(toy, jump.node.z)
+    at, angle = returns(toy, jump.value), lowest(toy, jump.touch.z)
     before, after = at(angle - 1e-8), at(angle + 1e-8)
     assert before == pytest.approx(angle, abs=1e-7) and after - before > 1e-3
 

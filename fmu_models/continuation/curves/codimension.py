@@ -2,7 +2,7 @@
 
     of all             another multiplier passes +1, -1 or, in a pair, the circle
     fold               cusp: both parameters turn
-    flip, pitchfork,   the cubic coefficient of the normal form vanishes (normal_form.py)
+    flip, pitchfork,   the cubic coefficient of the normal form vanishes (normal_forms/cubic.py)
     Neimark-Sacker
     Neimark-Sacker     the angle of the pair of multipliers is that of a strong resonance, a whole turn over 1 to 4
     Hopf               the frequency vanishes

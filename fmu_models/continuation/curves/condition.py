@@ -75,17 +75,6 @@ def both(first: Border, second: Border) -> Border:
     return border
 
 
-def pinned(index: int, value: float) -> Border:
-    """An unknown at a value."""
-
-    def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
-        gradient = np.zeros_like(z)
-        gradient[index] = 1.0
-        return float(z[index]) - value, gradient
-
-    return border
-
-
 class Vanishing(Condition):
     """Of functions of the derivatives of a run, whose own derivatives are differences.
 
@@ -202,7 +191,7 @@ class Miss(Condition):
         same = [miss for miss in node.seen.misses if miss.key == self.like.key]
         if not same:
             raise Lost("the near miss is gone")
-        return min(same, key=lambda one: one.value / one.size(node.scales))
+        return min(same, key=lambda miss: miss.value / miss.size(node.scales))
 
     def gradient(self, node: Node) -> Vector:
         return self.of(node).gradient
@@ -252,7 +241,7 @@ class Miss(Condition):
 
     def _at(self, node: Node, guess: Vector, target: float, pin: Border, time: float) -> Node:
         turned = self.like.turned
-        border = self._least(target) if turned else value_border(self.like, target, [time])
+        border = self._least(target) if turned else value_border(self.like, target, time)
         solution = solved(node.problem, node.scales, guess, both(border, pin), word=self.word)
         if not turned and solution.seen.match(self.like, time) is None:
             raise Lost("the near miss is gone")

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
-from fmu_models.continuation.curves.condition import pinned
 from fmu_models.continuation.ended import Ended
-from fmu_models.continuation.problem.node import Lost, Node
+from fmu_models.continuation.problem.node import Lost, Node, pinned
 from fmu_models.continuation.problem.problem import Vector
 
 ROUNDING = 1e-12  # of the end of a range, in the scale of its parameter

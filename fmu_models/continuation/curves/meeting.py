@@ -108,7 +108,7 @@ def _shrunk(condition: Condition, node: Node, passing: Passing, target: float) -
         guess = node.u + node.tangent * (target - passing.value) / rate
         try:
             step = float(np.linalg.norm(guess - node.u))
-            solution = condition.solved(node, guess, value_border(passing, target, [passing.time]), step)
+            solution = condition.solved(node, guess, value_border(passing, target), step)
             return condition.directed(solution, node.tangent)
         except Lost:
             target = (passing.value + target) / 2.0

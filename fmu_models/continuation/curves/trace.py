@@ -19,20 +19,16 @@ from scipy.optimize import brentq
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.curves.codimension import REAL, Function, functions, holds
-from fmu_models.continuation.curves.condition import Condition, Determinant, Miss, Rank, pinned
+from fmu_models.continuation.curves.condition import Condition, Determinant, Miss, Rank
 from fmu_models.continuation.curves.curve import Curve, told
 from fmu_models.continuation.curves.meeting import met
-from fmu_models.continuation.problem.node import Lost, Node, arclength, look
+from fmu_models.continuation.problem.node import Lost, Node, look, pinned
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.continuation.special.kinds import KINDS, kind_of
+from fmu_models.continuation.step.follow import LONGEST, SHORTEST, STRAIGHT, is_far
 from fmu_models.continuation.step.way import Found, Way, Ways, joined, ways
 
-# steps, in u: the first, the longest, the shortest
-FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-6
-# states beyond so many times their scale, or their begin, are on their way to infinity
-LARGE = 50.0
-# least cosine between tangents of neighbours
-STRAIGHT = 0.95
+FIRST = 0.02  # step, in u
 
 
 def curve_of(
@@ -76,7 +72,7 @@ def curve_of(
         point = condition.directed(point, None)
     except Lost as error:
         raise StickslipError(f"The curve of the {kind} could not be begun: {error}.") from None
-    return _made(kind, condition, ways(point, lambda begin: _Trace(kind, condition, begin, box, points).follow()))
+    return _made(kind, condition, ways(point, lambda start: _Trace(kind, condition, start, box, points).follow()))
 
 
 def _condition(kind: str, node: Node, miss: Any) -> Condition:
@@ -130,7 +126,7 @@ class _Trace:
             if self._is_parent(after):
                 return
             for kind, meeting in self._meetings(node, after):
-                self.way.found.append((len(self.way.nodes), Found(kind, meeting)))
+                self.way.meet(Found(kind, meeting))
                 if kind in REAL and kind_of(self.kind).passes == "circle":
                     self.way.nodes.append(meeting)
                     self.way.end = (kind, "the pair of multipliers becomes real")
@@ -148,9 +144,7 @@ class _Trace:
         if end is not None:
             after = self._solved_at(end, node, increment)
         else:
-            after = self.condition.solved(
-                node, node.u + increment, arclength(node.u, node.tangent, node.scales, step), step
-            )
+            after = self.condition.solved(node, node.u + increment, node.arclength(step), step)
             # a bent curve leaves the range where its tangent does not
             end = self._end(node, after.u - node.u)
             after = after if end is None else self._solved_at(end, node, after.u - node.u)
@@ -190,14 +184,14 @@ class _Trace:
         name, contact, last = meetings
         if self._is_parent(last):
             return True
-        self.way.found.append((len(self.way.nodes), Found(name, last)))
+        self.way.meet(Found(name, last))
         self.way.nodes.append(last)
         self.way.end = (name, f"an event of '{contact}' comes or goes")
         return True
 
     def at(self, node: Node, step: float) -> Node:
         """The point of the curve so far from a node along its tangent."""
-        pin = arclength(node.u, node.tangent, node.scales, step)
+        pin = node.arclength(step)
         solution = self.condition.solved(node, node.u + step * node.tangent, pin, step)
         return self.condition.directed(solution, node.tangent)
 
@@ -210,8 +204,7 @@ class _Trace:
         return None
 
     def _ended(self, node: Node, after: Node) -> bool:
-        n = len(node.problem.states)
-        if np.abs(after.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+        if is_far(after, self.begin):
             self.way.end = ("infinity", "the states grow without end")
             return True
         if self._closed(node, after):
@@ -265,8 +258,8 @@ class _Trace:
         return [(name, node) for _, name, node in sorted(meetings, key=lambda meeting: meeting[0])]
 
 
-def _made(kind: str, condition: Condition, both: Ways) -> Curve:
-    nodes, meetings, ends = joined(*both)
+def _made(kind: str, condition: Condition, directions: Ways) -> Curve:
+    nodes, meetings, ends = joined(*directions)
     problem = nodes[0].problem
     all_told = [told(kind, node, condition.place(node)) for node in nodes]
     return Curve(

@@ -79,11 +79,7 @@ def coefficient(kind: str, node: Node) -> Coefficient:
 
 
 def _settled(
-    problem: Problem,
-    z: Vector,
-    scales: Vector,
-    of: Callable[[Vector, Vector, Vector], _Cubic | None],
-    least: float,
+    problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], _Cubic | None], least: float
 ) -> Coefficient:
     """A function of the derivatives, of the first differences of two widths that agree, in parts of the value or of the
     least one that counts."""

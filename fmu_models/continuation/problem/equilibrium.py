@@ -83,8 +83,8 @@ class EquilibriumProblem(Problem):
         return replace(self, second=second)
 
     def present(self, name: str) -> float:
-        known = self.strobe.values.get(name)
-        value = float(self.field.fmu.variables[name].start or 0.0) if known is None else known
+        value = self.strobe.values.get(name)
+        value = self.field.fmu.start_of(name) if value is None else value
         check_value(self.field.fmu, name, value)
         return value
 
@@ -223,7 +223,7 @@ def problem_at(
             f"'{fmu.description.modelName}' is forced: its rates depend on time, and it has no equilibrium. Set the "
             "amplitude of the force to zero, or follow its periodic motion with 'branch'."
         )
-    sizes = np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
+    sizes = np.array([fmu.size_of(name) for name in fmu.states])
     eigenvalues = np.linalg.eigvals(field.slopes(point, ()))
     fastest = float(np.abs(eigenvalues).max(initial=0.0))
     share = 1.0 / (fastest or 1.0)

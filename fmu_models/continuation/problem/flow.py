@@ -30,8 +30,8 @@ def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool,
     times = [event.time for event in events]
     last = {event.contact: event.after for event in events}
     gaps = []
-    for i, one in enumerate(events):
-        last[one.contact] = one.after
+    for i, event in enumerate(events):
+        last[event.contact] = event.after
         after = times[i + 1] if i + 1 < len(times) else times[0] + length
         gaps.append((_held(last.values()), times[i] - after, times[i]))
     return [(holding, pause_start, -negative) for holding, negative, pause_start in sorted(gaps)]
@@ -114,7 +114,7 @@ class FlowProblem(Problem):
 
     def present(self, name: str) -> float:
         value = self.strobe.values.get(name)
-        return float(self.strobe.fmu.variables[name].start or 0.0) if value is None else float(value)
+        return self.strobe.fmu.start_of(name) if value is None else float(value)
 
     def _run(self, z: Vector, start: float, stop: float) -> Any:
         if not self.kept:
@@ -188,13 +188,13 @@ class FlowProblem(Problem):
         f0, rates = moving
 
         def gradients(raw: Vector) -> Vector:
-            whole = np.zeros((len(raw), self.size))
-            whole[:, :n] = raw[:, :n]
+            padded = np.zeros((len(raw), self.size))
+            padded[:, :n] = raw[:, :n]
             by_parameters = raw[:, n:] - (raw[:, :n] @ f0)[:, None] * rates * start
-            whole[:, -1] = by_parameters[:, -1]
+            padded[:, -1] = by_parameters[:, -1]
             if self.second:
-                whole[:, n] = by_parameters[:, 0]
-            return whole
+                padded[:, n] = by_parameters[:, 0]
+            return padded
 
         begun = zip(rows, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
         events = tuple(
@@ -240,9 +240,9 @@ class FlowProblem(Problem):
         }
 
     def like(self, identity: Mapping[str, Any]) -> Problem:
-        known = self.strobe
+        family = self.strobe
         named = {name: identity[name] for name in ("every", "period", "forcing", "autonomous")}
-        strobe = Strobe(known.fmu, parameters=known.values, tolerance=known.tolerance, **named)
+        strobe = Strobe(family.fmu, parameters=family.values, tolerance=family.tolerance, **named)
         return replace(self, phase=identity["phase"], strobe=strobe, kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:

@@ -71,19 +71,23 @@ class ImportedField:
         return self._seen(self._flow(states, parameters, time))
 
     def _flow(
-        self, states: Sequence[float] | Vector, given: Mapping[str, float] | None, time: float, slopes: bool = False
+        self,
+        states: Sequence[float] | Vector,
+        parameters: Mapping[str, float] | None,
+        time: float,
+        slopes: bool = False,
     ) -> Flow:
         x = np.asarray(states, dtype=float)
         if not np.isfinite(x).all():
             raise StickslipError(f"'{self._name}' has no rates at {states}: a number is not finite.")
-        values = {**self.constants, **(given or {}), **dict(zip(self.fmu.states, x.tolist(), strict=True))}
+        values = {**self.constants, **(parameters or {}), **dict(zip(self.fmu.states, x.tolist(), strict=True))}
         flow = self._driver.follow(values, time, time, derivative=True, slopes=slopes)
         if (flow.start != x).any():
             raise StickslipError(f"'{self._name}' moves its states at the start, from {x.tolist()}.")
         return flow
 
     def _seen(self, flow: Flow) -> FieldRates:
-        signs = [1 if one > 0.0 else -1 for one in flow.indicators]
+        signs = [1 if value > 0.0 else -1 for value in flow.indicators]
         modes = [MODES + round(number) for number in flow.recorded.tolist()]
         return FieldRates(flow.start, flow.start_rates, (*signs, *modes), np.abs(flow.indicators))
 
@@ -103,12 +107,12 @@ class ImportedField:
         constants, mode = {**self.constants, **(values or {})}, self._seen(flow).contacts
         columns = []
         for name in by:
-            value = float(constants.get(name, self.fmu.variables[name].start or 0.0))
+            value = float(constants.get(name, self.fmu.start_of(name)))
             width = APART * (abs(value) or 1.0)
             for sense, (places, weights) in ((1.0, CENTRAL), (1.0, ONE_SIDED), (-1.0, ONE_SIDED)):
                 beside = [{**(values or {}), name: value + sense * offset * width} for offset in places]
                 samples = [self.at(states, sample_values, time) for sample_values in beside]
-                if all(one.contacts == mode for one in samples):
+                if all(sample.contacts == mode for sample in samples):
                     columns.append(sense * (weights @ np.array([sample.rates for sample in samples])) / width)
                     break
             else:

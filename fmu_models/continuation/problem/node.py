@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +115,14 @@ class Node:
     def turned(self) -> Node:
         """The same, met from the other side."""
         return Node(self.problem, self.scales, self.z, self.seen, -self.tangent, self.iterations)
+
+    def arclength(self, distance: float) -> Border:
+        """So far along the tangent."""
+        return arclength(self.u, self.tangent, self.scales, distance)
+
+    def corrected(self, guess: Vector, border: Border, **options: Any) -> Node:
+        """The motion near a guess, its tangent in the sense of this one; options as for ``solved``."""
+        return solved(self.problem, self.scales, guess, border, towards=self.tangent, **options)
 
     def along(self, gradient: Vector) -> float:
         """Derivative along the branch, by u, of what has a gradient by z."""
@@ -244,11 +253,16 @@ def arclength(u: Vector, tangent: Vector, scales: Vector, distance: float) -> Bo
 
 def parameter(value: float) -> Border:
     """At a value of the parameter."""
+    return pinned(-1, value)
+
+
+def pinned(index: int, value: float) -> Border:
+    """With an unknown at a value."""
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector]:
         gradient = np.zeros_like(z)
-        gradient[-1] = 1.0
-        return float(z[-1]) - value, gradient
+        gradient[index] = 1.0
+        return float(z[index]) - value, gradient
 
     return border
 

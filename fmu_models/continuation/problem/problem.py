@@ -89,7 +89,7 @@ class Passing:
 
     def begun_in(self, passings: Sequence[Passing]) -> list[Passing]:
         """Those of the same contact that begin in the same state."""
-        return [other for other in passings if other.contact == self.contact and other.before == self.before]
+        return [event for event in passings if event.contact == self.contact and event.before == self.before]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +121,11 @@ class Seen:
     def match(self, like: Passing, time: float | None = None) -> Passing | None:
         """The same event or miss as that of another run, nearest around the period to a time, or to that of the other
         one; None if there is none."""
-        passings, near = self.events if like.slot == EVENT else self.misses, like.time if time is None else time
+        passings, instant = self.events if like.slot == EVENT else self.misses, like.time if time is None else time
         same = [passing for passing in passings if passing.key == like.key]
 
         def apart(passing: Passing) -> float:
-            turn = abs(passing.time - near) / self.length % 1.0
+            turn = abs(passing.time - instant) / self.length % 1.0
             return min(turn, 1.0 - turn)
 
         closest = min(same, key=apart, default=None)

@@ -75,7 +75,7 @@ class Boundary:
 
     @cached_property
     def crossings(self) -> Mapping[str, list[float]]:
-        """Shares q of J+ at which the set-valued eigenvalues bifurcate, see hull.py."""
+        """Shares q of J+ at which the set-valued eigenvalues bifurcate, see normal_forms/set_valued.py."""
         return {} if self._sides is None else eigenvalue_crossings(*self._sides)
 
     def between(self, q: float) -> Vector:
@@ -137,9 +137,8 @@ def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
             break
         position = places[-1] + max(share * remaining, remaining - 0.5 * NEAR if remaining < 1e3 * NEAR else 0.0)
         try:
-            border = arclength(node.u, node.tangent, node.scales, position)
             guess = nodes[-1].u + (position - places[-1]) * nodes[-1].tangent
-            solution = solved(problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+            solution = node.corrected(guess, node.arclength(position), word=node.word)
         except Lost:
             share /= 2.0
             if share < 1e-3:

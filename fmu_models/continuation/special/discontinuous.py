@@ -70,14 +70,16 @@ class Touch:
         return self.z / self.node.scales
 
 
-def value_border(like: Passing, target: float, time: list[float]) -> Border:
-    """The speed of an event, or the least value of a miss, at a value; ``time`` (1,) follows it."""
+def value_border(like: Passing, target: float, time: float | None = None) -> Border:
+    """The speed of an event, or the least value of a miss, at a value; it is followed from a time, or from its own."""
+    instant = like.time if time is None else time
 
     def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-        passing = seen.match(like, time[0])
+        nonlocal instant
+        passing = seen.match(like, instant)
         if passing is None or not np.isfinite(passing.gradient).all():
             return None
-        time[0] = passing.time
+        instant = passing.time
         return passing.value - target, passing.gradient
 
     return border
@@ -101,8 +103,7 @@ def shrinking(start: Node, passing: Passing, through: int, least: float = 0.0) -
         else:
             guess = node.u + node.tangent * (target - current.value) / (node.along(current.gradient) or np.inf)
         try:
-            border = value_border(current, target, [current.time])
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+            after = node.corrected(guess, value_border(current, target), word=start.word)
         except Lost:
             if shrink > 0.9:
                 return
@@ -130,8 +131,7 @@ def from_miss(start: Node, miss: Passing) -> Touch:
         for _ in range(8):
             guess = node.u + dz * (target - passing.value)
             try:
-                border = value_border(miss, target, [passing.time])
-                after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+                after = node.corrected(guess, value_border(passing, target), word=start.word)
                 break
             except Lost:
                 target = (passing.value + target) / 2
@@ -234,7 +234,7 @@ def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
 def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
     """The motion near a guess that has the event at its speed, and goes on from the point."""
     try:
-        node = solved(problem, scales, guess, value_border(event, event.value, [event.time]), reach=1e-2)
+        node = solved(problem, scales, guess, value_border(event, event.value), reach=1e-2)
         match = node.seen.match(event)
         if match is None or node.word == touch.node.word or not _meets(touch, node, match):
             return None
@@ -252,8 +252,8 @@ def exchanged(touch: Touch) -> Node:
     for distance, direction in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
         guess = touch.u + distance * direction
         try:
-            border = parameter(float(guess[-1] * node.scales[-1]))
-            solution = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
+            value = float(guess[-1] * node.scales[-1])
+            solution = node.corrected(guess, parameter(value), reach=100 * distance)
         except Lost:
             continue
         outward = solution.tangent[-1] * node.tangent[-1] > 0.0
@@ -271,9 +271,8 @@ def _meets(touch: Touch, node: Node, event: Passing) -> bool:
         try:
             while value > 0.55 * event.value:
                 value *= shrink
-                border = value_border(event, value, [event.time])
                 guess = touch.u + shrink * (half.u - touch.u)
-                half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+                half = node.corrected(guess, value_border(event, value), word=node.word)
         except Lost:
             continue
         return bool(np.abs(half.u - touch.u).max() <= 0.75 * distance + 1e-9)

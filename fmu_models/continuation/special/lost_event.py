@@ -6,14 +6,7 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node, extrapolated, look, solved
 from fmu_models.continuation.problem.problem import TIE, Passing, Vector
-from fmu_models.continuation.special.discontinuous import (
-    LEAST_MISS,
-    Touch,
-    from_miss,
-    growing,
-    shrinking,
-    value_border,
-)
+from fmu_models.continuation.special.discontinuous import LEAST_MISS, Touch, from_miss, growing, shrinking, value_border
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
@@ -51,8 +44,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     miss = min(event.begun_in(pending), key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")
-    border = value_border(miss, miss.value, [miss.time])
-    node = solved(last.problem, last.scales, u, border, reach=0.05)
+    node = solved(last.problem, last.scales, u, value_border(miss, miss.value), reach=0.05)
     match = node.seen.match(miss)
     if match is None or len(node.word) >= len(last.word):
         raise Lost("no motion without the event is near")
@@ -83,13 +75,12 @@ def _out_of_reach(event: Passing, node: Node, limit: Vector, share: float) -> Ve
     return change
 
 
-def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
+def with_event(touch: Touch, first: Node, event: Passing) -> tuple[Vector, float] | None:
     """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
 
     Args:
-        first: a motion with the event, at a small speed of it.
+        first, event: a motion with the event, at a small speed of it.
     """
-    event = min(touch.miss.begun_in(first.seen.events), key=lambda candidate: candidate.value)
     speed = LIMIT_SPEED * event.far_speed(first.scales)
     nodes: list[tuple[float, Node]] = [(event.value, first)]
     node, current = first, event
@@ -98,8 +89,7 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
             goal = min(target, current.value * 4.0)
             speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(neighbour.u for _, neighbour in nodes[-3:])]
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
-            border = value_border(current, goal, [current.time])
-            node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
+            node = node.corrected(guess, value_border(current, goal), word=first.word)
             passing = node.seen.match(current)
             if passing is None:
                 raise Lost("the event is gone")

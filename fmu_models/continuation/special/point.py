@@ -36,8 +36,8 @@ class SpecialPoint(Shown):
 
     @cached_property
     def _cubic(self) -> Coefficient:
-        known = kind_of(self.kind).supercritical and (self.kind == HOPF) == self.node.problem.still
-        return coefficient(self.kind, self.node) if known else UNKNOWN
+        has_form = kind_of(self.kind).supercritical and (self.kind == HOPF) == self.node.problem.still
+        return coefficient(self.kind, self.node) if has_form else UNKNOWN
 
     @property
     def normal_form(self) -> float:

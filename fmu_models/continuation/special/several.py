@@ -148,11 +148,12 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
     shares *= np.sign(shares[0]) / np.abs(shares[:many]).max()
     if shares[:many].min() <= 0.0:
         return None
+    begun = Counter((miss.contact, miss.before) for miss in misses)
     for speed in SPEEDS:
         v = shares * speed
         prediction = _of_speeds(touch, misses, touch.u + v[:many] @ directions + v[many] * node.tangent, v[:many])
         solution = None if prediction is None else with_speed(problem, scales, *prediction, touch)
-        if solution is not None and _begun(solution, misses) - _begun(node, misses) == _begun_of(misses):
+        if solution is not None and _begun(solution, misses) - _begun(node, misses) == begun:
             return solution
     return None
 
@@ -277,10 +278,6 @@ def _copy(miss: Passing, long: Touch, later: float) -> Passing:
     if passing is None:
         raise Lost("the motion cannot be followed for so long")
     return passing
-
-
-def _begun_of(misses: Sequence[Passing]) -> Counter[tuple[str, int]]:
-    return Counter((miss.contact, miss.before) for miss in misses)
 
 
 def _begun(node: Node, like: Sequence[Passing]) -> Counter[tuple[str, int]]:

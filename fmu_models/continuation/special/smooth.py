@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from fmu_models.continuation.problem.node import Lost, Node, arclength, extrapolated, solved
+from fmu_models.continuation.problem.node import Lost, Node, extrapolated
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FOLD, KINDS
 
@@ -95,8 +95,7 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
             # through motions that are too near to one another the polynomial goes astray
             if np.linalg.norm(better - guess) < abs(distance - nearest[0]):
                 guess = better
-        border = arclength(before.u, before.tangent, before.scales, distance)
-        node = solved(before.problem, before.scales, guess, border, towards=before.tangent, word=before.word)
+        node = before.corrected(guess, before.arclength(distance), word=before.word)
         nodes[distance] = node
         return node
 

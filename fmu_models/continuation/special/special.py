@@ -162,11 +162,14 @@ def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     sides = [member for member in (finding.before, finding.after) if member is not None]
     first = touch.event_side[0] if touch.event_side else max(sides, key=lambda side: len(side.word))
     details: dict[str, Any] = {"value_with_event": touch.value_from_event}
-    name = kind_of(touch, first)
+    # the event that the point has not
+    weakest = min(touch.miss.begun_in(first.seen.events), key=lambda event: event.value)
+    name = event_kind(node.problem, weakest)
     if name == kinds.RIGID_GRAZING:
-        return name, details | {"slope": slope_of(touch, first)}
+        # d parameter / d speed of the impact, from a motion of small speed
+        return name, details | {"slope": (first.value - float(touch.z[-1])) / weakest.value}
     try:
-        limit = with_event(touch, first)
+        limit = with_event(touch, first, weakest)
     except Lost:
         return name, details
     if limit is not None:
@@ -175,21 +178,6 @@ def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
         if np.isnan(touch.value_from_event):
             details["value_with_event"] = limit[1]
     return name, details
-
-
-def kind_of(touch: Touch, first: Node) -> str:
-    """By the event that is there on one side."""
-    return event_kind(touch.node.problem, newest(touch, first))
-
-
-def newest(touch: Touch, first: Node) -> Any:
-    """The event of a motion beside a point that the point has not: the weakest of its kind."""
-    return min(touch.miss.begun_in(first.seen.events), key=lambda candidate: candidate.value)
-
-
-def slope_of(touch: Touch, first: Node) -> float:
-    """d parameter / d speed of the impact, from a motion of small speed."""
-    return (first.value - float(touch.z[-1])) / newest(touch, first).value
 
 
 def other_direction(node: Node) -> Vector:

@@ -33,7 +33,7 @@ class EquilibriumFollower(Follower):
         boundary: Boundary = ahead.touch
         if boundary.before is not node:
             self._add(boundary.before)
-        self.way.found.append((len(self.way.nodes), AtSurface("surface", boundary.before, boundary=boundary)))
+        self.way.meet(AtSurface("surface", boundary.before, boundary=boundary))
         if boundary.after is None:
             self.way.end = (
                 "surface",

@@ -18,7 +18,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.kept import Pieces
-from fmu_models.continuation.problem.node import SAME, Lost, Node, arclength, look, parameter, solved, tangent_of
+from fmu_models.continuation.problem.node import SAME, Lost, Node, look, parameter, tangent_of
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import Touch
@@ -50,6 +50,12 @@ PIECE = 16
 BESIDE = 1e-4
 # so many short steps in a row that were cut by a change of the word that could not be found
 HIDDEN, SHORT = 4, 3e-5
+
+
+def is_far(node: Node, begin: Node) -> bool:
+    """Whether the states of a motion are on their way to infinity."""
+    n = len(node.problem.states)
+    return bool(np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(begin.u[:n]).max())))
 
 
 class Follower:
@@ -93,19 +99,19 @@ class Follower:
         """The next step after what is kept, and whether steps grow from nothing; None if nothing is."""
         for nodes, findings, *_ in self.pieces.known:
             self.way.nodes += nodes
-            self.way.found += findings
+            self.way.findings += findings
         if not self.pieces.known:
             return None
-        self._kept = len(self.way.nodes), len(self.way.found)
+        self._kept = len(self.way.nodes), len(self.way.findings)
         *_, pace, self.hidden, self.way.end = self.pieces.known[-1]
         return pace
 
     def _keep(self, step: float, grows: bool, at_least: int = PIECE) -> None:
         """What has been passed since the last piece, if it is so much."""
-        nodes, findings = self.way.nodes[self._kept[0] :], self.way.found[self._kept[1] :]
+        nodes, findings = self.way.nodes[self._kept[0] :], self.way.findings[self._kept[1] :]
         if len(nodes) >= at_least:
             self.pieces.put((nodes, findings, (step, grows), self.hidden, self.way.end))
-            self._kept = len(self.way.nodes), len(self.way.found)
+            self._kept = len(self.way.nodes), len(self.way.findings)
 
     def _begun(self, node: Node) -> tuple[float, bool]:
         """The begin as the first motion; the first step."""
@@ -227,15 +233,14 @@ class Follower:
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
         if low <= reached <= high:
-            border = arclength(node.u, node.tangent, node.scales, step)
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent)
+            after = node.corrected(guess, node.arclength(step))
             if low <= after.value <= high:
                 return after, step
             reached = after.value  # a curved branch left the range where its tangent did not
         value = min(max(reached, low), high)
         step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
         guess = node.u + step * node.tangent
-        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
+        return node.corrected(guess, parameter(value)), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""
@@ -273,8 +278,7 @@ class Follower:
     def _ended(self, node: Node) -> bool:
         if self._at_bound(node):
             return True
-        n = len(node.problem.states)
-        if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+        if is_far(node, self.begin):
             self.way.end = ("infinity", f"the states grow without end towards {node.problem.over} = {node.value:.6g}")
             return True
         return self._shrunk(node) or self._closed(node)
@@ -286,7 +290,7 @@ class Follower:
         hopf = None if grows else hopf_of(node)
         if hopf is None:
             return False
-        self.way.found.append((len(self.way.nodes), Found(HOPF, hopf)))
+        self.way.meet(Found(HOPF, hopf))
         self.way.end = (
             "equilibrium",
             f"the cycle shrinks to the equilibrium at {node.problem.over} = {hopf.value:.9g}",
@@ -332,14 +336,14 @@ class Follower:
             try:
                 after, touch = beyond(kind, touch)
             except Lost as error:
-                self.way.found.append((len(self.way.nodes), Found(JUMP, touch.node, touch, touch.node)))
+                self.way.meet(Found(JUMP, touch.node, touch, touch.node))
                 name = touch.miss.contact
                 reason = f"what follows an event of '{name}' and the one before it depends on which comes first"
                 reason = reason if kind == "tie" else f"the motion begins to touch '{name}' there"
                 self.way.end = ("jump", f"{reason}: {error}")
                 return None
         opposite = from_other_side(touch, after) if kind == "begin" else None
-        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after, opposite)))
+        self.way.meet(Found("change", touch.node, touch, before, after, opposite))
         distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
         if self._closed_at(touch):
             return None
@@ -359,8 +363,8 @@ class Follower:
 
     def _accumulates(self, touch: Touch) -> bool:
         """Whether one event after the other is added at values of the parameter that come together."""
-        touches = [finding.touch for _, finding in self.way.found if finding.touch is not None][-CHAIN:]
-        lengths = [len(one.node.word) for one in touches]
+        touches = [finding.touch for _, finding in self.way.findings if finding.touch is not None][-CHAIN:]
+        lengths = [len(touch.node.word) for touch in touches]
         values = [float(member.u[-1]) for member in touches]
         if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
             return False
@@ -373,7 +377,7 @@ class Follower:
 
     def _closed_at(self, touch: Touch) -> bool:
         """Whether the same point has been passed before."""
-        for _, finding in self.way.found[:-1]:
+        for _, finding in self.way.findings[:-1]:
             same = finding.touch is not None and abs(finding.touch.u[-1] - touch.u[-1]) < 1e-8
             if (
                 same
@@ -384,7 +388,7 @@ class Follower:
                 begins = images(finding.touch.node, touch.node.problem)
                 distances = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
                 if min(distances) < CLOSED:
-                    self.way.found.pop()
+                    self.way.findings.pop()
                     self.way.end = ("closed", "the branch is back at a point that it has passed")
                     return True
         return False

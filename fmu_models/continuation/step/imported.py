@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fmu_models.continuation.problem.node import Lost, Node, arclength, solved
+from fmu_models.continuation.problem.node import Lost, Node, arclength
 from fmu_models.continuation.special.discontinuous import Touch, from_miss
 from fmu_models.continuation.special.kinds import GRAZING
 from fmu_models.continuation.step.follow import Follower
@@ -49,7 +49,7 @@ class ImportedFollower(Follower):
             at = at.turned()
         before, beyond = (touch.node, beside) if gains else (beside.turned(), touch.node.turned())
         finding = Found(GRAZING, at, before=before, after=beyond, contact=touch.miss.contact)
-        self.way.found.append((len(self.way.nodes), finding))
+        self.way.meet(finding)
         self._add(beyond)
         return beyond, away
 
@@ -76,7 +76,7 @@ def _beside(touch: Touch) -> Node | None:
         with suppress(Lost):
             border = arclength(touch.u, node.tangent, node.scales, distance)
             guess = touch.u + distance * node.tangent
-            solution = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100.0 * distance)
+            solution = node.corrected(guess, border, reach=100.0 * distance)
             if solution.word != node.word:
                 return solution
     return None

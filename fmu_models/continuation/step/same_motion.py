@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fmu_models.continuation.problem.node import Lost, Node, arclength, parameter, solved, tangent_of
+from fmu_models.continuation.problem.node import Lost, Node, parameter, solved, tangent_of
 from fmu_models.continuation.problem.problem import Problem, Vector
 
 # how far along a branch, in u, its sense is looked up after a change of the phase
@@ -39,7 +39,7 @@ def begun_at(node: Node, problem: Problem, z: Vector) -> Node:
 def _ahead(node: Node, problem: Problem, z: Vector) -> Vector:
     """Direction of u ahead of a node, at the phase of another problem, where the node is here."""
     for distance in (NEXT, -NEXT):  # the branch may end ahead
-        border = arclength(node.u, node.tangent, node.scales, distance)
+        border = node.arclength(distance)
         with suppress(Lost):
             solution = solved(node.problem, node.scales, node.u + distance * node.tangent, border, word=node.word)
             moved = turned(problem, solution) / node.scales - z
@@ -61,8 +61,7 @@ def between(before: Node, after: Node, u: Vector) -> bool:
     if not 0.0 <= share <= 1.0 or np.linalg.norm(step - share * chord) > np.linalg.norm(chord):
         return False
     try:
-        border = arclength(before.u, before.tangent, before.scales, float(before.tangent @ step))
-        node = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
+        node = before.corrected(before.u + share * chord, before.arclength(float(before.tangent @ step)))
     except Lost:
         return False
     return bool(np.abs(node.u - u).max() <= CLOSED)

@@ -30,12 +30,12 @@ class Way:
     """What has been passed so far.
 
     Attributes:
-        nodes: motions, in order; found: specials, each with the number of motions before it.
+        nodes: motions, in order; findings: specials, each with the number of motions before it.
         end: kind of the end and a sentence on it.
     """
 
     nodes: list[Node] = field(default_factory=list)
-    found: list[tuple[int, Found]] = field(default_factory=list)
+    findings: list[tuple[int, Found]] = field(default_factory=list)
     end: tuple[str, str] = ("unfinished", "it was stopped")
 
     @property
@@ -43,11 +43,15 @@ class Way:
         """Whether there is nothing to follow from its begin the other way."""
         return self.end[0] in ("closed", "interrupted")
 
+    def meet(self, finding: Found) -> None:
+        """A special behind the last motion."""
+        self.findings.append((len(self.nodes), finding))
+
     def add(self, node: Node) -> None:
         """A motion, and what lies between it and the one before."""
         if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
             for kind, special in smooth.between(self.nodes[-1], node):
-                self.found.append((len(self.nodes), Found(kind, special)))
+                self.meet(Found(kind, special))
                 if kind == BRANCH_POINT and special.repeats():
                     self.end = ("flip", "the motion is that of half its period: it has come to the flip of its parent")
                     self.nodes.append(special)
@@ -59,24 +63,24 @@ Ways = tuple[Way, Way | None]
 Ends = tuple[tuple[str, str], tuple[str, str]]
 
 
-def ways(begin: Node, follow: Callable[[Node], Way]) -> Ways:
-    """From a begin forward and, unless that comes back to it or is interrupted, backward."""
-    forward = follow(begin)
-    return forward, None if forward.complete else follow(begin.turned())
+def ways(start: Node, follow: Callable[[Node], Way]) -> Ways:
+    """From a start forward and, unless that comes back to it or is interrupted, backward."""
+    forward = follow(start)
+    return forward, None if forward.complete else follow(start.turned())
 
 
 def joined(forward: Way, backward: Way | None) -> tuple[list[Node], list[tuple[int, Found, bool]], Ends]:
     """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
     was met the other way round), both ends."""
     nodes = list(forward.nodes)
-    findings = [(count, finding, False) for count, finding in forward.found]
+    findings = [(count, finding, False) for count, finding in forward.findings]
     first = forward.end if forward.complete else ("start", "where it leaves another branch")
     if backward is not None:
         first, k = backward.end, len(backward.nodes)
         nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
         turned = [
             (k - count, replace(finding, before=finding.after, after=finding.before), True)
-            for count, finding in backward.found
+            for count, finding in backward.findings
         ]
         findings = list(reversed(turned)) + [(count + k - 1, finding, False) for count, finding, _ in findings]
     return nodes, findings, (first, forward.end)

@@ -77,10 +77,7 @@ class Directional(DryFriction):
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Friction falls with the slip speed in either direction."""
-        return (
-            falling(self.mu_s_plus, self.mu_k_plus, "Conti"),
-            falling(self.mu_s_minus, self.mu_k_minus, "Conti"),
-        )
+        return (falling(self.mu_s_plus, self.mu_k_plus, "Conti"), falling(self.mu_s_minus, self.mu_k_minus, "Conti"))
 
 
 LAW = Directional

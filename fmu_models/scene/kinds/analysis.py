@@ -59,7 +59,7 @@ def _inside(subject: Any, settings: dict[str, Any], over: str, low: float, high:
     constants = settings.get("parameters")
     fmu, known_values = (subject.fmu, subject.values) if constants is None else (subject, constants)
     present = known_values.get(over)
-    present = float(fmu.variables[over].start or 0.0) if present is None else float(present)
+    present = fmu.start_of(over) if present is None else float(present)
     inside = {over: min(max(present, low), high)}
     if constants is None:
         return subject.at(**inside), settings

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from fmu_models.analyses.branch import numbering
 from fmu_models.analyses.declaration import PARAMETERS
 from fmu_models.base.formula import Formula
 from fmu_models.continuation.branches import branches
@@ -30,13 +31,7 @@ def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     text = computation.settings.get("closed_form")
     form = closed_form_of(curves[0], Formula.read(text), scene.parameters) if text else None
     numbers: dict[str, float] = {"curves": float(len(curves))}
-    counted: dict[str, int] = {}
-
-    def numbered(kind: str) -> str:
-        name = kind.replace(", ", "_").replace(" ", "_")
-        counted[name] = counted.get(name, 0) + 1
-        return f"{name}_{counted[name]}"
-
+    numbered = numbering()
     for curve in curves:
         name = numbered(curve.kind)
         numbers |= {f"{name}_at_{i}": at[0].parameters[over] for i, x in enumerate(seconds, 1) if (at := curve.at(x))}

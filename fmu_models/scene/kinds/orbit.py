@@ -19,7 +19,7 @@ from fmu_models.simulation.run import simulate
 def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     computation = scene.compute
     length = period(scene, run["parameters"])
-    guess = {name: float(run["start"].get(name, fmu.variables[name].start or 0.0)) for name in fmu.states}
+    guess = {name: float(run["start"].get(name, fmu.start_of(name))) for name in fmu.states}
     fixed = {name: run[name] for name in ("parameters", "inputs")}
     orbit = find_orbit(fmu, length, guess, autonomous=computation.autonomous, **fixed)
     values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}

@@ -6,13 +6,13 @@ import csv
 import math
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
+from fmu_models.base.record import record
 from fmu_models.base.table import Cell, Column, Table, table
 from fmu_models.validation.bench.run import MethodComparison, MethodRow
 
@@ -30,15 +30,7 @@ CAPTION = (
 
 def as_json(comparisons: Sequence[MethodComparison]) -> dict[str, Any]:
     """Everything, for machines; numbers that are not finite become null."""
-    return {"machine": machine(), "scenes": [_finite(asdict(comparison)) for comparison in comparisons]}
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value
+    return {"machine": machine(), "scenes": record(comparisons)}
 
 
 def machine() -> str:

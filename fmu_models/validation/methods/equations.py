@@ -44,10 +44,7 @@ class Equations:
         self.contacts = system.contacts
         self.n = len(system.states)
         self.memories = tuple(i for i, contact in enumerate(system.contacts) if contact.remembers)
-        self.symbols: tuple[Any, ...] = (
-            *system.states,
-            *(system.contacts[i].memory_symbol for i in self.memories),
-        )
+        self.symbols: tuple[Any, ...] = (*system.states, *(system.contacts[i].memory_symbol for i in self.memories))
         self._accelerations = dict(zip(system.rate_symbols, system.acceleration, strict=True))
         self._slips = {c.slip_symbol: c.slip for c in system.contacts}
         self._depths = {c.depth_symbol: c.depth for c in system.contacts if c.depth_symbol is not None}

@@ -23,13 +23,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from fmu_models.validation.methods.equations import Equations
-from fmu_models.validation.methods.result import (
-    MethodProblem,
-    MethodRun,
-    NotTreated,
-    needs_steady_inputs,
-    timed,
-)
+from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs, timed
 from fmu_models.validation.methods.sides import Sides
 
 SHAPES: dict[str, Callable[[Any], Any]] = {

@@ -46,11 +46,7 @@ _QUICK = {
 }  # fmt: skip
 
 # exponents of two of mass, length and time: as exact as no change at all; 2^30 = 1e9
-UNITS = {
-    "mass": (30, 0, 0),
-    "length": (0, 30, 0),
-    "time": (0, 0, 30),
-}
+UNITS = {"mass": (30, 0, 0), "length": (0, 30, 0), "time": (0, 0, 30)}
 GRAZE = 1e-12
 PERIODS, LONG, LATE = 10.0, 1e6, 1e6
 

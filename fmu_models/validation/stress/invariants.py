@@ -56,12 +56,7 @@ def determinant(
         e: Any = restitution[event.contact].xreplace(values)
         expected *= float(e) ** 2
     derivative = flow_derivative(
-        trial.fmu,
-        end,
-        start_time=case.begin,
-        parameters=case.parameters,
-        start=case.start,
-        inputs=case.inputs,
+        trial.fmu, end, start_time=case.begin, parameters=case.parameters, start=case.start, inputs=case.inputs
     ).by_start
     (a, b), (c, d) = derivative
     size = abs(a * d) + abs(b * c)

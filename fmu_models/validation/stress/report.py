@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.record import record
 from fmu_models.base.table import Table, number, table
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, StressCell
 from fmu_models.validation.stress.random_cases import RANDOM, command_line
@@ -31,7 +32,7 @@ def content(cells: Sequence[StressCell], asked: int) -> dict[str, Any]:
             "case": cell.case.name,
             "about": group(cell),
             "verdict": cell.verdict,
-            "error": cell.error if cell.error is not None and math.isfinite(cell.error) else None,
+            "error": record(cell.error),
             "check": cell.check,
             "message": cell.message,
             **({"again": command_line(cell.case)} if cell.case.of == RANDOM else {}),

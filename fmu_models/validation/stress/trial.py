@@ -75,7 +75,7 @@ class Trial:
         values = {**case.parameters, **case.start, **case.inputs, **(start or {})}
         if any(scale) or mirror:
             settable = [*fmu.parameters, *fmu.inputs, *fmu.states]
-            values = {name: float(fmu.variables[name].start or 0.0) for name in settable} | values
+            values = {name: fmu.start_of(name) for name in settable} | values
         if mirror:
             values = {name: _mirrored(fmu, name, value, mirror) for name, value in values.items()}
         if any(scale):
@@ -94,8 +94,7 @@ class Trial:
             fmu,
             times[-1] * second,
             start_time=case.begin * second,
-            parameters={name: value for name, value in values.items() if name in fmu.parameters},
-            inputs={name: value for name, value in values.items() if name in fmu.inputs},
+            **fmu.settings(values),
             start={name: value for name, value in values.items() if name in (*fmu.states, *fmu.memories)},
             output_times=times * second,
             tolerance=tolerance,

@@ -17,6 +17,7 @@ import test_stops
 from compiled_model import CompiledModel
 
 from fmu_models.codegen.c_source import instantiation_token, sources
+from fmu_models.codegen.lane_tables import lane_tables
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Output
@@ -265,7 +266,8 @@ def variants() -> dict[str, Mechanism | Automaton]:
 
 
 def text_hash() -> str:
-    texts = [text for mechanism in variants().values() for text in sources(lower(mechanism)).values()]
+    systems = [lower(mechanism) for mechanism in variants().values()]
+    texts = [text for system in systems for text in (*sources(system).values(), lane_tables(system) or "")]
     return hashlib.sha256("".join(texts).encode()).hexdigest()
 
 

@@ -38,3 +38,15 @@ def test_a_missing_log_is_said(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(sys, "argv", ["bench_calibrate.py", "--only", "tanks", "--seeds", "1", "--data", str(tmp_path)])
     bench.main()
     assert f"skipped: {tmp_path / 'calibrate' / 'tanks_train.csv'} is not here" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("support", 15),  # the gap of most guesses is never closed
+        ("hinge", 15),  # two searches agree at half as much again as the noise; parted anew there, a third arrives
+    ],
+)
+def test_logs_that_once_led_to_no_truth(name, seed):
+    case = bench.CASES[name]
+    assert bench.run_seed(case, bench.load(case.model), seed).fits(0.0)

@@ -21,7 +21,8 @@ from identification.calibration.nodes import nodes_of, rolled
 from identification.calibration.pose import Settings, problem_of
 from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
-from identification.calibration.search import over_segments
+from identification.calibration.search import Minimum, best_first, over_segments
+from identification.inference.problem import Solution
 
 
 def test_stick_slip_is_found_from_half_off_within_its_deviations(found):
@@ -182,6 +183,18 @@ def test_an_interrupt_keeps_the_best_so_far(belt):
     found = calibrate(belt, noisy(belt, 3), free=FREE, parameters=OFF, progress=stop)
     assert found.interrupted and "Interrupted" in found.warnings[-1]
     assert found.residuals[0].rms < 20 * NOISE
+
+
+def test_an_interrupt_of_a_worse_search_is_said_of_the_best(belt):
+    problem, _ = problem_of(belt, [model_log(noisy(belt, 3, 10.0, 101), belt)], ["k"], Settings())
+    best, worse = (
+        Minimum(problem, Solution(x, problem.evaluate(x), True, "", (False,) * len(x)), None, interrupted)
+        for x, interrupted in ((problem.first, False), (1.2 * problem.first, True))
+    )
+    assert best.misfit < worse.misfit
+    ordered = best_first([worse, best])
+    assert ordered[0].misfit == best.misfit and ordered[0].interrupted
+    assert not best_first([best])[0].interrupted
 
 
 def test_small_matrices_stay_in_one_thread(belt):

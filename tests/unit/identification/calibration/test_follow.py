@@ -13,6 +13,7 @@ from known_deviation import deviation
 from noisy_belt import NOISE, noisy
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.load import load
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
 from identification.calibration.follow import follow
@@ -47,6 +48,16 @@ def test_a_log_that_begins_elsewhere_is_followed_to_its_noise(belt, read_back, e
     left = one.log.measured["x"] - one.modelled["x"]
     assert np.sqrt(np.mean(left**2)) == pytest.approx(line.rms)
     assert one.to_dict()["residuals"][0]["log"] == "elsewhere"
+
+
+def test_contacts_between_start_and_end_do_not_hide_the_start():
+    """60 impacts of a hinge from another start: a free run from what the first samples show ends elsewhere."""
+    hinge = load("hinge_clearance")
+    found = calibrate(hinge, noisy(hinge, 1, 10.0, 201, noise=5e-4), free=["delta"], guesses=1, attempts=1)
+    log = model_log(noisy(hinge, 2, 30.0, 601, noise=5e-4, start={"x": 0.005, "v": -0.02}), hinge, name="elsewhere")
+    one = follow(found, hinge, log)
+    assert one.residuals[0].rms == pytest.approx(5e-4, rel=0.15)
+    assert one.starts["v(0)"] == pytest.approx(-0.02, abs=0.01)
 
 
 def test_a_model_that_differs_is_told_by_rms_and_colour(belt, read_back):

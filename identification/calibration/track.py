@@ -1,0 +1,231 @@
+"""States of a model along a log, and parameters that change slowly, by a smoother over segments.
+
+from identification import track
+course = track("forced_stick_slip", "run.csv", drift=["a0"])
+print(course.summary())
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.threads import one_blas_thread
+from fmu_models.fmu.fmu import Fmu
+from identification.calibration.course import Course, Drift, Path
+from identification.calibration.drifting import CHANCE, DriftProblem
+from identification.calibration.follow import residuals_of
+from identification.calibration.log import LogLike, ModelLog, model_log
+from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.pose import Settings, problem_of, with_instruments
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.result import SeriesResidual
+from identification.calibration.search import Progress, over_segments, rates_of
+from identification.calibration.systems import opened, subject_of
+from identification.inference.problem import Evaluation, solve
+
+if TYPE_CHECKING:
+    from fmu_models.codegen.package import Model
+    from fmu_models.coupling.system import CoupledSystem
+    from fmu_models.language.maps import Map
+
+STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))  # loss, weight, steps
+FIRST = 0.2  # of a parameter: its walk over the log, before anything is known
+ROUNDS = 4  # of solution, noise and rates
+ROUGH, FINE = 1e-4, 1e-8  # relative
+
+
+@one_blas_thread()
+def track(
+    model: Model | Fmu | CoupledSystem | Map,
+    log: LogLike,
+    *,
+    drift: Sequence[str] = (),
+    states: Sequence[str] | None = None,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    **more: object,
+) -> Course:
+    """Follow states and slowly changing parameters along a log.
+
+    Args:
+        model: as in `calibrate`; an FMU of anybody must show its states (Model Exchange).
+        log: a file, a table, a data frame or arrays by name, see `log.model_log`.
+        drift: parameters that walk from segment to segment; they begin at ``parameters`` or their default.
+        states: states and outputs whose course is wanted; all states if None.
+        settings: what else is known, as in `calibrate`; each of its fields may be given as an argument of its own.
+        progress: called with the fraction done.
+
+    Raises:
+        StickslipError: a name that is none, a log that does not fit the model or has fewer samples than there are
+            unknowns, an FMU that is co-simulated.
+    """
+    told = progress or (lambda _: None)
+    said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
+    fmu = opened(model)
+    read = model_log(log, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name="log")
+    said = with_instruments(said, [read])
+    _check(said, read)
+    free_run, _ = problem_of(fmu, [read], list(drift), said)
+    if not free_run.subject.states:
+        raise StickslipError(
+            f"'{fmu.description.modelName}' is co-simulated and does not show its states: there is nothing to track. "
+            "Take its Model Exchange form."
+        )
+    wanted = list(states) if states is not None else list(free_run.subject.states)
+    for name in wanted:
+        if name not in (*free_run.subject.states, *fmu.outputs):
+            raise StickslipError(f"There is no state or output '{name}'.{nearest(name, fmu.states)}")
+    subject = subject_of(fmu, drift, [*read.observed, *(name for name in wanted if name not in read.observed)])
+    begun, x = _begun(replace(free_run, subject=subject), len(drift), said)
+    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
+    return _course(replace(free_run, subject=subject), smoothed, x, gains, wanted)
+
+
+def _check(said: Settings, log: ModelLog) -> None:
+    """Refuse what a calibration takes and a track does not."""
+    if said.sensed:
+        raise StickslipError(f"A track finds no constants of sensors, such as '{':'.join(said.sensed[0])}'.")
+    if said.priors or said.each or said.held_out:
+        raise StickslipError("A track takes one log and no priors. Calibrate with these, and set what was found.")
+    if log.events:
+        raise StickslipError("A track follows samples, not times of events. Leave those out.")
+
+
+def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftProblem, np.ndarray]:
+    """Segments with values of their own, each a log of its own, and where the search begins."""
+    (log,) = free_run.logs
+    nodes = nodes_of(free_run, [free_run.first], rates_of(free_run), said.segments)
+    problem, x = over_segments(free_run, nodes, free_run.first, rolled(free_run, free_run.first, nodes)[0])
+    number = len(problem.segments)
+    walks = np.arange(count * number).reshape(count, number)
+    walking = [
+        replace(unknown, name=f"{unknown.name} at {segment.begin:g} s")
+        for unknown in problem.unknowns[:count]
+        for segment in problem.segments
+    ]
+    names = [unknown.name for unknown in problem.unknowns[:count]]
+    pieces = tuple(_piece(log, segment.holds(log.time), n) for n, segment in enumerate(problem.segments))
+    segments = tuple(replace(segment, log=n) for n, segment in enumerate(problem.segments))
+    starts = np.where(problem.starts >= 0, problem.starts + walks.size - count, -1)
+    parted = replace(
+        problem,
+        logs=pieces,
+        segments=segments,
+        unknowns=(*walking, *problem.unknowns[count:]),
+        first=np.concatenate([np.repeat(x[:count], number), x[count:]]),
+        places=tuple({name: int(walks[row, n]) for row, name in enumerate(names)} for n in range(number)),
+        starts=starts,
+        noise={(n, name): free_run.noise[0, name] for n in range(number) for name in log.observed},
+    )
+    begins = np.array([segment.begin for segment in segments])
+    span = float(log.time[-1] - log.time[0])
+    rates = FIRST * np.maximum(np.abs(x[:count]), 1e-9) / np.sqrt(span)
+    return DriftProblem(parted, walks, np.diff(begins), rates), parted.first
+
+
+def _piece(log: ModelLog, inside: np.ndarray, number: int) -> ModelLog:
+    measured = {name: values[inside] for name, values in log.measured.items()}
+    return ModelLog(f"{log.name} {number}", log.time[inside], measured, log.inputs)
+
+
+def _smoothed(
+    problem: DriftProblem, x: np.ndarray, noise_known: bool, told: Progress
+) -> tuple[DriftProblem, np.ndarray, np.ndarray]:
+    """The solution with the noise that it leaves and the rates that it makes likeliest, and what these gain."""
+    for number, (loss, weight, evaluations) in enumerate(STAGES):
+        problem = replace(problem, problem=replace(problem.problem, weight=weight))
+        x = solve(problem, x, tolerance=ROUGH, evaluations=evaluations, loss=loss).values
+        told(0.6 * (number + 1) / len(STAGES))
+    gains = np.zeros(len(problem.walks))
+    for number in range(ROUNDS):
+        if not noise_known:
+            problem = _weighed(problem, x)
+        if gains.size:
+            problem, gains = problem.with_likeliest_rates(x)
+        x = solve(problem, x, tolerance=FINE if number == ROUNDS - 1 else ROUGH, evaluations=40).values
+        told(0.6 + 0.4 * (number + 1) / ROUNDS)
+    return problem, x, gains
+
+
+def _weighed(problem: DriftProblem, x: np.ndarray) -> DriftProblem:
+    """With the noise that the residuals show, one for each variable; unknowns count as far as the log tells them."""
+    inner, here = problem.problem, problem.evaluate(x)
+    data = here.log < len(inner.series)
+    slopes = here.gradient[data]
+    told = float(np.sum((slopes @ problem.covariance(x)) * slopes)) / int(data.sum())
+    noise = dict(inner.noise)
+    for name in {name for _, name in inner.series}:
+        numbers = [n for n, (_, variable) in enumerate(inner.series) if variable == name]
+        power = float(np.mean(here.residual[np.isin(here.log, numbers)] ** 2)) / max(1 - told, 0.1)
+        noise |= {key: sd * float(np.sqrt(power)) for key, sd in inner.noise.items() if key[1] == name}
+    return replace(problem, problem=replace(inner, noise=noise))
+
+
+def _course(
+    free_run: SegmentProblem, smoothed: DriftProblem, x: np.ndarray, gains: np.ndarray, wanted: Sequence[str]
+) -> Course:
+    problem, (log,), subject = smoothed.problem, free_run.logs, free_run.subject
+    covariance, columns = smoothed.covariance(x), [subject.recorded.index(name) for name in wanted]
+    values, deviations = [], []
+    for number, piece in enumerate(problem.logs):
+        times = np.unique(np.append(piece.time, problem.segments[number].end))
+        run = subject.respond(problem.stretch(number, x, times))
+        at = np.searchsorted(times, piece.time)
+        places, used = problem.columns(number)
+        slopes = run.slopes[at][:, columns][:, :, used]
+        block = covariance[np.ix_(places, places)]
+        values.append(run.values[at][:, columns])
+        deviations.append(np.sqrt(np.maximum(np.einsum("nkp,pq,nkq->nk", slopes, block, slopes), 0.0)))
+    variables = subject.fmu.variables
+    paths = [
+        Path(name, str(variables[name].unit or "1"), *(tuple(np.vstack(part)[:, n].tolist()) for part in parts))
+        for n, name in enumerate(wanted)
+        for parts in [(values, deviations)]
+    ]
+    walked = []
+    for row, name in enumerate(subject.parameters):
+        places = smoothed.walks[row]
+        rate = float(smoothed.rates[row]) if gains[row] > CHANCE else 0.0
+        # within a segment the walk goes on, by a sixth of its length on average about its mean
+        lengths = np.append(smoothed.spans, problem.segments[-1].end - problem.segments[-1].begin)
+        sd = np.sqrt(np.diag(covariance)[places] + rate**2 * lengths / 6)
+        walked.append(
+            Drift(
+                name,
+                str(variables[name].unit or "1"),
+                tuple(x[places].tolist()),
+                tuple(sd.tolist()),
+                rate=rate,
+                gain=float(gains[row]),
+            )
+        )
+    lines = _joined(free_run, problem, x)
+    return Course(
+        model=str(subject.fmu.description.modelName),
+        title=str(subject.fmu.description.description or subject.fmu.description.modelName),
+        log=log.name,
+        times=tuple(log.time.tolist()),
+        states=tuple(paths),
+        nodes=tuple(segment.begin for segment in problem.segments),
+        parameters=tuple(walked),
+        residuals=tuple(lines),
+        measured=dict(log.measured),
+    )
+
+
+def _joined(free_run: SegmentProblem, parted: SegmentProblem, x: np.ndarray) -> list[SeriesResidual]:
+    """What is left of each variable over the whole log."""
+    here, rows, numbers = parted.evaluate(x), [], []
+    for number, (_, name) in enumerate(free_run.series):
+        parts = [n for n, (_, variable) in enumerate(parted.series) if variable == name]
+        rows.append(here.residual[np.isin(here.log, parts)])
+        numbers.append(np.full(len(rows[-1]), number))
+    residual, log = np.concatenate(rows), np.concatenate(numbers)
+    noise = {(0, name): parted.noise[0, name] for _, name in free_run.series}
+    whole = Evaluation(residual, np.zeros((len(residual), 0)), log, log, np.full(len(residual), np.nan))
+    return residuals_of(replace(free_run, noise=noise), whole, {})

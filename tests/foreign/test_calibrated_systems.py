@@ -1,0 +1,70 @@
+"""Calibration of coupled systems, whose parameters are unit.parameter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from coupled import exported, masses
+from known_deviation import deviation
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.coupling.run import couple
+from fmu_models.coupling.system import CoupledSystem
+from identification.calibration.calibrate import calibrate
+from identification.calibration.subject import Stretch
+from identification.calibration.systems import SystemFmu, subject_of
+
+TRUE = {"a.k": 5.0, "b.kc": 3.0}
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory) -> CoupledSystem:
+    """Two masses, the first one displaced; the second one with a mass that the system states."""
+    two = masses(exported("mass", tmp_path_factory.mktemp("units")), stop_time=10.0)
+    return two.changed(units={**two.units, "b": replace(two.units["b"], parameters={"m": 1.5})})
+
+
+def run(system: CoupledSystem, times: np.ndarray, **values: float):
+    units = dict(system.units)
+    for name, value in values.items():
+        unit, _, variable = name.partition(".")
+        units[unit] = replace(units[unit], parameters={**units[unit].parameters, variable: value})
+    return couple(system.changed(units=units, tolerance=1e-10), output_times=times)
+
+
+def test_parameters_of_units_are_found_from_one_measured_place(system):
+    time = np.linspace(0, 8, 121)
+    log = {"time": time, "a.x": run(system, time, **TRUE)["a.x"] + 0.01 * np.random.default_rng(0).normal(size=121)}
+    found = calibrate(
+        system, log, free=list(TRUE), parameters={"a.k": 7.5, "b.kc": 2.0}, guesses=8, attempts=1, segments=6
+    )
+    for name, value in TRUE.items():
+        assert abs(found[name].value - value) < 4 * deviation(found[name])
+        assert deviation(found[name]) < 0.03 * value
+    assert found["a.k"].unit == "N/m" and found["a.x(0)"].value == pytest.approx(1.0, abs=0.02)
+    assert found.residuals[0].rms == pytest.approx(0.01, rel=0.15)
+    assert found.free_run()["b.x"].shape == (121,)
+
+
+def test_slopes_are_those_of_runs_with_what_the_system_states(system):
+    time = np.linspace(0, 4, 21)
+    subject = subject_of(SystemFmu.coupled(system), ["a.k"], ["b.x"])
+    start = {name: 0.0 for name in subject.states} | {"a.x": 1.0}
+    response = subject.respond(Stretch(0.0, time, {"a.k": 4.0}, start, {}))
+    low, high = (run(system, time, **{"a.k": 4.0 + step})["b.x"] for step in (-1e-3, 1e-3))
+    column = subject.recorded.index("b.x")
+    assert response.slopes[:, column, 0] == pytest.approx((high - low) / 2e-3, abs=1e-6)
+    assert subject.rates(Stretch(0.0, time, {}, start, {})) == {"a.x": "a.v", "b.x": "b.v"}
+
+
+def test_a_system_that_is_stepped_is_refused(system):
+    with pytest.raises(StickslipError, match="'masses' are stepped one by one"):
+        calibrate(system.changed(solver="jacobi"), {"time": [0.0], "a.x": [1.0]}, free=["a.k"])
+
+
+def test_a_parameter_of_no_unit_is_refused(system):
+    time = np.linspace(0, 10, 201)
+    with pytest.raises(StickslipError, match=r"'masses' has no parameter 'a\.kk'"):
+        calibrate(system, {"time": time, "a.x": np.cos(time)}, free=["a.kk"])

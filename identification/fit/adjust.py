@@ -15,6 +15,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, FrictionProblem, Options
+from identification.free_friction.curve import free_explains
 from identification.inference.adjustment import (
     UNKNOWN,
     Contradiction,
@@ -122,7 +123,8 @@ def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool) -> Ad
             clash = contradiction(names, at, readings, pulled)
             if clash is None:
                 break
-            if slips and _lengths(clash) and not _explained(first, clash, options):
+            # a law of the wrong form asks for wrong radii, and a friction that is free of any does not
+            if slips and _lengths(clash) and (free_explains(first) or not _explained(first, clash, options)):
                 return _adjusted(ready, first, options, slips=False)
             _check_lengths(clash, stated, alone=len(ready.contacts) == 1)
             conflicts = [conflict for conflict in conflicts if conflict.names != clash.names]

@@ -20,7 +20,7 @@ from identification.fit.law_spread import MODES, causes_beside_law, contest, wit
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
-from identification.free_friction.curve import free_friction
+from identification.free_friction.curve import free_explains, free_friction
 from identification.free_friction.result import FreeFriction
 from identification.inference.choice import Inference
 from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
@@ -209,7 +209,8 @@ class _Work:
         if plain.interrupted:
             return plain
         causes = ()
-        if failed is not None or named or asks_for_causes(plain):
+        # what a friction free of any law explains is no disturbance, but a law of the wrong form
+        if failed is not None or named or (asks_for_causes(plain) and not free_explains(bare.estimate)):
             report, workers = self.stages.of("causes"), self.options.workers
             # what constants that are off leave over looks like a disturbance
             ready = self.ready.with_constants({prior.name: prior.value for prior in bare.estimate.problem.held})

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
+from identification.estimators.base import Estimate
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import MODES, STARTS, Guess, Rows, Slips
@@ -68,6 +70,18 @@ def free_friction(problem: ShootingProblem, x: np.ndarray) -> FreeFriction | Non
     for width in [width for width in reversed(TAUS[:-1]) if tau <= width]:
         guess = _searched(slips, prior, guess, width)
     return _curve(slips, prior, guess, tau)
+
+
+def free_explains(estimate: Estimate) -> bool:
+    """Whether friction that is free of any law leaves nothing but noise of the slips of an estimate by shooting, with
+    the constants as they are stated: then only the form of its law can be wrong."""
+    if not isinstance(estimate.problem, ShootingProblem):
+        return False
+    try:
+        curve = free_friction(estimate.problem, estimate.solution.values)
+    except StickslipError:
+        return False
+    return curve is not None and curve.explains
 
 
 def _slip_speeds(ready: Pool, segment: SlipSegment) -> np.ndarray:

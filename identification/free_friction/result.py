@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import pandas
 
 
+NOISE = 1.1  # misfit up to which residuals are noise: what is known of that of a sensor
+
+
 @dataclass(frozen=True)
 class Departure:
     """Where a law leaves the band of the curve: from and to, m/s, and its greatest distance there, relative."""
@@ -58,6 +61,11 @@ class FreeFriction(Shown):
     def frame(self) -> pandas.DataFrame:
         """A row for each speed: coefficient and its deviations."""
         return frame_of(self)
+
+    @property
+    def explains(self) -> bool:
+        """Whether the curve leaves nothing but noise of the slips."""
+        return self.unexplained == 0.0 and self.misfit < NOISE
 
     def at(self, speed: np.ndarray) -> np.ndarray:
         """Friction coefficient at slip speeds (n,), m/s, straight between those of the curve."""

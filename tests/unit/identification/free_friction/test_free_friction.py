@@ -28,8 +28,8 @@ def waved(speed: np.ndarray) -> np.ndarray:
     return 0.36 + 0.25 / (1 + 14 * speed) - 0.03 * np.exp(-((speed / 0.06) ** 2)) + 0.15 * speed
 
 
-def fitted(bench: Bench, seed: int) -> FrictionFit:
-    return fit_friction(foreign_logs(bench, seed, SPEEDS), law_spread="none", disturbances="none")
+def fitted(bench: Bench, seed: int, disturbances: str = "none") -> FrictionFit:
+    return fit_friction(foreign_logs(bench, seed, SPEEDS), law_spread="none", disturbances=disturbances)
 
 
 def scalar(law: Law) -> Callable[[float], float]:
@@ -56,15 +56,25 @@ def test_the_curve_is_the_truth_within_its_bands(plain: FrictionFit) -> None:
 
 def test_a_law_of_another_form_is_seen_to_depart(plain: FrictionFit) -> None:
     assert plain.free is not None
-    departures = plain.free.departures(fitted_law(plain, "disc0"))
-    assert departures and max(abs(one.share) for one in departures) > 2e-3
-    assert "The law departs from its form: by" in plain.free.words(fitted_law(plain, "disc0"))
+
+    def without_bump(speed: np.ndarray) -> np.ndarray:
+        return 0.36 + 0.25 / (1 + 14 * speed) + 0.15 * speed
+
+    departures = plain.free.departures(without_bump)
+    assert departures and max(abs(one.share) for one in departures) > 5e-3
+    assert "The law departs from its form: by" in plain.free.words(without_bump)
+
+
+def test_a_law_of_another_form_is_no_disturbance_and_no_wrong_radius() -> None:
+    """The Conti law asks for R = .128 m on these logs, or for wear; friction free of any law for neither."""
+    sought = fitted(with_drawn_constants(Bench(scalar(waved)), np.random.default_rng(3)), 3, "auto")
+    assert sought.causes == () and sought.free is not None and sought.free.explains
 
 
 def test_it_does_not_hang_on_the_law_that_it_began_from(plain: FrictionFit) -> None:
     solved = plain.solved
     assert solved is not None and isinstance(solved.problem, ShootingProblem) and plain.free is not None
-    other = free_friction(solved.problem, solved.solution.values * [1.03, 0.97, 1.2])
+    other = free_friction(solved.problem, solved.solution.values * [1.03, 0.97, 1.2, 1.0, 1.0])
     assert other is not None
     np.testing.assert_allclose(other.coefficient, plain.free.coefficient, atol=0.1 * min(plain.free.form_deviation))
 
@@ -76,12 +86,13 @@ def test_derivatives_are_those_of_the_residuals(plain: FrictionFit) -> None:
     names = (*(prior.name for prior in problem.ready.priors), "gain", "delay")
     slips = Slips(problem.ready, problem.segments[:4], SpeedSpline(0.13), (), names)
     starts = np.array([start.at(solved.solution.values) for start in problem.starts[:4]])
-    guess = Guess(slips.spline.basis(np.linspace(0, 0.13, COEFFICIENTS)) @ np.linspace(0.6, 0.4, COEFFICIENTS), starts,
-                  np.full((4, MODES), 1e-3))  # fmt: skip
+    grid = np.linspace(0, slips.spline.greatest, 99)
+    coefficients = np.linalg.lstsq(slips.spline.basis(grid), waved(grid), rcond=None)[0]
+    guess = Guess(coefficients, starts, np.full((4, MODES), 1e-3))
     rows = slips.rows(guess)
     size = COEFFICIENTS + len(names)
     for place in range(size):
-        step = np.eye(size)[place] * (1e-5 if place < size - 1 else 1e-6)
+        step = np.eye(size)[place] * (1e-4 if place < size - 1 else 1e-5)
         ahead, behind = (slips.rows(guess.moved(sign * step, np.zeros((4, STARTS + MODES)), names)) for sign in (1, -1))
         for row, after, before in zip(rows, ahead, behind, strict=True):
             expected = (after.residual - before.residual) / (2 * step[place])
@@ -92,7 +103,7 @@ def test_derivatives_are_those_of_the_residuals(plain: FrictionFit) -> None:
         ahead, behind = (slips.rows(guess.moved(np.zeros(size), sign * step, names)) for sign in (1, -1))
         for row, after, before in zip(rows, ahead, behind, strict=True):
             expected = (after.residual - before.residual) / 2e-6
-            np.testing.assert_allclose(row.local[:, place], expected, atol=2e-3 * np.max(np.abs(expected)))
+            np.testing.assert_allclose(row.local[:, place], expected, atol=1e-2 * np.max(np.abs(expected)))
 
 
 def test_a_torque_that_no_term_explains_is_said() -> None:

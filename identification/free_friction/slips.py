@@ -23,6 +23,7 @@ from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.spline import SpeedSpline
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values
+from rig_io.sensors.motion import Motion
 
 STEPS = 160  # a natural period: an error of 1e-7 of the motion
 MODES = 4  # of what no term explains, in each slip
@@ -199,8 +200,8 @@ class Slips:
     def _shown(self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> Shown:
         """What the sensor would show (n,), its derivative by the angle, speeds (n,), derivatives by sensors' terms."""
         segment, shared = self.segments[number], guess.shared
-        at, share, step = self._between(number)
-        turned = _hermite(angle[number], speed[number], at, share, step)
+        at, share = self._between(number)
+        turned = Motion(self.time[number, ::2], angle[number], speed[number]).angle_at(segment.time)
         turning = (1 - share) * speed[number, at] + share * speed[number, at + 1]
         values = np.array([shared.get(term.name, 0.0) for term in self.terms])
         log = self.ready.motions[segment.log].time
@@ -221,7 +222,7 @@ class Slips:
     def _columns(self, number: int, responses: np.ndarray, seen: Shown) -> np.ndarray:
         """Derivatives (n, m) of what the sensor shows from responses of the angle (m, count + 1), the last of which are
         of names that may move the sensor too."""
-        at, share, _ = self._between(number)
+        at, share = self._between(number)
         shown, slope, turning, misreadings = seen
         columns = ((1 - share) * responses[:, at] + share * responses[:, at + 1]).T * slope[:, None]
         first = columns.shape[1] - len(self.names)
@@ -238,12 +239,12 @@ class Slips:
                 columns[:, place] += sensors[name]
         return columns
 
-    def _between(self, number: int) -> tuple[np.ndarray, np.ndarray, float]:
-        """Of a slip's samples: the step before each (n,), the share of the step that is gone, and its length, s."""
+    def _between(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of a slip's samples: the step before each (n,), and the share of the step that is gone."""
         step = float(self.lasts[number, 0]) / self.count
         place = (self.segments[number].time - self.segments[number].start_time) / step
         at = np.clip(place.astype(np.intp), 0, self.count - 1)
-        return at, place - at, step
+        return at, place - at
 
 
 def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -310,14 +311,3 @@ def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -
     for number in range(over.shape[1]):
         whole[:, number + 1] = over[:, number] @ whole[:, number]
     return whole
-
-
-def _hermite(value: np.ndarray, slope: np.ndarray, at: np.ndarray, share: np.ndarray, step: float) -> np.ndarray:
-    """Cubic between steps."""
-    left, right = (1 - share) ** 2, share**2
-    return (
-        (1 + 2 * share) * left * value[at]
-        + share * left * step * slope[at]
-        + (3 - 2 * share) * right * value[at + 1]
-        - (1 - share) * right * step * slope[at + 1]
-    )

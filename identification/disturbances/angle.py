@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.term import DisturbanceTerm, Effect
+from identification.disturbances.term import WIDTH, DisturbanceTerm, Effect
 from identification.measurement.pooled import Pool
 
 POWERS = (1, 2, 3)
 LEAST_SWING = 5e-3  # rad that the body turns in slip, the least that shows what its angle does
+USUAL_SWING = 0.1  # rad, either way
 SAME_SPEED = 0.05  # relative difference of drive speeds
 POWER = Effect(
     "angle",
@@ -20,6 +21,7 @@ POWER = Effect(
     lambda order: f"of power {order} of the angle",
     angular=True,
     limits=(-np.inf, np.inf),
+    width=lambda order: WIDTH / USUAL_SWING**order,
 )
 
 

@@ -28,7 +28,7 @@ def _curve(at: Any, order: int, functions: ModuleType) -> Any:
     return functions.cos((order - 2) * np.pi * (at.share + 0.5))
 
 
-CURVE = Effect("drift", _curve, sensor=LASER, limits=(-FURTHEST, FURTHEST))
+CURVE = Effect("drift", _curve, acts=LASER, limits=(-FURTHEST, FURTHEST), width=lambda order: 2e-3)
 
 
 def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:

@@ -1,14 +1,15 @@
-"""The rig with one disc whose normal force has the factors of disturbances, as an FMU."""
+"""The rig with one disc whose normal force, spring, damping and drive have the factors of disturbances, as an FMU."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from identification.disturbances.term import DisturbanceTerm
+from identification.disturbances.term import DAMPING, DRIVE, FRICTION, SPRING, DisturbanceTerm
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -41,8 +42,8 @@ def disturbed_oscillator(disc: str, law: str, terms: Sequence[DisturbanceTerm]) 
 class _Symbols:
     """Whereabouts as symbols; what no formula asks for is no variable of the oscillator."""
 
-    def __init__(self, angle: Any) -> None:
-        self._angle = angle
+    def __init__(self, angle: Any, speed: Any) -> None:
+        self._angle, self.speed = angle, speed
 
     @cached_property
     def turned(self) -> Any:
@@ -60,8 +61,13 @@ class _Symbols:
     def share(self) -> Any:
         from fmu_models.language.quantities import TIME, Parameter
 
-        middle = Parameter(MIDDLE, 0.0, "s", "middle of the log")
-        return (TIME - middle) / Parameter(DURATION, 1.0, "s", "duration of the log", positive=True)
+        return (TIME - Parameter(MIDDLE, 0.0, "s", "middle of the log")) / self.duration
+
+    @cached_property
+    def duration(self) -> Any:
+        from fmu_models.language.quantities import Parameter
+
+        return Parameter(DURATION, 1.0, "s", "duration of the log", positive=True)
 
     @cached_property
     def load(self) -> Any:
@@ -78,17 +84,27 @@ def _oscillator(name: str, disc: str, law: str, terms: Sequence[DisturbanceTerm]
     from fmu_models.language.laws.conti import Conti
     from fmu_models.language.quantities import Parameter
     from fmu_models.lowering.lower import lower
+    from fmu_models.oscillators import disc_rig
 
     rig = variant("disc_rig", [disc])
     (contact,), (theta,) = rig.contacts, rig.coordinates
     assert isinstance(contact, Friction) and isinstance(contact.law, Conti)
-    symbols, factors = _Symbols(theta), dict[str, Any]()
+    symbols, factors = _Symbols(theta, theta.v), defaultdict[str, dict[str, Any]](dict)
     for term in terms:
         effect, order = term.effect, term.order
         unit = effect.unit(order).replace("^", "")
         value = Parameter(term.parameter, term.first, unit, effect.meaning(order))
-        factor = effect.factor or effect.name
-        factors[factor] = factors.get(factor, sympy.Integer(1)) + value * effect.formula(symbols, order, sympy)
-    force = sympy.Mul(contact.law.N, *factors.values())
-    rig = replace(rig.with_law(**{disc: replace(contact.law, N=force)}), name=name)
-    return lower(variant(rig, laws={disc: law}))
+        sums, factor = factors[effect.acts], effect.factor or effect.name
+        sums[factor] = sums.get(factor, sympy.Integer(1)) + value * effect.formula(symbols, order, sympy)
+    friction, spring, damping, drive = (
+        sympy.Mul(*factors[acts].values()) for acts in (FRICTION, SPRING, DAMPING, DRIVE)
+    )
+    R, r = disc_rig.R, disc_rig.r
+    turning = r * next(one for one in contact.slip.free_symbols if str(one) == f"w{disc[-1]}")
+    more = disc_rig.k * theta * (1 - spring) + disc_rig.c * theta.v * (1 - damping)
+    driven = rig.with_law(**{disc: replace(contact.law, N=contact.law.N * friction)})
+    (rubbing,) = driven.contacts
+    rubbing = replace(rubbing, slip=turning * drive - R * theta.v) if drive != 1 else rubbing
+    applied = {theta: more} if more != 0 else {}
+    driven = replace(driven, name=name, applied=applied, contacts=[rubbing], outputs=())
+    return lower(variant(driven, laws={disc: law}))

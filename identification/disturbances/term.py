@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import reduce
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from identification.inference.problem import Prior, Unknown
 
-LARGEST = 0.9  # of a relative term: friction does not change its sign
+LARGEST = 0.9  # of a relative term: what it is a share of does not change its sign
+WIDTH = 0.03  # of a relative term, the deviation that a contest of explanations assumes beforehand
+FRICTION, SPRING, DAMPING, DRIVE = "friction", "spring", "damping", "drive"  # what has factors
 ANGLE, LASER = "angle", "laser"  # sensors that a disturbance may change
 SENSOR_UNITS = {ANGLE: "rad", LASER: "m"}
 
@@ -27,6 +29,8 @@ class Whereabouts:
         share: of the log that is gone, -1/2 to 1/2.
         log: number of the log.
         load: normal force by a load cell over its mean.
+        duration: of the log, s.
+        speed: of the body, rad/s.
     """
 
     turned: np.ndarray
@@ -34,6 +38,8 @@ class Whereabouts:
     share: np.ndarray
     log: np.ndarray
     load: np.ndarray
+    duration: np.ndarray
+    speed: np.ndarray
 
     @classmethod
     def joined(cls, pieces: Sequence[Whereabouts]) -> Whereabouts:
@@ -52,28 +58,38 @@ class Effect:
     Attributes:
         name: of its parameters in the disturbed oscillator, before their order.
         formula: (whereabouts, order, functions) -> what the term multiplies. ``functions`` is `numpy` for a column of
-            the regression and `sympy` for the oscillator of the shooting, with symbols as whereabouts. The formula of a
-            sensor has the ``share`` alone, and the laser's is over R.
+            the regression and `sympy` for the oscillator of the shooting, with symbols as whereabouts. What a laser
+            shows too much is over R.
         meaning: of the parameter of that order.
         factor: terms of one factor are added, and the factors multiplied; its name if left out.
-        sensor: that shows too much, `ANGLE` or `LASER`; friction changes if it is empty.
+        acts: on what: the factor of friction, spring, damping or speed of the drive (`FRICTION`, `SPRING`, `DAMPING`,
+            `DRIVE`), or what a sensor shows too much (`ANGLE`, `LASER`).
         angular: whether the unit is 1/rad to the power of the order.
+        measure: the unit where it is another.
         limits: of the search.
+        width: of the parameter of an order, the deviation that a contest of explanations assumes beforehand.
     """
 
     name: str
     formula: Callable[[Any, int, ModuleType], Any]
     meaning: Callable[[int], str] = lambda order: ""
     factor: str = ""
-    sensor: str = ""
+    acts: str = FRICTION
     angular: bool = False
+    measure: str = ""
     limits: tuple[float, float] = (-LARGEST, LARGEST)
+    width: Callable[[int], float] = lambda order: WIDTH
+
+    @property
+    def sensor(self) -> str:
+        """The sensor that shows too much; empty if there is none."""
+        return self.acts if self.acts in SENSOR_UNITS else ""
 
     def unit(self, order: int) -> str:
         """The unit of the parameter of an order."""
         if self.angular:
             return "1/rad" if order == 1 else f"1/rad^{order}"
-        return "rad" if self.sensor == ANGLE else "1"
+        return self.measure or ("rad" if self.sensor == ANGLE else "1")
 
 
 @dataclass(frozen=True)
@@ -99,22 +115,22 @@ class DisturbanceTerm:
 
     def shape(self, where: Whereabouts) -> np.ndarray:
         """The shape that the term's value multiplies."""
+        value = self.effect.formula(replace(where, angle=where.angle - self.reference), self.order, np)
         if self.effect.sensor == ANGLE:
-            value = np.ones_like(where.angle) * self.curve(where.share)
+            value = np.ones_like(where.angle) * value
         elif self.effect.sensor == LASER:
-            value = self.curve(where.share) / np.cos(where.angle)
-        else:
-            value = self.effect.formula(replace(where, angle=where.angle - self.reference), self.order, np)
+            value = value / np.cos(where.angle)
         return value if self.log is None else value * (where.log == self.log)
-
-    def curve(self, share: np.ndarray) -> np.ndarray:
-        """What a sensor shows too much, the laser over R, for a value of 1. share: (n,) of the log, from -1/2."""
-        return self.effect.formula(SimpleNamespace(share=share), self.order, np)
 
     @property
     def of_sensor(self) -> bool:
         """Whether it changes what a sensor shows, and not friction."""
         return bool(self.effect.sensor)
+
+    @property
+    def by_inverse_dynamics(self) -> bool:
+        """Whether inverse dynamics can show it: it changes friction or a sensor, and not the motion itself."""
+        return self.of_sensor or self.effect.acts == FRICTION
 
     @property
     def first(self) -> float:
@@ -133,16 +149,22 @@ class DisturbanceTerm:
 
 
 def disturbed(
-    terms: Sequence[DisturbanceTerm], x: np.ndarray, where: Whereabouts
+    terms: Sequence[DisturbanceTerm], x: np.ndarray, where: Whereabouts, acts: str = FRICTION
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Factor of the friction where it acted, and its derivative by each term. x: (m,) values."""
-    shapes = [np.zeros(1) if term.of_sensor else term.shape(where) for term in terms]
+    """Factor of the friction, or of what else terms act on, where it acted, and its derivative by each term. x: (m,)
+    values."""
+    mine = [term.effect.acts == acts for term in terms]
+    shapes = [term.shape(where) if acting else np.zeros(1) for term, acting in zip(terms, mine, strict=True)]
     factors = [term.effect.factor or term.effect.name for term in terms]
     sums: dict[str, np.ndarray] = {}
-    for value, shape, factor in zip(x, shapes, factors, strict=True):
-        sums[factor] = sums.get(factor, np.ones(1)) + value * shape
+    for value, shape, factor, acting in zip(x, shapes, factors, mine, strict=True):
+        if acting:
+            sums[factor] = sums.get(factor, np.ones(1)) + value * shape
     products = {factor: _product([sums[name] for name in sums if name != factor]) for factor in sums}
-    slopes = [shape * products[factor] for shape, factor in zip(shapes, factors, strict=True)]
+    slopes = [
+        shape * products[factor] if acting else shape
+        for shape, factor, acting in zip(shapes, factors, mine, strict=True)
+    ]
     return _product(list(sums.values())), slopes
 
 

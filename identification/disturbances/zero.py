@@ -10,7 +10,13 @@ from identification.disturbances.term import ANGLE, DisturbanceTerm, Effect
 from identification.measurement.pooled import Pool
 
 FURTHEST = 0.1  # rad, of what a sensor shows too much
-ZERO = Effect("zero", lambda at, order, functions: np.ones_like(at.share), sensor=ANGLE, limits=(-FURTHEST, FURTHEST))
+ZERO = Effect(
+    "zero",
+    lambda at, order, functions: np.ones_like(at.share),
+    acts=ANGLE,
+    limits=(-FURTHEST, FURTHEST),
+    width=lambda order: 0.01,
+)
 
 
 def _hidden(ready: Pool) -> str:

@@ -114,7 +114,7 @@ class Regression:
         assert self.where is not None
         nodes = np.arange((len(self.average) // 2) % every, len(self.average), every)
         average = self.average[nodes] / self.average[nodes].sum()
-        thin = {name: getattr(self.where, name)[:, nodes] for name in ("turned", "angle", "load")}
+        thin = {name: getattr(self.where, name)[:, nodes] for name in ("turned", "angle", "load", "speed")}
         return replace(self, slip=self.slip[:, nodes], average=average, where=replace(self.where, **thin))
 
     def whitened(self, values: np.ndarray) -> np.ndarray:
@@ -272,10 +272,19 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
     places = []
     for segment, log in zip(segments, logs, strict=True):
         inside, time = slice(segment.first, segment.last), segment.motion.time
-        share = (time[inside] - time[0]) / (time[-1] - time[0]) - 0.5
-        load = load_factor(segment.motion, force)[inside]
+        lasts = time[-1] - time[0]
+        share = (time[inside] - time[0]) / lasts - 0.5
+        same, load = np.ones(len(share)), load_factor(segment.motion, force)[inside]
         places.append(
-            Whereabouts(turned[id(segment.motion)][inside], segment.angle, share, np.full(len(share), log), load)
+            Whereabouts(
+                turned[id(segment.motion)][inside],
+                segment.angle,
+                share,
+                log * same,
+                load,
+                lasts * same,
+                np.gradient(segment.angle, segment.motion.step),
+            )
         )
     return places
 

@@ -53,7 +53,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """
     first = first_values(ready, law, options)
     try:
-        problem, solution = shoot(ready, law, first.solution.values, options)
+        problem, solution = shoot(ready, law, _carried(first, law, options), options)
     except KeyboardInterrupt:
         return replace(first, warnings=(f"Interrupted: this is the result of the {first.estimator.name} estimator.",))
     except Unmodelled as error:
@@ -67,12 +67,24 @@ class Unmodelled(StickslipError):
 
 def first_values(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """The weak form's solution, or that of Savitzky-Golay derivatives where slips are too short for it."""
+    seen = tuple(term for term in options.disturbances if term.by_inverse_dynamics)
+    options = replace(options, disturbances=seen)
     try:
         return weak_form.estimate(ready, law, options)
     except StickslipError:
         if isinstance(law, JointLaw):
             raise
         return savitzky_golay.estimate(ready, law, options)
+
+
+def _carried(first: Estimate, law: FittableLaw, options: Options) -> np.ndarray:
+    """First values (m,) of the law and of all disturbances, from those that inverse dynamics can show."""
+    if not options.disturbances:
+        return first.solution.values
+    names = [unknown.name for unknown in first.problem.unknowns]
+    values = dict(zip(names, first.solution.values, strict=True))
+    terms = [values.get(term.name, term.first) for term in options.disturbances]
+    return np.concatenate([first.solution.values[: len(law.parameters)], terms])
 
 
 def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tuple[ShootingProblem, Solution]:

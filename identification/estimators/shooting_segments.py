@@ -25,7 +25,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
 from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, TURNED
-from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, disturbed, misread
+from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, Whereabouts, disturbed, misread
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import STARTS, Moves, Runs, ShootingSegment, Start, chain, directions
@@ -43,6 +43,7 @@ LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
 SILENT = 0.5  # of the deviation, rms residuals below which say nothing where it is but assumed
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
+DIFFERENCE = 1e-6  # rad, rad/s: for derivatives of what a laser shows too much
 LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
 KEPT = 3  # evaluations: a search asks again for its last ones, and so does what follows it
 
@@ -334,9 +335,10 @@ class ShootingProblem(FrictionProblem):
         theta = theta + sum(values[name] for name in offsets)
         reading = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
-        drifts = {name: lever * curve for name, curve in self._drifts(segment).items()}
-        drift = sum((values[name] * curve for name, curve in drifts.items()), np.zeros(1))
-        by = slope[:, None] * motion.of("theta")
+        drift, (by_angle, by_speed), drifts = self._drift(segment, values, theta, omega)
+        by = (slope + lever * by_angle)[:, None] * motion.of("theta")
+        if np.any(by_speed):
+            by = by + (lever * by_speed)[:, None] * motion.of("omega")
         inner = len(motion.by) - len(STARTS)
         across = chain(self.law, values, names, motion.by[:inner], self.contacts(segment), self.moved(segment, values))
         columns = by[:, :inner] @ across
@@ -350,7 +352,7 @@ class ShootingProblem(FrictionProblem):
             elif name == "zero":
                 columns[:, column] += 1.0
             elif name in drifts:
-                columns[:, column] += drifts[name]
+                columns[:, column] += lever * drifts[name]
             elif name in offsets:
                 columns[:, column] += slope
             elif segment.lines is not None and name.startswith(LINE):
@@ -361,14 +363,28 @@ class ShootingProblem(FrictionProblem):
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
         if segment.lines is not None:
             reading = reading + np.array([values[f"{LINE}{line}"] for line in segment.lines])
-        return reading + drift + values["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
+        return reading + lever * drift + values["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
-    def _drifts(self, segment: ShootingSegment) -> dict[str, np.ndarray]:
-        """What the laser shows too much, over R, for a value of 1 of each term of its drift in a segment (n,)."""
+    def _drift(
+        self, segment: ShootingSegment, values: Mapping[str, float], theta: np.ndarray, omega: np.ndarray
+    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], dict[str, np.ndarray]]:
+        """What the laser shows too much, over R (n,), its derivatives by angle and speed, and by each term."""
+        terms = [term for term in self.terms if term.effect.sensor == LASER]
+        x = np.array([values[term.name] for term in terms])
+        if not terms:
+            return np.zeros(1), (np.zeros(1), np.zeros(1)), {}
         log = self.ready.motions[segment.log].time
         share = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
-        return {
-            term.name: term.curve(share)
-            for term in self.terms
-            if term.effect.sensor == LASER and term.log in (None, segment.log)
-        }
+        one = np.ones(len(share))
+        where = Whereabouts(0 * one, theta, share, segment.log * one, one, (log[-1] - log[0]) * one, omega)
+
+        def curves(angle: float, speed: float) -> list[np.ndarray]:
+            at = replace(where, angle=theta + angle, speed=omega + speed)
+            return [np.cos(at.angle) * shape for shape in misread(terms, x, at)[1]]
+
+        slopes = [
+            x @ (np.array(curves(*ahead)) - np.array(curves(*(-np.array(ahead))))) / (2 * DIFFERENCE)
+            for ahead in ((DIFFERENCE, 0.0), (0.0, DIFFERENCE))
+        ]
+        drifts = curves(0.0, 0.0)
+        return x @ np.array(drifts), (slopes[0], slopes[1]), dict(zip([t.name for t in terms], drifts, strict=True))

@@ -95,6 +95,8 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
                 where.share[middle],
                 where.log[middle],
                 windows(where.load, count, stride).copy(),
+                where.duration[middle],
+                windows(speed, count, stride).copy(),
             )
         )
     cluster = np.concatenate(clusters)

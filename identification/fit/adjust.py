@@ -15,7 +15,6 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, FrictionProblem, Options
-from identification.free_friction.curve import free_explains
 from identification.inference.adjustment import (
     UNKNOWN,
     Contradiction,
@@ -77,8 +76,9 @@ def as_stated(estimate: Estimate) -> Adjusted:
     return Adjusted(estimate, np.diag([(prior.standard_uncertainty / prior.value) ** 2 for prior in priors]), priors)
 
 
-def adjust(ready: Pool, first: Estimate, options: Options) -> Adjusted:
-    """The same fit with adjusted constants.
+def adjust(ready: Pool, first: Estimate, options: Options, radii_hold: bool = False) -> Adjusted:
+    """The same fit with adjusted constants. radii_hold: slips without a law do not ask for other radii (`contest`), so
+    that those which a law asks for are its own error.
 
     Raises:
         ContradictedRadii: R or r contradicts the logs (R only where an encoder shows the laser's gain).
@@ -86,11 +86,13 @@ def adjust(ready: Pool, first: Estimate, options: Options) -> Adjusted:
     try:
         # what a parameter of the law that is held misses would pass for constants that are off
         fixed = set(first.law.names) & set(first.solution.fixed)
-        result = _adjusted(ready, first, options, slips=not fixed and first.problem.tested(first.solution))
+        result = _adjusted(
+            ready, first, options, slips=not fixed and first.problem.tested(first.solution), hold=radii_hold
+        )
         missed = _missed(result.estimate)
         # micro-slip too shows in slips, far less than constants that are off
         if missed > WRONG and missed > 0.5 * _missed(first):
-            result = _adjusted(ready, first, options, slips=False)
+            result = _adjusted(ready, first, options, slips=False, hold=radii_hold)
     except KeyboardInterrupt:
         warning = "Interrupted: the rig constants are as stated, not adjusted to the logs."
         return as_stated(replace(first, warnings=(*first.warnings, warning)))
@@ -107,7 +109,7 @@ def _missed(estimate: Estimate) -> float:
     return max([abs(speed.deviations) for speed in white.speeds] + course, default=0.0)
 
 
-def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool) -> Adjusted:
+def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool, hold: bool) -> Adjusted:
     problem, x, stated = first.problem, first.solution.values, first.problem.held
     names = [prior.name for prior in stated]
     readings = (*(_reading(prior) for prior in stated), *(r for r in ready.readings if set(r.powers) <= set(names)))
@@ -123,9 +125,8 @@ def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool) -> Ad
             clash = contradiction(names, at, readings, pulled)
             if clash is None:
                 break
-            # a law of the wrong form asks for wrong radii, and a friction that is free of any does not
-            if slips and _lengths(clash) and (free_explains(first) or not _explained(first, clash, options)):
-                return _adjusted(ready, first, options, slips=False)
+            if slips and _lengths(clash) and (hold or not _explained(first, clash, options)):
+                return _adjusted(ready, first, options, slips=False, hold=hold)
             _check_lengths(clash, stated, alone=len(ready.contacts) == 1)
             conflicts = [conflict for conflict in conflicts if conflict.names != clash.names]
             conflicts.append(clash)
@@ -250,14 +251,18 @@ def _explained(first: Estimate, clash: Contradiction, options: Options) -> bool:
 def _check_lengths(clash: Contradiction, stated: Sequence[Prior], alone: bool) -> None:
     """R and r that contradict the logs are not widened: a wrong lever makes the law's form wrong too. alone: of one
     driving disc, whose disturbances can be estimated."""
-    off = _lengths(clash)
-    if not off:
-        return
-    values = {prior.name: prior.value for prior in stated}
+    if off := _lengths(clash):
+        raise contradicted(off, {prior.name: prior.value for prior in stated}, f"{clash.deviations:.3g}", alone)
+
+
+def contradicted(
+    off: Mapping[str, float], values: Mapping[str, float], deviations: str, alone: bool
+) -> ContradictedRadii:
+    """The refusal of radii that are off. off: what the logs ask for, m; values: as stated; alone: as above."""
     demands = " or ".join(f"{name} = {radius:.4g} m instead of {values[name]:.4g}" for name, radius in off.items())
-    raise ContradictedRadii(
+    return ContradictedRadii(
         f"The radii R = {values['R']:.4g} m and r = {values['r']:.4g} m contradict the logs by "
-        f"{clash.deviations:.3g} standard deviations: the motion asks for {demands}. Measure both again, and check the "
+        f"{deviations} standard deviations: the motion asks for {demands}. Measure both again, and check the "
         "calibration of the laser and of the encoders."
         + (
             " A disturbance of the bench may look the same, as wear does: --disturbances auto seeks one, "

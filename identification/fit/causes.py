@@ -31,6 +31,7 @@ from identification.estimators import weak_form
 from identification.estimators.base import Options
 from identification.estimators.regression import RegressionProblem
 from identification.fit.parts import Cause
+from identification.free_friction.contest import Verdict
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import AUTO, NONE
 from identification.inference.problem import Solution, determines, information, prior_precision, solve
@@ -227,6 +228,27 @@ def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[DisturbanceTerm, 
     return terms_of(ready, [cause.name for cause in causes], {cause.name: cause.size for cause in causes})
 
 
+def causes_of(verdict: Verdict, ready: Pool) -> tuple[Cause, ...]:
+    """What slips show without a law, in words."""
+    return tuple(
+        Cause(
+            one.name,
+            _words(one.name, one.terms, ready),
+            one.size,
+            one.unit,
+            one.gain,
+            float(np.exp(-one.gain / 2)),
+            one.alike,
+        )
+        for one in verdict.explanations
+    )
+
+
+def _words(name: str, terms: Sequence[DisturbanceTerm], ready: Pool) -> str:
+    disturbance = ranked([name])[name]
+    return disturbance.words + disturbance.remark(ready, terms)
+
+
 def _cause(search: _Search, current: _Fit, name: str) -> Cause:
     others = tuple(cause for cause in current.causes if cause != name)
     gain, chance = search.judged(search.fit(others, current), current)
@@ -235,15 +257,14 @@ def _cause(search: _Search, current: _Fit, name: str) -> Cause:
     terms = tuple(term for term in current.problem.terms if term.cause == name)
     values = dict(zip([term.name for term in current.problem.terms], current.solution.values[count:], strict=True))
     mine = np.array([values[term.name] for term in terms])
-    sensor, disturbances = terms[0].effect.sensor, ranked([name])
+    sensor = terms[0].effect.sensor
     if sensor:
         misreading, _ = misread(terms, mine, where)
         size = (search.ready.values.R if sensor == LASER else 1.0) * float(np.max(np.abs(misreading)))
     else:
         factor, _ = disturbed(terms, mine, where)
         size = 0.5 * float(np.ptp(factor))
-    disturbance = disturbances[name]
-    words = disturbance.words + disturbance.remark(search.ready, terms)
+    words = _words(name, terms, search.ready)
     count = len(DISTURBANCES.names())
     return Cause(name, words, size, SENSOR_UNITS.get(sensor, "1"), float(gain), min(chance * count, 1.0))
 

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
 from identification.disturbances.term import DisturbanceTerm
-from identification.disturbances.terms import terms_of
+from identification.disturbances.terms import ranked, terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ShootingProblem
-from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
-from identification.fit.causes import WIDER, asked_for, explain_more, find_causes, terms_found
+from identification.fit.adjust import REFUSED, Adjusted, ContradictedRadii, adjust, as_stated, contradicted
+from identification.fit.causes import WIDER, asked_for, causes_of, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
-from identification.free_friction.curve import free_explains, free_friction
-from identification.free_friction.result import FreeFriction
+from identification.free_friction.contest import Verdict
+from identification.free_friction.contest import contest as contest_of_causes
+from identification.free_friction.curve import OFF
 from identification.inference.choice import Inference
 from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
 from identification.inference.lmfit_exchange import given
@@ -90,24 +93,13 @@ def fit_friction(
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
-        fit = work.contested(solved := work.without_causes(), work.concluded("end", solved))
+        fit = work.without_causes()
     else:
         named = asked_for(disturbances)
         terms_of(ready, named)  # names are judged before the work
         fit = work.with_causes(named)
     given_logs = [motion.log for motion in logs.motions] if isinstance(logs, Pool) else logs
-    return replace(fit, recorded=tuple(given_logs), free=_curve(fit))
-
-
-def _curve(fit: FrictionFit) -> FreeFriction | None:
-    """Friction free of any law on the slips of a fit, where they tell it."""
-    solved = fit.solved
-    if fit.interrupted or solved is None or not isinstance(solved.problem, ShootingProblem):
-        return None
-    try:
-        return free_friction(solved.problem, solved.solution.values)
-    except (StickslipError, KeyboardInterrupt):
-        return None
+    return replace(fit, recorded=tuple(given_logs))
 
 
 @dataclass(frozen=True)
@@ -122,23 +114,33 @@ class _Work:
     law_spread: str
     stages: Stages
 
-    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()) -> Adjusted:
+    def searched(self, stage: str, terms: tuple[DisturbanceTerm, ...], radii_hold: bool) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
-        estimate, options = self.estimated(stage, by=by, terms=terms)
-        return adjust(self.ready, estimate, options)
+        estimate, options = self.estimated(stage, terms=terms)
+        return adjust(self.ready, estimate, options, radii_hold)
 
-    def without_causes(self) -> Adjusted:
-        """The solution without disturbances; with constants as stated where a disturbance takes them off.
+    def judged(self, estimate: Estimate, named: Sequence[str] | None = None) -> Verdict | None:
+        """What the slips say without a law, under what is named or what they show; None where they cannot tell."""
+        if not isinstance(estimate.problem, ShootingProblem):
+            return None
+        try:
+            return contest_of_causes(estimate.problem, estimate.solution.values, named)
+        except (StickslipError, KeyboardInterrupt):
+            return None
+
+    def without_causes(self) -> FrictionFit:
+        """The fit without disturbances; with constants as stated where a disturbance takes them off.
 
         Raises:
             ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
         """
         first, options = self.estimated("search")
+        verdict = self.judged(first, ())
         try:
-            return adjust(self.ready, first, options)
+            solved = adjust(self.ready, first, options, verdict is not None and verdict.curve.explains)
         except ContradictedRadii as error:
-            causes = find_causes(self.ready, self.law, workers=self.options.workers) if self.ready.seen_well else ()
-            if not causes or not explain_more(self.ready, self.law, causes, error.radii):
+            causes = self.causes_in_place_of(error, first)
+            if not causes:
                 raise
             radii = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
             warning = (
@@ -146,7 +148,16 @@ class _Work:
                 f"logs better ({' and '.join(cause.name for cause in causes)}): the rig constants are as stated. "
                 "Estimate it: --disturbances auto."
             )
-            return as_stated(replace(first, warnings=(*first.warnings, warning)))
+            solved = as_stated(replace(first, warnings=(*first.warnings, warning)))
+        return self.contested(solved, self.concluded("end", solved, verdict=verdict))
+
+    def causes_in_place_of(self, error: ContradictedRadii, first: Estimate) -> tuple[Cause, ...]:
+        """Disturbances that explain the logs better than radii that a law asks for."""
+        verdict = self.judged(first)
+        if verdict is not None:
+            return () if _radii(verdict, self.ready) else causes_of(verdict, self.ready)
+        causes = find_causes(self.ready, self.law, workers=self.options.workers) if self.ready.seen_well else ()
+        return causes if causes and explain_more(self.ready, self.law, causes, error.radii) else ()
 
     def estimated(
         self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()
@@ -160,9 +171,19 @@ class _Work:
         report(1.0)
         return estimate, options
 
-    def concluded(self, stage: str, solved: Adjusted, rule: Inference | None = None, wider: float = 1.0) -> FrictionFit:
-        """What a solution says; after an interrupt by the jackknife, which takes no time."""
-        rule = rule or self.inference
+    def concluded(
+        self,
+        stage: str,
+        solved: Adjusted,
+        rule: Inference | None = None,
+        wider: float = 1.0,
+        verdict: Verdict | None = None,
+    ) -> FrictionFit:
+        """What a solution says; after an interrupt by the jackknife, which takes no time. verdict: on its slips."""
+        fit = self._concluded(stage, solved, rule or self.inference, wider)
+        return fit if verdict is None else replace(fit, free=verdict.curve)
+
+    def _concluded(self, stage: str, solved: Adjusted, rule: Inference, wider: float) -> FrictionFit:
         try:
             return conclude(self.ready, solved, rule, progress=self.stages.of(stage), wider=wider)
         except KeyboardInterrupt:
@@ -184,33 +205,56 @@ class _Work:
         better = result.fitted[result.law]
         if better.solution is not solved.estimate.solution:
             estimate = replace(solved.estimate, problem=better.problem, solution=better.solution)
-            fit = self.concluded("end", replace(solved, estimate=estimate), wider=wider)
+            fit = replace(self.concluded("end", replace(solved, estimate=estimate), wider=wider), free=fit.free)
         return with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
-        """The fit with the disturbances that are named, or that its residuals ask for."""
-        failed, radii = None, {}
+        """The fit with the disturbances that are named, or that its slips show."""
         try:
             first, options = self.estimated("search")
-            try:
-                bare = adjust(self.ready, first, options)
-            except ContradictedRadii as error:
-                if len(self.ready.contacts) > 1:
-                    raise
-                # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
-                failed, bare, radii = error, as_stated(first), error.radii
-            plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
         except StickslipError as error:
-            # without a strong disturbance the model may not follow the logs at all; the weak form runs none
-            if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
+            return self._followed_by_no_law(error, named)
+        verdict = self.judged(first, named or None)
+        if verdict is None:
+            return self._by_residuals(first, options, named)
+        self.stages.of("causes")(1.0)
+        if radii := _radii(verdict, self.ready):
+            deviations = max(verdict.wrong[name][1] for name in radii)
+            values = {prior.name: prior.value for prior in self.ready.priors}
+            raise contradicted(radii, values, f"{deviations:.3g}", alone=True)
+        bare = adjust(self.ready, first, options, radii_hold=True)
+        causes = causes_of(verdict, self.ready)
+        if not causes:
+            return self.contested(bare, self.concluded("end", bare, verdict=verdict))
+        plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
+        return plain if plain.interrupted else self._with(causes, plain, verdict=verdict)
+
+    def _followed_by_no_law(self, error: StickslipError, named: tuple[str, ...]) -> FrictionFit:
+        """The fit where the model does not follow the logs without a strong disturbance; the weak form runs none."""
+        if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
+            raise error
+        bare = as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
+        return self._sought(bare, named, error, {})
+
+    def _by_residuals(self, first: Estimate, options: Options, named: tuple[str, ...]) -> FrictionFit:
+        """The fit with disturbances that the weak form shows, where slips cannot tell friction without a law."""
+        try:
+            return self._sought(adjust(self.ready, first, options), named, None, {})
+        except ContradictedRadii as error:
+            if len(self.ready.contacts) > 1:
                 raise
-            failed, bare = error, as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
-            plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
+            # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
+            return self._sought(as_stated(first), named, error, error.radii)
+
+    def _sought(
+        self, bare: Adjusted, named: tuple[str, ...], failed: StickslipError | None, radii: Mapping[str, float]
+    ) -> FrictionFit:
+        """failed: why the logs cannot be fitted without disturbances; radii: that they ask for."""
+        plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
         if plain.interrupted:
             return plain
         causes = ()
-        # what a friction free of any law explains is no disturbance, but a law of the wrong form
-        if failed is not None or named or (asks_for_causes(plain) and not free_explains(bare.estimate)):
+        if failed is not None or named or asks_for_causes(plain):
             report, workers = self.stages.of("causes"), self.options.workers
             # what constants that are off leave over looks like a disturbance
             ready = self.ready.with_constants({prior.name: prior.value for prior in bare.estimate.problem.held})
@@ -226,15 +270,43 @@ class _Work:
             raise failed
         if not causes:
             return self.contested(bare, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", bare))
+        return self._with(causes, plain, failed)
+
+    def _with(
+        self,
+        causes: tuple[Cause, ...],
+        plain: FrictionFit,
+        failed: StickslipError | None = None,
+        verdict: Verdict | None = None,
+    ) -> FrictionFit:
+        """The fit with these disturbances. plain: without."""
+        if unsettled := {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}:
+            return replace(self, ready=self.ready.loosened({name: OFF[name] for name in unsettled}))._added(
+                causes, plain, failed, verdict
+            )
+        return self._added(causes, plain, failed, verdict)
+
+    def _added(
+        self, causes: tuple[Cause, ...], plain: FrictionFit, failed: StickslipError | None, verdict: Verdict | None
+    ) -> FrictionFit:
         try:
-            second = self.searched("search again", terms=terms_found(self.ready, causes))
+            second = self.searched("search again", terms_found(self.ready, causes), verdict is not None)
         except KeyboardInterrupt:
             words = ", ".join(cause.name for cause in causes)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
-        fit = self.contested(second, self.concluded("end", second, wider=WIDER), WIDER)
+        fit = self.contested(second, self.concluded("end", second, wider=WIDER, verdict=verdict), WIDER)
         warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
         structure = (*fit.structure, *_assumed(causes))
         return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)
+
+
+def _radii(verdict: Verdict, ready: Pool) -> dict[str, float]:
+    """Radii that slips ask for, m, where one is off by more than its measurement can be."""
+    stated = {prior.name: prior.value for prior in ready.priors}
+    off = {name: off for name, (off, _) in verdict.wrong.items() if name in ("R", "r")}
+    if max(map(abs, off.values()), default=0.0) < REFUSED:
+        return {}
+    return {name: stated[name] * float(np.exp(share)) for name, share in off.items()}
 
 
 def stuck(rich: FrictionFit, nested: FrictionFit) -> tuple[str, ...]:

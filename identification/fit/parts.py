@@ -130,7 +130,8 @@ class SpeedBin:
 class Cause(Shown):
     """A disturbance that was found. size: greatest change of friction that it makes in the logs, either way, relative,
     or greatest error of the sensor, in ``unit`` (rad, m); gain: by which BIC falls with it, the others being there;
-    chance: probability of its F by chance, corrected."""
+    chance: probability of its F by chance, corrected; alike: other disturbances, or constants that are wrong, which
+    these logs do not tell from it."""
 
     name: str
     words: str
@@ -138,12 +139,16 @@ class Cause(Shown):
     unit: str
     gain: float
     chance: float
+    alike: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
         """What is said of it."""
         size = f"{100 * self.size:.2g} %" if self.unit == "1" else f"{1e3 * self.size:.2g} m{self.unit}"
-        return f"{self.name}: {self.words}, ± {size} (BIC {self.gain:.3g} better with it)."
+        text = f"{self.name}: {self.words}, ± {size} (BIC {self.gain:.3g} better with it)."
+        if self.alike:
+            text += f" These logs do not tell it from {' or '.join(self.alike)}."
+        return text
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,8 @@ def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) ->
         StickslipError: the logs cannot be fitted by the weak form.
     """
     before, fits = _last.get(ready, {}), dict[str, Rival]()
-    zeros = np.zeros(len(options.disturbances))
+    seen = tuple(term for term in options.disturbances if term.by_inverse_dynamics)
+    options, zeros = replace(options, disturbances=seen), np.zeros(len(seen))
     for name, law in laws.items():
         problem = weak_form.of_few_nodes(ready, law, options)
         last = before.get(name)

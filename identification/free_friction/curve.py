@@ -18,11 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
-from identification.estimators.base import Estimate
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.free_friction.result import FreeFriction
-from identification.free_friction.slips import MODES, STARTS, Guess, Rows, Slips
+from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Rows, Slips
 from identification.free_friction.spline import COEFFICIENTS, SCALE, SpeedSpline
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
@@ -30,58 +28,69 @@ from identification.measurement.pooled import Pool
 from identification.measurement.slip_segments import SlipSegment
 
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
+BETWEEN = 1e-3  # on the way to the likeliest one
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
 STEPS, CUTS, LITTLE = 10, 6, 0.02  # of a search: most steps, most cuts of one, gain of the sum of squares that ends it
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact, or of which nobody says
 LOOSE = 1e-3  # precision of the curve's level and slope beforehand
+OFF = {
+    "J": 0.04,
+    "k": 0.04,
+    "k/J": 0.04,
+    "c": 0.2,
+    "c/J": 0.2,
+    "R": 0.03,
+    "r": 0.03,
+    "gain": 0.01,
+}  # of constants that are wrong
 POINTS, DRAWS, SEED = 61, 2000, 0
 LEVEL = 0.95  # of the band of the whole curve
+SIGNED = 0.2  # share of the squares of unexplained torques from which on what goes with them is said
 
 
-def free_friction(problem: ShootingProblem, x: np.ndarray) -> FreeFriction | None:
-    """The curve of one driving disc on the slips of a fit by shooting; None where they cannot tell it.
+def tells_friction(problem: ShootingProblem) -> bool:
+    """Whether slips tell friction without a law: not of two discs, nor where friction hangs on the direction, by an
+    encoder alone, with drives whose speed was not recorded, or with a sensor whose noise is not known."""
+    ready = problem.ready
+    return len(ready.contacts) == 1 and ready.seen_well and not problem.law.directed and problem.noise_known
 
-    They cannot of two discs, in both directions, by an encoder alone, with drives whose speed was not recorded, or with
-    a sensor whose noise is not known.
 
-    Args:
-        problem: the slips, and the disturbances that are estimated beside the curve.
-        x: (m,) where a law was found: the search begins there, and no trace of the law is left in the curve.
-
-    Raises:
-        StickslipError: as in `ShootingProblem.run`.
-    """
-    ready, law = problem.ready, problem.law
-    if len(ready.contacts) != 1 or not ready.seen_well or ready.slips_both_ways or not problem.noise_known:
-        return None
+def slips_of(problem: ShootingProblem) -> Slips:
+    """The slips of a fit by shooting, with the constants and terms of their problem."""
+    ready = problem.ready
     speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
     names = (*(prior.name for prior in ready.priors), "gain", "delay", *(term.name for term in problem.terms))
-    slips = Slips(ready, problem.segments, SpeedSpline(float(speeds.max())), problem.terms, names)
-    grid, count = np.linspace(0.0, slips.spline.greatest, 4 * POINTS), len(law.parameters)
-    guess = Guess(
+    return Slips(ready, problem.segments, SpeedSpline(float(speeds.max())), problem.terms, names)
+
+
+def first_guess(problem: ShootingProblem, slips: Slips, x: np.ndarray) -> Guess:
+    """Where a search begins: the law of a solution x (m,). No trace of it is left in the curve."""
+    law, count = problem.law, len(problem.law.parameters)
+    grid = np.linspace(0.0, slips.spline.greatest, 4 * POINTS)
+    return Guess(
         np.linalg.lstsq(slips.spline.basis(grid), law.value(grid, x[:count]), rcond=None)[0],
         np.array([start.at(x) for start in problem.starts]),
         np.zeros((len(problem.segments), MODES)),
         {term.name: float(value) for term, value in zip(problem.terms, x[count:], strict=False)},
     )
-    prior = _Prior.of(slips)
-    guess = _searched(slips, prior, guess, TAUS[-1])
-    tau = _likeliest(slips, prior, guess)
-    for width in [width for width in reversed(TAUS[:-1]) if tau <= width]:
-        guess = _searched(slips, prior, guess, width)
-    return _curve(slips, prior, guess, tau)
 
 
-def free_explains(estimate: Estimate) -> bool:
-    """Whether friction that is free of any law leaves nothing but noise of the slips of an estimate by shooting, with
-    the constants as they are stated: then only the form of its law can be wrong."""
-    if not isinstance(estimate.problem, ShootingProblem):
-        return False
-    try:
-        curve = free_friction(estimate.problem, estimate.solution.values)
-    except StickslipError:
-        return False
-    return curve is not None and curve.explains
+def settled(slips: Slips, guess: Guess) -> tuple[Guess, float]:
+    """The best guess, and the tau of greatest likelihood, the least where none is likelier by much.
+
+    Raises:
+        StickslipError: as in `ShootingProblem.run`.
+    """
+    known = Known.of(slips)
+    guess = _searched(slips, known, guess, TAUS[-1])
+    rows = slips.rows(guess)
+    values = guess.values(slips.names)
+    likelihood = [Gram.of(rows, guess, tau).least(known, values).likelihood for tau in TAUS]
+    best = int(np.argmax(likelihood))
+    tau = TAUS[best] if likelihood[best] > likelihood[0] + EXPLAINED else TAUS[0]
+    for width in [width for width in (BETWEEN, tau) if tau <= width]:
+        guess = _searched(slips, known, guess, width)
+    return guess, tau
 
 
 def _slip_speeds(ready: Pool, segment: SlipSegment) -> np.ndarray:
@@ -91,31 +100,43 @@ def _slip_speeds(ready: Pool, segment: SlipSegment) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Prior:
-    """What is known beforehand of what slips share. mean (m,), precision (m, m)."""
+class Known:
+    """What is known beforehand of what slips share. mean (m,), precision (m, m); told (m,): ln L that is gained where
+    a value need not be zero, by what others than the slips tell of it."""
 
     mean: np.ndarray
     precision: np.ndarray
+    told: np.ndarray
 
     @classmethod
-    def of(cls, slips: Slips) -> _Prior:
+    def of(cls, slips: Slips) -> Known:
         """Of spline, constants (relative), sensors and terms."""
         size = COEFFICIENTS + len(slips.names)
-        mean, precision = np.zeros(size), np.zeros((size, size))
+        mean, precision, told = np.zeros(size), np.zeros((size, size)), np.zeros(size)
         precision[:COEFFICIENTS, :COEFFICIENTS] = slips.spline.stiffness + LOOSE * np.eye(COEFFICIENTS)
-        stated = {prior.name: prior for prior in slips.ready.priors}
-        instruments = dict(zip(("gain", "delay"), np.sqrt(np.diag(slips.ready.sensors.covariance)), strict=True))
-        terms = {term.name: term.prior for term in slips.terms}
+        deviations = {prior.name: _relative(prior) for prior in slips.ready.priors}
+        instruments = np.sqrt(np.diag(slips.ready.sensors.covariance))
+        deviations |= {n: max(float(d), EXACT) for n, d in zip(("gain", "delay"), instruments, strict=True)}
+        deviations |= {name + WRONG: deviation for name, deviation in OFF.items()}
+        terms = {term.name: term for term in slips.terms}
         for place, name in enumerate(slips.names, COEFFICIENTS):
-            if name in stated:
-                deviation = _relative(stated[name])
-            elif name in instruments:
-                deviation = max(float(instruments[name]), EXACT)
-            else:
-                known = terms[name]
-                mean[place], deviation = (known.value, known.standard_uncertainty) if known else (0.0, 1.0)
-            precision[place, place] = deviation**-2
-        return cls(mean, precision)
+            if name in deviations:
+                precision[place, place] = deviations[name] ** -2
+                continue
+            prior, wide = terms[name].prior, terms[name].effect.width(terms[name].order) ** -2
+            sure = 0.0 if prior is None else prior.standard_uncertainty**-2
+            precision[place, place] = wide + sure
+            if prior is not None:
+                mean[place] = prior.value * sure / (wide + sure)
+                told[place] = 0.5 * (np.log(wide / (wide + sure)) + mean[place] ** 2 * (wide + sure))
+        return cls(mean, precision, told)
+
+    def without(self, columns: np.ndarray, sure: float) -> Known:
+        """With columns (k,) held at 0, to 1/``sure`` of what was known of them."""
+        mean, precision, told = self.mean.copy(), self.precision.copy(), self.told.copy()
+        mean[columns] = told[columns] = 0.0
+        precision[columns, columns] *= sure**2
+        return Known(mean, precision, told)
 
 
 def _relative(prior: Prior) -> float:
@@ -123,9 +144,9 @@ def _relative(prior: Prior) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _Normal:
-    """Normal equations where what is a slip's own is eliminated. hessian (m, m), gradient (m,) with what is known
-    beforehand; step (m,) and steps of slips (n_slips, STARTS + MODES) to the least sum; likelihood: ln L there."""
+class Least:
+    """The least sum of squares to second order. hessian (m, m); step (m,) to it, and steps of slips (n_slips, STARTS +
+    MODES); likelihood: ln L there."""
 
     hessian: np.ndarray
     step: np.ndarray
@@ -133,48 +154,69 @@ class _Normal:
     likelihood: float
 
 
-def _normal(slips: Slips, rows: Sequence[Rows], prior: _Prior, guess: Guess, tau: float) -> _Normal:
-    own = np.array([row.local.T @ row.local for row in rows])
-    across = np.array([row.local.T @ row.shared for row in rows])
-    down = np.array([row.local.T @ row.residual for row in rows])
-    whole = sum(row.shared.T @ row.shared for row in rows)
-    slope = sum(row.shared.T @ row.residual for row in rows)
-    squares = sum(float(row.residual @ row.residual) for row in rows)
-    precision = np.concatenate([np.full(STARTS, EXACT), np.full(MODES, tau**-2)])
-    down[:, STARTS:] += guess.unexplained / tau**2
-    kernel = own + np.diag(precision)
-    solved = np.linalg.solve(kernel, np.concatenate([across, down[..., None]], axis=-1))
-    values = guess.values(slips.names) - prior.mean
-    hessian = whole - np.einsum("nij,nik->jk", across, solved[..., :-1]) + prior.precision
-    gradient = slope - np.einsum("nij,ni->j", across, solved[..., -1]) + prior.precision @ values
-    scale = np.sqrt(np.diag(hessian))
-    step = -np.linalg.solve(hessian / np.outer(scale, scale), gradient / scale) / scale
-    least = (
-        squares
-        + float(np.sum(guess.unexplained**2)) / tau**2
-        - float(np.einsum("ni,ni->", down, solved[..., -1]))
-        + values @ prior.precision @ values
-        + gradient @ step
-    )
-    volume = float(np.sum(np.linalg.slogdet(kernel)[1])) - len(rows) * float(np.sum(np.log(precision)))
-    volume += float(np.linalg.slogdet(hessian)[1])
-    return _Normal(hessian, step, -(solved[..., :-1] @ step + solved[..., -1]), -0.5 * (least + volume))
+@dataclass(frozen=True, eq=False)
+class Gram:
+    """Normal equations of what slips share, for one tau, where what is a slip's own is eliminated; nothing that is
+    known of the shared is in them. matrix (m, m), slope (m,), squares and volume: of -2 ln L; solved (n_slips, STARTS +
+    MODES, m + 1): how what is a slip's own follows."""
+
+    matrix: np.ndarray
+    slope: np.ndarray
+    squares: float
+    volume: float
+    solved: np.ndarray
+
+    @classmethod
+    def of(cls, rows: Sequence[Rows], guess: Guess, tau: float) -> Gram:
+        """Of the residuals at a guess."""
+        own = np.array([row.local.T @ row.local for row in rows])
+        across = np.array([row.local.T @ row.shared for row in rows])
+        down = np.array([row.local.T @ row.residual for row in rows])
+        whole = sum(row.shared.T @ row.shared for row in rows)
+        slope = sum(row.shared.T @ row.residual for row in rows)
+        squares = sum(float(row.residual @ row.residual) for row in rows)
+        precision = np.concatenate([np.full(STARTS, EXACT), np.full(MODES, tau**-2)])
+        down[:, STARTS:] += guess.unexplained / tau**2
+        kernel = own + np.diag(precision)
+        solved = np.linalg.solve(kernel, np.concatenate([across, down[..., None]], axis=-1))
+        squares += float(np.sum(guess.unexplained**2)) / tau**2 - float(np.einsum("ni,ni->", down, solved[..., -1]))
+        volume = float(np.sum(np.linalg.slogdet(kernel)[1])) - len(rows) * float(np.sum(np.log(precision)))
+        matrix = whole - np.einsum("nij,nik->jk", across, solved[..., :-1])
+        return cls(matrix, slope - np.einsum("nij,ni->j", across, solved[..., -1]), squares, volume, solved)
+
+    def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None) -> Least:
+        """With what is known beforehand, at values (m,). columns: the only ones that may move."""
+        some = np.arange(len(values)) if columns is None else columns
+        off, precision = (values - known.mean)[some], known.precision[np.ix_(some, some)]
+        hessian = self.matrix[np.ix_(some, some)] + precision
+        gradient = self.slope[some] + precision @ off
+        scale = np.sqrt(np.diag(hessian))
+        scaled = hessian / np.outer(scale, scale)
+        step = np.zeros(len(values))
+        step[some] = -np.linalg.solve(scaled, gradient / scale) / scale
+        sum_of_squares = self.squares + off @ precision @ off + gradient @ step[some]
+        own = some[some >= COEFFICIENTS]
+        volume = float(np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(scale)))
+        volume -= float(np.sum(np.log(np.diag(known.precision)[own])))
+        local = -(self.solved[..., :-1] @ step + self.solved[..., -1])
+        told = float(np.sum(known.told[some]))
+        return Least(hessian, step, local, told - 0.5 * (sum_of_squares + self.volume + volume))
 
 
-def _searched(slips: Slips, prior: _Prior, guess: Guess, tau: float) -> Guess:
+def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
     """Steps of Gauss and Newton, each cut to a third while it makes the sum of squares greater."""
 
     def total(guess: Guess) -> float:
-        off = guess.values(slips.names) - prior.mean
+        off = guess.values(slips.names) - known.mean
         within = slips.squares(guess) + float(np.sum(guess.unexplained**2)) / tau**2
-        return within + float(off @ prior.precision @ off)
+        return within + float(off @ known.precision @ off)
 
     before = total(guess)
     for _ in range(STEPS):
-        normal = _normal(slips, slips.rows(guess), prior, guess, tau)
+        best = Gram.of(slips.rows(guess), guess, tau).least(known, guess.values(slips.names))
         for cut in range(CUTS):
             share = 3.0**-cut
-            other = guess.moved(share * normal.step, share * normal.local, slips.names)
+            other = guess.moved(share * best.step, share * best.local, slips.names)
             after = total(other)
             if after < before:
                 break
@@ -186,19 +228,15 @@ def _searched(slips: Slips, prior: _Prior, guess: Guess, tau: float) -> Guess:
     return guess
 
 
-def _likeliest(slips: Slips, prior: _Prior, guess: Guess) -> float:
-    """The tau of greatest likelihood, the least where none is likelier by much."""
+def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
+    """The curve of a guess that has settled, with its bands."""
     rows = slips.rows(guess)
-    likelihood = [_normal(slips, rows, prior, guess, tau).likelihood for tau in TAUS]
-    best = int(np.argmax(likelihood))
-    return TAUS[best] if likelihood[best] > likelihood[0] + EXPLAINED else TAUS[0]
-
-
-def _curve(slips: Slips, prior: _Prior, guess: Guess, tau: float) -> FreeFriction:
-    rows = slips.rows(guess)
-    hessian = _normal(slips, rows, prior, guess, tau).hessian
+    hessian = Gram.of(rows, guess, tau).least(Known.of(slips), guess.values(slips.names)).hessian
     constants = {one.name for one in slips.ready.priors}
-    form = [*range(COEFFICIENTS), *(n for n, name in enumerate(slips.names, COEFFICIENTS) if name not in constants)]
+    form = [
+        *range(COEFFICIENTS),
+        *(n for n, name in enumerate(slips.names, COEFFICIENTS) if name.removesuffix(WRONG) not in constants),
+    ]
     speed = SCALE * np.sinh(np.linspace(0.0, np.arcsinh(slips.spline.greatest / SCALE), POINTS))
     basis = slips.spline.basis(speed)
     inside = slice(None, COEFFICIENTS)
@@ -219,4 +257,26 @@ def _curve(slips: Slips, prior: _Prior, guess: Guess, tau: float) -> FreeFrictio
         least,
         0.0 if tau == TAUS[0] else tau,
         sum(float(row.residual @ row.residual) for row in rows) / count,
+        *(((), ()) if tau == TAUS[0] else _signature(slips, guess)),
     )
+
+
+def _signature(slips: Slips, guess: Guess) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """What goes with the torques that no term explains, and the share of their squares that does."""
+    torques, slip = guess.unexplained, np.arange(len(slips.segments))
+    phase, log = slips.where.turned[:, 0], slips.where.log[:, 0]
+    every = {
+        "is the same in every slip": np.ones((len(slip), 1)),
+        "goes with the log (its speed, its load)": (log[:, None] == np.unique(log)).astype(float),
+        "goes with time": np.stack([np.ones(len(slip)), slip, slips.where.share[:, 0]], axis=1),
+        "goes with the angle of the drive": np.stack(
+            [np.ones(len(slip)), np.cos(phase), np.sin(phase), np.cos(2 * phase), np.sin(2 * phase)], axis=1
+        ),
+    }
+    shares = {}
+    for words, columns in every.items():
+        left = torques - columns @ np.linalg.lstsq(columns, torques, rcond=None)[0]
+        spare = len(slip) / max(len(slip) - columns.shape[1], 1)
+        shares[words] = 1 - spare * float(np.sum(left**2) / np.sum(torques**2))
+    told = sorted((words for words in shares if shares[words] > SIGNED), key=lambda words: -shares[words])
+    return tuple(told), tuple(shares[words] for words in told)

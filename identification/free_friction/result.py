@@ -44,6 +44,8 @@ class FreeFriction(Shown):
         least: m/s, the least slip speed seen; the band opens below.
         unexplained: deviation of the friction coefficient, within slips, that no term explains.
         misfit: sum of squares over the count of samples, 1 where nothing but noise is left.
+        signature: what goes with the torque that no term explains.
+        shares: of its squares, for each of these.
     """
 
     speed: tuple[float, ...]
@@ -54,6 +56,8 @@ class FreeFriction(Shown):
     least: float
     unexplained: float
     misfit: float
+    signature: tuple[str, ...] = ()
+    shares: tuple[float, ...] = ()
 
     COLUMNS: ClassVar = ("[speed]=speed", "coefficient", "form_deviation", "deviation")
 
@@ -106,4 +110,8 @@ class FreeFriction(Shown):
                 f" In slips a torque acts that nothing in the model explains, of {self.unexplained:.1g} in units of "
                 "friction; the deviations allow for it as far as it varies from slip to slip."
             )
+            signs = [
+                f"{100 * share:.0f} % of it {words}" for words, share in zip(self.signature, self.shares, strict=True)
+            ]
+            text += f" Of its squares {', '.join(signs)}." if signs else ""
         return text

@@ -1,23 +1,32 @@
 """All slips of one driving disc at once: their motion under a free friction, and its derivatives.
 
-    theta'' = -(k/J) theta - (c/J) omega + (R N/J) (s mu(v) A + x(t)),    v = s (r w - R omega),
+    theta'' = -(k K/J) theta - (c C/J) omega + (R N/J) (s mu(v) A + x(t)),    v = s (r w W - R omega),
     x(t) = sum_n x_n cos(n pi t/T), n = 0 .. 3
 
-s is the direction of slip, A the factor of disturbances, w the speed of the drive, T how long the slip lasts. x is what
-no term explains, in units of the friction coefficient: being part of the torque, and not of the residual, it holds the
-motion near the record however wrong the model is. Slips run side by side by the Runge-Kutta method of fourth order;
-theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's fundamental matrix.
+s is the direction of slip, A, K, C, W the factors of disturbances, w the speed of the drive, T how long the slip lasts.
+x is what no term explains, in units of the friction coefficient: being part of the torque, and not of the residual, it
+holds the motion near the record however wrong the model is. Slips run side by side by the Runge-Kutta method of fourth
+order; theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's fundamental matrix.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from identification.disturbances.term import DisturbanceTerm, Whereabouts, disturbed, misread
+from identification.disturbances.term import (
+    DAMPING,
+    DRIVE,
+    FRICTION,
+    SPRING,
+    DisturbanceTerm,
+    Whereabouts,
+    disturbed,
+    misread,
+)
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.spline import SpeedSpline
@@ -29,6 +38,7 @@ STEPS = 160  # a natural period: an error of 1e-7 of the motion
 MODES = 4  # of what no term explains, in each slip
 STARTS = 2  # angle and speed, of each slip
 DIFFERENCE = 1e-6  # rad, rad/s
+WRONG = "*"  # after the name of a constant: how far it is off beyond its stated uncertainty
 
 Shown = tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]  # see `Slips._shown`
 
@@ -78,6 +88,15 @@ class Slips:
     spline: SpeedSpline
     terms: tuple[DisturbanceTerm, ...]
     names: tuple[str, ...]
+    _last: list[tuple[Guess, tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, init=False, repr=False)
+
+    def under(self, terms: Sequence[DisturbanceTerm], names: Sequence[str] = ()) -> Slips:
+        """The same slips under other terms, of which these are shared."""
+        other = replace(self, terms=tuple(terms), names=tuple(names))
+        other.__dict__.update(
+            {name: getattr(self, name) for name in ("lasts", "count", "sign", "time", "drive", "where")}
+        )
+        return other
 
     @cached_property
     def lasts(self) -> np.ndarray:
@@ -113,53 +132,95 @@ class Slips:
 
     @cached_property
     def where(self) -> Whereabouts:
-        """Where and when friction acts, but for the angle of the body (n_slips, 2 count + 1)."""
+        """Where and when forces act, but for angle and speed of the body (n_slips, 2 count + 1)."""
         motions = [self.ready.motions[segment.log] for segment in self.segments]
         turned, load, share = [], [], []
+        angles = {key: drive_angle(m, int(m.log.contacts[0][-1])) for key, m in {id(m): m for m in motions}.items()}
+        lasts = np.array([[motion.time[-1] - motion.time[0]] for motion in motions])
         for time, motion in zip(self.time, motions, strict=True):
-            disc = int(motion.log.contacts[0][-1])
-            turned.append(np.interp(time, motion.time, drive_angle(motion, disc)))
+            turned.append(np.interp(time, motion.time, angles[id(motion)]))
             load.append(np.interp(time, motion.time, load_factor(motion, self.ready.values.N)))
             share.append((time - motion.time[0]) / (motion.time[-1] - motion.time[0]) - 0.5)
-        log = np.array([[segment.log] for segment in self.segments]) + np.zeros((1, self.time.shape[1]))
-        return Whereabouts(np.array(turned), np.zeros(self.time.shape), np.array(share), log, np.array(load))
+        log, same = np.array([[segment.log] for segment in self.segments]), np.ones((1, self.time.shape[1]))
+        nothing = np.zeros(self.time.shape)
+        return Whereabouts(
+            np.array(turned), nothing, np.array(share), log * same, np.array(load), lasts * same, nothing
+        )
 
     def rig(self, guess: Guess) -> RigValues:
         """Constants of the rig at a guess."""
         stated = {prior.name: prior.value for prior in self.ready.priors}
-        return rig_values({name: value * np.exp(guess.shared.get(name, 0.0)) for name, value in stated.items()})
+        off = {name: guess.shared.get(name, 0.0) + guess.shared.get(name + WRONG, 0.0) for name in stated}
+        return rig_values({name: value * np.exp(off[name]) for name, value in stated.items()})
 
-    def factor(self, guess: Guess, angle: np.ndarray, place: int | slice) -> tuple[np.ndarray, list[np.ndarray]]:
-        """A of disturbances at angles of the body, and its derivative by each term."""
+    def factor(
+        self, guess: Guess, state: tuple[np.ndarray, np.ndarray], place: int | slice, acts: str
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """A, K, C or W of disturbances at angles and speeds of the body, and its derivative by each of `terms`."""
         values = np.array([guess.shared.get(term.name, 0.0) for term in self.terms])
-        return disturbed(self.terms, values, replace(self.where.map(lambda part: part[:, place]), angle=angle))
+        where = self.where.map(lambda part: part[:, place])
+        return disturbed(self.terms, values, replace(where, angle=state[0], speed=state[1]), acts)
 
-    def acceleration(
-        self, guess: Guess, rig: RigValues, pieces: np.ndarray, place: int | slice, state: tuple[np.ndarray, np.ndarray]
-    ) -> np.ndarray:
-        """theta'' of angles and speeds, each (n_slips,) or (n_slips, n)."""
-        angle, speed = state
-        sign = self.sign[:, 0] if isinstance(place, int) else self.sign
-        friction = sign * self.spline.value(pieces, sign * (rig.r * self.drive[:, place] - rig.R * speed))
-        if self.terms:
-            friction = friction * self.factor(guess, angle, place)[0]
-        torque = rig.R * rig.N * (friction + guess.unexplained @ self.modes[:, place])
-        return (torque - rig.k * angle - rig.c * speed) / rig.J
+    def forces(self, guess: Guess) -> Callable[[int | slice, tuple[np.ndarray, np.ndarray]], np.ndarray]:
+        """theta'' at a place in time, of angles and speeds, each (n_slips,) or (n_slips, n)."""
+        rig, pieces, unexplained = self.rig(guess), self.spline.pieces(guess.coefficients), guess.unexplained
+        timed, bodily = ({acts: self.under(terms) for acts, terms in some.items()} for some in self._terms)
+        still = {acts: slips.factor(guess, self._anywhere, slice(None), acts)[0] for acts, slips in timed.items()}
+
+        def factor(acts: str, place: int | slice, state: tuple[np.ndarray, np.ndarray]) -> np.ndarray | float:
+            held = still[acts][:, place] if acts in still else 1.0
+            return held * bodily[acts].factor(guess, state, place, acts)[0] if acts in bodily else held
+
+        def acceleration(place: int | slice, state: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+            angle, speed = state
+            sign = self.sign[:, 0] if isinstance(place, int) else self.sign
+            slip = sign * (rig.r * self.drive[:, place] * factor(DRIVE, place, state) - rig.R * speed)
+            friction = sign * self.spline.value(pieces, slip) * factor(FRICTION, place, state)
+            torque = rig.R * rig.N * (friction + unexplained @ self.modes[:, place])
+            spring, damping = rig.k * factor(SPRING, place, state), rig.c * factor(DAMPING, place, state)
+            return (torque - spring * angle - damping * speed) / rig.J
+
+        return acceleration
+
+    @cached_property
+    def _anywhere(self) -> tuple[np.ndarray, np.ndarray]:
+        """No angle and no speed: what hangs on either becomes no number."""
+        return (np.full(self.time.shape, np.nan),) * 2
+
+    @cached_property
+    def _terms(self) -> tuple[dict[str, list[DisturbanceTerm]], dict[str, list[DisturbanceTerm]]]:
+        """By what they act on, the terms whose factor time alone moves, and those whose factor the body does."""
+        where = self.where.map(lambda part: part[:1, :1])
+        nowhere = replace(where, angle=np.full((1, 1), np.nan), speed=np.full((1, 1), np.nan))
+        forces = [term for term in self.terms if not term.of_sensor]
+        named = {term.name: (term.effect.acts, term.effect.factor or term.effect.name) for term in forces}
+        bodily = {named[term.name] for term in forces if np.isnan(term.shape(nowhere)).any()}
+        split: tuple[dict[str, list[DisturbanceTerm]], dict[str, list[DisturbanceTerm]]] = ({}, {})
+        for term in forces:
+            split[named[term.name] in bodily].setdefault(term.effect.acts, []).append(term)
+        return split
 
     def run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
         """Angles and speeds (n_slips, count + 1), rad and rad/s."""
-        rig, pieces, step = self.rig(guess), self.spline.pieces(guess.coefficients), self.lasts[:, 0] / self.count
+        if self._last and self._last[0][0] is guess:
+            return self._last[0][1]
+        motion = self._run(guess)
+        self._last[:] = [(guess, motion)]
+        return motion
+
+    def _run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
+        acceleration, step = self.forces(guess), self.lasts[:, 0] / self.count
         motion = np.empty((2, len(self.segments), self.count + 1))
         angle, speed = motion[..., 0] = guess.starts.T
         for number in range(self.count):
             place = 2 * number
-            first = self.acceleration(guess, rig, pieces, place, (angle, speed))
+            first = acceleration(place, (angle, speed))
             speed2 = speed + 0.5 * step * first
-            second = self.acceleration(guess, rig, pieces, place + 1, (angle + 0.5 * step * speed, speed2))
+            second = acceleration(place + 1, (angle + 0.5 * step * speed, speed2))
             speed3 = speed + 0.5 * step * second
-            third = self.acceleration(guess, rig, pieces, place + 1, (angle + 0.5 * step * speed2, speed3))
+            third = acceleration(place + 1, (angle + 0.5 * step * speed2, speed3))
             speed4 = speed + step * third
-            fourth = self.acceleration(guess, rig, pieces, place + 2, (angle + step * speed3, speed4))
+            fourth = acceleration(place + 2, (angle + step * speed3, speed4))
             angle = angle + step / 6 * (speed + 2 * speed2 + 2 * speed3 + speed4)
             speed = speed + step / 6 * (first + 2 * second + 2 * third + fourth)
             motion[..., number + 1] = angle, speed
@@ -205,16 +266,15 @@ class Slips:
         turning = (1 - share) * speed[number, at] + share * speed[number, at + 1]
         values = np.array([shared.get(term.name, 0.0) for term in self.terms])
         log = self.ready.motions[segment.log].time
-        part = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
-        nothing = np.zeros(len(part))
-        misreading, slopes = misread(
-            self.terms, values, Whereabouts(nothing, turned, part, nothing + segment.log, nothing + 1.0)
-        )
+        part, one = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5, np.ones(len(segment.time))
+        lasts = (log[-1] - log[0]) * one
+        where = Whereabouts(0 * one, turned, part, segment.log * one, one, lasts, turning)
+        misreading, slopes = misread(self.terms, values, where)
         turned = turned + misreading - shared.get("delay", 0.0) * turning
         if not segment.laser:
             return turned, np.ones(len(turned)), turning, slopes
         lever = self.ready.values.R
-        relative = shared.get("gain", 0.0) + shared.get("laser", 0.0)
+        relative = sum(shared.get(name, 0.0) for name in ("gain", "gain" + WRONG, "laser"))
         if self.ready.laser_alone:
             relative -= shared.get("R", 0.0)
         return lever * np.sin(turned) * (1 - relative), lever * np.cos(turned), turning, slopes
@@ -226,7 +286,7 @@ class Slips:
         shown, slope, turning, misreadings = seen
         columns = ((1 - share) * responses[:, at] + share * responses[:, at + 1]).T * slope[:, None]
         first = columns.shape[1] - len(self.names)
-        sensors = {"gain": -shown, "laser": -shown, "delay": -slope * turning}
+        sensors = {"gain": -shown, "gain" + WRONG: -shown, "laser": -shown, "delay": -slope * turning}
         if self.ready.laser_alone and self.segments[number].laser:
             sensors["R"] = shown
         sensors |= {
@@ -251,14 +311,10 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
     """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, spline and names."""
     from scipy.integrate import cumulative_trapezoid
 
-    rig, pieces, steps = slips.rig(guess), slips.spline.pieces(guess.coefficients), slice(0, None, 2)
-
-    def acceleration(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        return slips.acceleration(guess, rig, pieces, steps, (angle, speed))
-
+    rig, steps, acceleration = slips.rig(guess), slice(0, None, 2), slips.forces(guess)
     by_angle, by_speed = (
-        (acceleration(angle + one * DIFFERENCE, speed + other * DIFFERENCE)
-         - acceleration(angle - one * DIFFERENCE, speed - other * DIFFERENCE)) / (2 * DIFFERENCE)
+        (acceleration(steps, (angle + one * DIFFERENCE, speed + other * DIFFERENCE))
+         - acceleration(steps, (angle - one * DIFFERENCE, speed - other * DIFFERENCE))) / (2 * DIFFERENCE)
         for one, other in ((1, 0), (0, 1))
     )  # fmt: skip
     step = slips.lasts / slips.count
@@ -273,24 +329,37 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
         )
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
 
-    scale, drive = rig.R * rig.N / rig.J, slips.drive[:, steps]
+    scale, state = rig.R * rig.N / rig.J, (angle, speed)
+    factor, by_friction = slips.factor(guess, state, steps, FRICTION)
+    stiffer, by_spring = slips.factor(guess, state, steps, SPRING)
+    damped, by_damping = slips.factor(guess, state, steps, DAMPING)
+    faster, by_drive = slips.factor(guess, state, steps, DRIVE)
+    drive = slips.drive[:, steps] * faster
     slip = slips.sign * (rig.r * drive - rig.R * speed)
-    factor, by_term = slips.factor(guess, angle, steps)
     basis, steep = slips.spline.basis(slip), slips.spline.basis(slip, 1) @ guess.coefficients
     friction = slips.sign * (basis @ guess.coefficients)
     torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
+    spring, damping = -rig.k / rig.J * angle, -rig.c / rig.J * speed
+    slope = scale * factor * steep  # by the slip speed
+    pulls = {FRICTION: scale * friction, SPRING: spring, DAMPING: damping, DRIVE: slope * rig.r * slips.drive[:, steps]}
+    slopes = {FRICTION: by_friction, SPRING: by_spring, DAMPING: by_damping, DRIVE: by_drive}
     forces: Mapping[str, np.ndarray] = {
-        **{name: -rig.k / rig.J * angle for name in ("k", "k/J")},
-        **{name: -rig.c / rig.J * speed for name in ("c", "c/J")},
+        **{name: stiffer * spring for name in ("k", "k/J")},
+        **{name: damped * damping for name in ("c", "c/J")},
         "N": torque,
-        "R": torque - scale * factor * steep * rig.R * speed,
-        "r": scale * factor * steep * rig.r * drive,
-        **{term.name: scale * friction * by for term, by in zip(slips.terms, by_term, strict=True)},
+        "R": torque - slope * rig.R * speed,
+        "r": slope * rig.r * drive,
+        **{
+            term.name: pulls[term.effect.acts] * slopes[term.effect.acts][number]
+            for number, term in enumerate(slips.terms)
+            if not term.of_sensor
+        },
     }
     inertia = -torque
-    for name, part in (("k", rig.k / rig.J * angle), ("c", rig.c / rig.J * speed)):
-        inertia = inertia + part * (name in slips.names)
+    for name, part in (("k", stiffer * spring), ("c", damped * damping)):
+        inertia = inertia - part * (name in slips.names)
     forces = {**forces, "J": inertia}
+    forces |= {name + WRONG: force for name, force in forces.items()}
     nothing = np.zeros(angle.shape)
     modes = [response(np.broadcast_to(scale * mode, angle.shape)) for mode in slips.modes[:, steps]]
     shared = [response(scale * slips.sign * factor * part) for part in np.moveaxis(basis, -1, 0)]

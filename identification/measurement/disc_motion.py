@@ -316,8 +316,18 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
     covariance[1, 1] += max(m.log.clock_deviation for m in usable) ** 2
     warnings = (*notes, *delay_warnings(usable, equations, -residual, steady))
-    fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, warnings)
+    rms = float(np.sqrt(np.mean(residual**2)))
+    fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=_bend(equations))
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
+
+
+def _bend(equations: EdgeEquations) -> tuple[float, float]:
+    """How the laser bends against the encoder, and its deviation."""
+    tangent = equations.design[:, 0]
+    design = np.column_stack([-(np.arctan(tangent) ** 2) * np.sqrt(1 + tangent**2), equations.design])
+    solution = np.linalg.lstsq(design, equations.edge, rcond=None)[0]
+    covariance = clustered_covariance(design, design @ solution - equations.edge, equations.line)
+    return float(solution[0]), float(np.sqrt(covariance[0, 0]))
 
 
 def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:

@@ -5,7 +5,8 @@
 
 The response is fitted to the angle itself, from the first crossing of the rest position on, so that how the disc was
 let go does not matter. Only ratios follow: absolute J, k, c need one further measurement (a known mass, a known
-torque). Source: disc_rig paper, section 3.2 (natural frequency and decay of the amplitude); here all samples at once.
+torque). To first order the residuals also tell k3 and c2 of k (1 + k3 th^2) and c (1 + c2 |th'|). Source: disc_rig
+paper, section 3.2 (natural frequency and decay of the amplitude); here all samples at once.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ class FreeDecay(Shown):
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included;
     None where a user set the ratio and did not say how well he knows it).
+    cubic: k3, 1/rad^2, and drag: c2, s/rad, each with its standard deviation.
     rest: rad, angle at rest (zero of the angle sensor), with its standard deviation; amplitude: rad, first swing used;
     rms_residual: rad; cycles used; stated: which of k/J and c/J were set by the user instead; sensor: that
     showed the angle.
@@ -50,6 +52,8 @@ class FreeDecay(Shown):
     warnings: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
     sensor: str = ""
+    cubic: tuple[float, float] | None = None
+    drag: tuple[float, float] | None = None
 
     def with_ratios(self, ratios: Mapping[str, float], deviations: Mapping[str, float | None]) -> FreeDecay:
         """The decay with stated k/J (1/s^2) or c/J (1/s), and their standard deviations, in place of its own."""
@@ -132,14 +136,21 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
     linear = np.linalg.lstsq(basis, angle, rcond=None)[0]
     error = basis @ linear - angle
     gradient = _gradient(time, solution.x, linear, basis)
-    if shared is None:
-        # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a
-        # swing
-        period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
-        full = newey_west(gradient, error, reach=max(period_samples // 4, 1))
-    else:
-        full = clustered_covariance(gradient, error, shared)
+    # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a swing
+    reach = max(round(2 * np.pi / frequency / float(np.median(np.diff(time)))) // 4, 1)
+
+    def spread(gradient: np.ndarray, error: np.ndarray) -> np.ndarray:
+        return (
+            newey_west(gradient, error, reach=reach)
+            if shared is None
+            else clustered_covariance(gradient, error, shared)
+        )
+
+    full = spread(gradient, error)
     covariance = full[:2, :2]
+    bent = np.column_stack([gradient, _bends(time, solution.x, linear, basis)])
+    shares = -np.linalg.lstsq(bent, error, rcond=None)[0]
+    cubic, drag = np.stack([shares, np.sqrt(np.diag(spread(bent, error + bent @ shares)))], axis=1)[-2:].tolist()
     # d(k/J) = 2 a da + 2 w dw
     to_ratio = np.array([2 * rate, 2 * frequency])
     rms = float(np.sqrt(np.mean(error**2)))
@@ -155,6 +166,8 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
         cycles=float(frequency * time[-1] / (2 * np.pi)),
         log=name,
         warnings=_warnings(time, error, frequency, scale),
+        cubic=tuple(cubic),
+        drag=tuple(drag),
     )
 
 
@@ -169,6 +182,18 @@ def _gradient(time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.nda
     by_rate = -time * (basis[:, 0] * linear[0] + basis[:, 1] * linear[1])
     by_frequency = time * (basis[:, 0] * linear[1] - basis[:, 1] * linear[0])
     return np.column_stack([by_rate, by_frequency, basis])
+
+
+def _bends(time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Derivatives of the motion by k3 and c2: its responses to -(k/J) th^3 and -(c/J) |th'| th' (n, 2)."""
+    from scipy.integrate import cumulative_trapezoid
+
+    rate, frequency = q
+    angle = basis[:, :2] @ linear[:2]
+    speed = -rate * angle + frequency * (basis[:, 0] * linear[1] - basis[:, 1] * linear[0])
+    forces = np.stack([-(rate**2 + frequency**2) * angle**3, -2 * rate * np.abs(speed) * speed])
+    turning = np.exp((1j * frequency - rate) * time)
+    return (turning * cumulative_trapezoid(forces / turning, time, axis=1, initial=0)).imag.T / frequency
 
 
 def _swings(time: np.ndarray, angle: np.ndarray, name: str) -> tuple[float, np.ndarray]:

@@ -47,7 +47,8 @@ class SensorFit:
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
     encoder, or nothing but it); warnings: where the delay is not one and the same, in words; velocity: of a velocity
-    sensor, where there is one.
+    sensor, where there is one; bend: of sin(angle) + bend angle^2, which the laser shows over R, and its deviation,
+    as the encoder tells them.
     """
 
     gain: float = 0.0
@@ -57,6 +58,7 @@ class SensorFit:
     lines: int = 0
     warnings: tuple[str, ...] = ()
     velocity: VelocityFit | None = None
+    bend: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)

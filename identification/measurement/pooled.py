@@ -16,6 +16,7 @@ from identification.measurement.disc_motion import (
     nominal_drives,
     zeroed,
 )
+from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import DiscMotion, SensorFit
 from identification.measurement.slip_segments import SlipSegment, long_enough
 from rig_io.logs.arrangement import Arrangement
@@ -59,7 +60,7 @@ class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
     time; readings: what else is known of the constants in ``priors``; zero: what is known of that of an
-    encoder, where nothing else shows the angle."""
+    encoder, where nothing else shows the angle; decay: a free one of the rig, where there is one."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
@@ -72,6 +73,7 @@ class Pool(Shown):
     warnings: tuple[str, ...]
     readings: tuple[Reading, ...] = ()
     zero: Prior | None = None
+    decay: FreeDecay | None = None
 
     @property
     def values(self) -> RigValues:
@@ -94,6 +96,19 @@ class Pool(Shown):
         return replace(
             self, priors=tuple(replace(prior, value=values.get(prior.name, prior.value)) for prior in self.priors)
         )
+
+    def loosened(self, deviations: Mapping[str, float]) -> Pool:
+        """The same logs, of whose constants and laser's gain some are known to these relative deviations only."""
+        priors = tuple(
+            replace(prior, standard_uncertainty=deviations[prior.name] * prior.value, stated=True)
+            if prior.name in deviations
+            else prior
+            for prior in self.priors
+        )
+        if "gain" not in deviations:
+            return replace(self, priors=priors)
+        covariance = self.sensors.covariance + np.diag([deviations["gain"] ** 2, 0.0])
+        return replace(self, priors=priors, sensors=replace(self.sensors, covariance=covariance))
 
     def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is

@@ -113,6 +113,7 @@ def pool(
         ),
         stated_readings(sliding) if free_decay is not None else (),
         zero,
+        free_decay,
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from oracle.bench import Bench, Drive, Ruling, free_decay, slips_and_sticks
@@ -40,10 +40,24 @@ def with_drawn_constants(bench: Bench, rng: np.random.Generator) -> Bench:
     return replace(bench, **drawn)
 
 
+@dataclass(frozen=True)
+class Faults:
+    """Of instruments. drive: (angle) -> what its encoder shows too much, rad; laser: (time, angle of the body) -> what
+    it shows too much over R."""
+
+    drive: Callable[[np.ndarray], np.ndarray] = np.zeros_like
+    laser: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda time, angle: 0 * time
+
+
 def foreign_logs(
-    bench: Bench, seed: int, speeds: Sequence[float] = (0.41, 0.83, 1.4), duration: float = 10.0
+    bench: Bench,
+    seed: int,
+    speeds: Sequence[float] = (0.41, 0.83, 1.4),
+    duration: float = 10.0,
+    faults: Faults | None = None,
 ) -> list[RigLog]:
     """A log for each drive speed in rad/s, and a free decay."""
+    faults = faults or Faults()
     rng = np.random.default_rng(seed)
     body, shaft, gain = Ruling(rng), Ruling(rng), 1 + 0.002 * rng.standard_normal()
     ticks = np.round(np.arange(round(1000 * duration) + 1) / 1000, 9)
@@ -57,10 +71,17 @@ def foreign_logs(
             drive = Drive(bench, speed, duration + 0.2, rng)
             time, angle = slips_and_sticks(bench, drive, duration + 0.2, number)
             columns |= dict(
-                zip(("drive0_count", "drive0_edge_time"), shaft.read(drive.time, drive.angle, ticks), strict=True)
+                zip(
+                    ("drive0_count", "drive0_edge_time"),
+                    shaft.read(drive.time, drive.angle + faults.drive(drive.angle), ticks),
+                    strict=True,
+                )
             )
             experiment = Experiment(drive_speed=(speed,))
-        shown = gain * bench.R * np.sin(np.interp(ticks, time, angle)) + NOISE * rng.standard_normal(len(ticks))
+        turned = np.interp(ticks, time, angle)
+        shown = gain * bench.R * (np.sin(turned) + faults.laser(ticks, turned)) + NOISE * rng.standard_normal(
+            len(ticks)
+        )
         columns |= {"laser": np.round(5 + STEP * np.round(shown / STEP) / 0.01, 9)}
         columns |= dict(zip(("encoder_count", "encoder_edge_time"), body.read(time, angle, ticks), strict=True))
         calibration = Calibration(

@@ -3,7 +3,8 @@
     J theta'' = -k theta (1 + k3 theta^2) - c omega - c2 |omega| omega + R F
     slip:  F = s N mu(|v|) A,  v = r w - R omega,  s = sign v;      stick: v = 0 while |F| <= N mu(0) A
 
-A = factor(t, theta, log). A piece of slip is integrated by SciPy's DOP853, one of stick follows the drive.
+A = factor(t, theta, log, angle of the drive). A piece of slip is integrated by SciPy's DOP853, one of stick follows the
+drive.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Bench:
     N: float = 4.905
     k3: float = 0.0
     c2: float = 0.0
-    factor: Callable[[float, float, int], float] = lambda time, angle, log: 1.0
+    factor: Callable[[float, float, int, float], float] = lambda time, angle, log, turned: 1.0
     ripple: tuple[float, float] = (0.004, 0.001)
     hunting: float = 0.0015
 
@@ -62,6 +63,10 @@ class Drive:
             self.angle = first + speed * np.concatenate([[0.0], np.cumsum(0.5e-3 * (even[1:] + even[:-1]))])
         self.speed = np.gradient(self.angle, self.time)
         self.rate = np.gradient(self.speed, self.time)
+
+    def turned(self, time: float) -> float:
+        """Angle."""
+        return float(np.interp(time, self.time, self.angle))
 
     def at(self, time: float) -> tuple[float, float]:
         """Speed and acceleration."""
@@ -93,7 +98,7 @@ def slips_and_sticks(bench: Bench, drive: Drive, end: float, log: int) -> tuple[
             if inside.any():
                 angles[inside] = run.sol(grid[inside])[0]
             force = _held(bench, drive, time, angle)
-            sticks = abs(force) <= bench.N * bench.mu(0.0) * bench.factor(time, angle, log)
+            sticks = abs(force) <= bench.N * bench.mu(0.0) * bench.factor(time, angle, log, drive.turned(time))
             sign = float(np.sign(force))
     return grid[grid >= 0], angles[grid >= 0]
 
@@ -115,7 +120,7 @@ def _stick(
     def over(time: float) -> tuple[float, float, float]:
         there = angle + ratio * float(np.interp(time, drive.time, drive.angle) - off)
         force = _held(bench, drive, time, there)
-        return abs(force) - bench.N * bench.mu(0.0) * bench.factor(time, there, log), there, force
+        return abs(force) - bench.N * bench.mu(0.0) * bench.factor(time, there, log, drive.turned(time)), there, force
 
     off = float(np.interp(time, drive.time, drive.angle))
     before, there, force = over(time)
@@ -133,7 +138,7 @@ def _slip(bench: Bench, drive: Drive, start: tuple[float, float, float, float], 
 
     def rates(time: float, state: np.ndarray) -> list[float]:
         slip = max(sign * (bench.r * drive.at(time)[0] - bench.R * state[1]), 0.0)
-        friction = sign * bench.N * bench.mu(slip) * bench.factor(time, state[0], log)
+        friction = sign * bench.N * bench.mu(slip) * bench.factor(time, state[0], log, drive.turned(time))
         return [state[1], (bench.free(state[0], state[1]) + bench.R * friction) / bench.J]
 
     def meets(time: float, state: np.ndarray) -> float:

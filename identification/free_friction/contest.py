@@ -1,0 +1,265 @@
+"""One contest of all that may explain slips beside their friction: disturbances, and constants that are wrong.
+
+Friction is free of any law (`curve`), so that no disturbance is put on a law's form and no form on a disturbance; what
+no candidate explains is a torque of its own. At the solution with those that are chosen, the columns of all candidates
+are made at once, and every set of them is one small system of equations. A set is worth
+
+    max over tau of  ln L - PRICE [tau > 0]  -  (count of the set) ln(count of candidates).
+
+The best single one is taken up where it gains more than `GAIN`, the best pair where it gains so much more than the best
+single one; then all is solved anew, and what does not cost `GAIN` is taken away. What is taken away is held at zero and
+not left out: the equations are those of where it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from identification.disturbances.disturbance import Disturbance
+from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
+from identification.disturbances.terms import ranked, terms_of
+from identification.estimators.shooting_segments import ShootingProblem
+from identification.free_friction.curve import (
+    OFF,
+    TAUS,
+    Gram,
+    Known,
+    curve_of,
+    first_guess,
+    settled,
+    slips_of,
+    tells_friction,
+)
+from identification.free_friction.result import FreeFriction
+from identification.free_friction.slips import WRONG, Guess, Slips
+from identification.free_friction.spline import COEFFICIENTS
+
+GAIN = 3.0  # of ln L, beyond what a candidate costs
+PRICE = 1.5  # of ln L, of a torque that nothing explains
+PAIRED = 7  # of single candidates, whose pairs are tried
+ROUNDS = 10
+SURE = 1e4  # times surer that what is taken away is 0
+NOTHING: Mapping[str, Disturbance] = {}
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A disturbance that slips show. size: greatest change that it makes, either way, relative, or greatest error of a
+    sensor, in ``unit``; gain: of 2 ln L, the others being there; alike: candidates in its place that the slips do not
+    tell from it."""
+
+    name: str
+    size: float
+    unit: str
+    gain: float
+    terms: tuple[DisturbanceTerm, ...]
+    alike: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What slips say without a law. curve: friction, with what was found; explanations: the strongest first; wrong:
+    constants that are off, and others that would be in their place: the logarithm of each over what is stated, and
+    standard deviations."""
+
+    curve: FreeFriction
+    explanations: tuple[Explanation, ...]
+    wrong: Mapping[str, tuple[float, float]]
+
+
+def contest(problem: ShootingProblem, x: np.ndarray, named: Sequence[str] | None = None) -> Verdict | None:
+    """The verdict on a fit by shooting; None where its slips cannot tell friction (`tells_friction`).
+
+    Args:
+        problem: the slips, and the disturbances that are estimated anyway.
+        x: (m,) where a law was found: the search begins there.
+        named: disturbances that are taken for granted, and no others; None: those that the slips show.
+
+    Raises:
+        StickslipError: as in `ShootingProblem.run`, or logs that cannot show what is named.
+    """
+    if not tells_friction(problem):
+        return None
+    bare = slips_of(problem)
+    guess = first_guess(problem, bare, x)
+    field = _Field.of(problem, named)
+    chosen = tuple(field.columns) if named is not None else ()
+    seen = {frozenset(chosen)}
+    while True:
+        slips = field.slips(bare, chosen)
+        guess, tau = settled(slips, guess)
+        if named is not None and not named:
+            return Verdict(curve_of(slips, guess, tau), (), {})
+        table = _Table(field, field.slips(bare, tuple(field.columns)), guess, chosen)
+        better = chosen if named is not None or len(seen) > ROUNDS else table.better()
+        if frozenset(better) in seen:
+            break
+        seen.add(frozenset(better))
+        chosen = better
+    found = [table.explanation(slips, name) for name in chosen if name in field.terms]
+    wrong = {}
+    for name in (name for name in chosen if name not in field.terms):
+        for one in (name, *table.alike(name)):
+            off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
+            wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
+    return Verdict(curve_of(slips, guess, tau), tuple(sorted(found, key=lambda one: -one.gain)), wrong)
+
+
+@dataclass(frozen=True, eq=False)
+class _Field:
+    """Candidates. columns: names of what is shared, by candidate; terms: of the disturbances among them; rivals: pairs
+    of which one is taken."""
+
+    columns: Mapping[str, tuple[str, ...]]
+    terms: Mapping[str, tuple[DisturbanceTerm, ...]]
+    rivals: frozenset[frozenset[str]]
+
+    @classmethod
+    def of(cls, problem: ShootingProblem, named: Sequence[str] | None) -> _Field:
+        """Of what logs can show, or of what is named."""
+        ready = problem.ready
+        estimated = {term.cause for term in problem.terms}
+        disturbances = {
+            name: one
+            for name, one in ranked(named).items()
+            if name not in estimated and (named is not None or not one.hidden(ready))
+        }
+        terms = {name: tuple(term for term in terms_of(ready, [name]) if term.cause == name) for name in disturbances}
+        stated = {"gain", *(prior.name for prior in ready.priors)}
+        columns = {
+            name: (
+                *(term.name for term in mine),
+                *(constant + WRONG for constant in disturbances[name].unsettles if constant in stated),
+            )
+            for name, mine in terms.items()
+        }
+        if named is None:
+            columns |= {prior.name: (prior.name + WRONG,) for prior in ready.priors if prior.name in OFF}
+        both = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
+        both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
+        return cls(columns, terms, frozenset(both))
+
+    def slips(self, bare: Slips, chosen: Sequence[str]) -> Slips:
+        """Slips with the columns of these candidates."""
+        terms = [term for name in chosen for term in self.terms.get(name, ())]
+        names = dict.fromkeys(column for name in chosen for column in self.columns[name])
+        return bare.under((*bare.terms, *terms), (*bare.names, *names))
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """What sets of candidates are worth at one guess. slips: with the columns of all."""
+
+    field: _Field
+    slips: Slips
+    guess: Guess
+    chosen: tuple[str, ...]
+
+    @cached_property
+    def _grams(self) -> list[Gram]:
+        rows = self.slips.rows(self.guess)
+        return [Gram.of(rows, self.guess, tau) for tau in TAUS]
+
+    @cached_property
+    def _known(self) -> Known:
+        return Known.of(self.slips)
+
+    @cached_property
+    def _places(self) -> dict[str, np.ndarray]:
+        place = {name: number for number, name in enumerate(self.slips.names, COEFFICIENTS)}
+        return {name: np.array([place[c] for c in columns]) for name, columns in self.field.columns.items()}
+
+    @cached_property
+    def _base(self) -> np.ndarray:
+        candidates = np.concatenate([*self._places.values()])
+        return np.setdiff1d(np.arange(COEFFICIENTS + len(self.slips.names)), candidates)
+
+    @cached_property
+    def _likelihoods(self) -> dict[frozenset[str], float]:
+        return {}
+
+    def likelihood(self, chosen: Sequence[str]) -> float:
+        """ln L of a set, with the tau that it has most likely, less what that costs."""
+        key = frozenset(chosen)
+        if key not in self._likelihoods:
+            moving, held = self._columns(key), self._columns(name for name in self.chosen if name not in key)
+            columns = np.union1d(moving, held)
+            known = self._known.without(np.setdiff1d(held, moving), SURE)
+            values = self.guess.values(self.slips.names)
+            self._likelihoods[key] = max(
+                gram.least(known, values, columns).likelihood - PRICE * (tau > TAUS[0])
+                for tau, gram in zip(TAUS, self._grams, strict=True)
+            )
+        return self._likelihoods[key]
+
+    def _columns(self, chosen: Iterable[str]) -> np.ndarray:
+        """Of candidates, and of all that is no candidate's."""
+        return np.unique(np.concatenate([self._base, *(self._places[name] for name in chosen)]))
+
+    def worth(self, chosen: Sequence[str]) -> float:
+        """ln L of a set less the price of its size."""
+        return self.likelihood(chosen) - len(chosen) * float(np.log(len(self.field.columns)))
+
+    def better(self) -> tuple[str, ...]:
+        """The set that is taken in place of the chosen one; itself where none is worth more."""
+        now, chosen = self.worth(self.chosen), self.chosen
+        open_ = [name for name in self.field.columns if name not in chosen and not self._rivalled(name, chosen)]
+        singles = sorted(open_, key=lambda name: -self.worth((*chosen, name)))
+        best = self.chosen
+        if singles and self.worth((*chosen, singles[0])) > now + GAIN:
+            best = (*chosen, singles[0])
+        pairs = [pair for pair in combinations(singles[:PAIRED], 2) if frozenset(pair) not in self.field.rivals]
+        if pairs:
+            pair = max(pairs, key=lambda pair: self.worth((*chosen, *pair)))
+            above = max(now, self.worth((*chosen, singles[0])))
+            if self.worth((*chosen, *pair)) > above + GAIN:
+                best = (*chosen, *pair)
+        for name in chosen:
+            others = tuple(one for one in best if one != name)
+            if self.worth(best) < self.worth(others) + GAIN:
+                best = others
+        return best
+
+    def _rivalled(self, name: str, chosen: Sequence[str]) -> bool:
+        return any(frozenset((name, one)) in self.field.rivals for one in chosen)
+
+    def lead(self, name: str) -> float:
+        """ln L that one of the chosen adds."""
+        return float(self.likelihood(self.chosen) - self.likelihood([one for one in self.chosen if one != name]))
+
+    def alike(self, name: str) -> tuple[str, ...]:
+        """Candidates in place of one of the chosen that are worth as much, within `GAIN`."""
+        others = tuple(one for one in self.chosen if one != name)
+        near = self.worth(self.chosen) - GAIN
+        return tuple(one for one in self.field.columns if one not in self.chosen and self.worth((*others, one)) > near)
+
+    def value(self, name: str, column: str, without: str) -> float:
+        """What a column of a candidate would be in place of one of the chosen, to first order."""
+        others = [one for one in self.chosen if one != without]
+        columns, held = self._columns((*others, name)), self._columns([without])
+        known = self._known.without(np.setdiff1d(held, columns), SURE)
+        values = self.guess.values(self.slips.names)
+        step = self._grams[0].least(known, values, np.union1d(columns, held)).step
+        place = COEFFICIENTS + self.slips.names.index(column)
+        return float(values[place] + step[place])
+
+    def explanation(self, slips: Slips, name: str) -> Explanation:
+        """One of the chosen. slips: with their columns."""
+        terms = self.field.terms[name]
+        only = slips.under(terms)
+        acts = terms[0].effect.acts
+        angle, speed = slips.run(self.guess)
+        if acts in SENSOR_UNITS:
+            values = np.array([self.guess.shared.get(term.name, 0.0) for term in terms])
+            where = slips.where.map(lambda part: part[:, ::2])
+            shown = misread(terms, values, replace(where, angle=angle, speed=speed))[0]
+            size = (slips.ready.values.R if acts == LASER else 1.0) * float(np.max(np.abs(shown)))
+        else:
+            factor = only.factor(self.guess, (angle, speed), slice(0, None, 2), acts)[0]
+            size = 0.5 * float(np.ptp(factor)) if acts == FRICTION else float(np.max(np.abs(factor - 1)))
+        return Explanation(name, size, SENSOR_UNITS.get(acts, "1"), 2 * self.lead(name), terms, self.alike(name))

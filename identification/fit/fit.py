@@ -18,7 +18,7 @@ from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.adjust import REFUSED, Adjusted, ContradictedRadii, adjust, as_stated, contradicted
 from identification.fit.causes import WIDER, asked_for, causes_of, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
-from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
+from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread, with_unexplained
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
@@ -99,7 +99,7 @@ def fit_friction(
         terms_of(ready, named)  # names are judged before the work
         fit = work.with_causes(named)
     given_logs = [motion.log for motion in logs.motions] if isinstance(logs, Pool) else logs
-    return replace(fit, recorded=tuple(given_logs))
+    return with_unexplained(replace(fit, recorded=tuple(given_logs)), sought)
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,8 @@ class _Work:
         if verdict is None:
             return self._by_residuals(first, options, named)
         self.stages.of("causes")(1.0)
-        if radii := _radii(verdict, self.ready):
+        # a radius that needs a disturbance beside it to explain the logs is one more of what they may be
+        if verdict.curve.explains and not verdict.explanations and (radii := _radii(verdict, self.ready)):
             deviations = max(verdict.wrong[name][1] for name in radii)
             values = {prior.name: prior.value for prior in self.ready.priors}
             raise contradicted(radii, values, f"{deviations:.3g}", alone=True)

@@ -142,6 +142,31 @@ def with_spread(fit: FrictionFit, laws: Contest) -> FrictionFit:
     return replace(fit, breakaway=releases, warnings=(*warnings, *added))
 
 
+def with_unexplained(fit: FrictionFit, law: FittableLaw) -> FrictionFit:
+    """A fit whose slips show what nothing explains: how far its law's values are from those by the curve without a law,
+    which allows for it, counts as a spread over models."""
+    curve = fit.free
+    if curve is None or not curve.unexplained or len(law.parameters) != len(fit.parameters):
+        return fit
+    from scipy.optimize import least_squares
+
+    seen = np.array(curve.speed) >= curve.least
+    speed, value, deviation = (np.array(row)[seen] for row in (curve.speed, curve.coefficient, curve.deviation))
+    start = np.array([parameter.value for parameter in fit.parameters])
+    low, high = (np.array(side) for side in zip(*((p.minimum, p.maximum) for p in law.parameters), strict=True))
+    found = least_squares(
+        lambda q: (law.value(speed, q) - value) / deviation,
+        np.clip(start, low, high),
+        bounds=(low, high),
+        x_scale="jac",
+    ).x
+    parameters = tuple(
+        replace(one, law_deviation=float(np.hypot(one.law_deviation or 0.0, other - one.value)))
+        for one, other in zip(fit.parameters, found, strict=True)
+    )
+    return replace(fit, parameters=parameters)
+
+
 def _better_law(laws: Contest) -> tuple[str, ...]:
     best = min(laws.lead, key=lambda name: laws.lead[name])
     ahead = laws.lead[laws.law]

@@ -29,8 +29,8 @@ from identification.free_friction.curve import (
     TAUS,
     Gram,
     Known,
+    begun,
     curve_of,
-    first_guess,
     settled,
     slips_of,
     tells_friction,
@@ -40,6 +40,7 @@ from identification.free_friction.slips import WRONG, Guess, Slips
 from identification.free_friction.spline import COEFFICIENTS
 
 GAIN = 3.0  # of ln L, beyond what a candidate costs
+BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something unexplained: less is the best of a list
 PRICE = 1.5  # of ln L, of a torque that nothing explains
 PAIRED = 7  # of single candidates, whose pairs are tried
 ROUNDS = 10
@@ -86,13 +87,14 @@ def contest(problem: ShootingProblem, x: np.ndarray, named: Sequence[str] | None
     if not tells_friction(problem):
         return None
     bare = slips_of(problem)
-    guess = first_guess(problem, bare, x)
+    guess = begun(problem, bare, x)
     field = _Field.of(problem, named)
     chosen = tuple(field.columns) if named is not None else ()
-    seen = {frozenset(chosen)}
+    seen, unexplained = {frozenset(chosen)}, []
     while True:
         slips = field.slips(bare, chosen)
         guess, tau = settled(slips, guess)
+        unexplained.append(tau)
         if named is not None and not named:
             return Verdict(curve_of(slips, guess, tau), (), {})
         table = _Table(field, field.slips(bare, tuple(field.columns)), guess, chosen)
@@ -101,10 +103,15 @@ def contest(problem: ShootingProblem, x: np.ndarray, named: Sequence[str] | None
             break
         seen.add(frozenset(better))
         chosen = better
+    if named is None and chosen and tau >= unexplained[0] > TAUS[0]:
+        # what is chosen leaves as much unexplained as was there: it is the best of a list, and no explanation
+        return contest(problem, x, ())
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
+    if named is None and tau > TAUS[0] and any(one.gain < BESIDE for one in found):
+        return contest(problem, x, ())
     wrong = {}
     for name in (name for name in chosen if name not in field.terms):
-        for one in (name, *table.alike(name)):
+        for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
     return Verdict(curve_of(slips, guess, tau), tuple(sorted(found, key=lambda one: -one.gain)), wrong)

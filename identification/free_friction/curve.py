@@ -14,10 +14,11 @@ coefficients.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Rows, Slips
@@ -28,6 +29,8 @@ from identification.measurement.pooled import Pool
 from identification.measurement.slip_segments import SlipSegment
 
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
+ASTRAY = 4.0  # times the squares of the noise: no guess that follows
+LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
 STEPS, CUTS, LITTLE = 10, 6, 0.02  # of a search: most steps, most cuts of one, gain of the sum of squares that ends it
@@ -73,6 +76,26 @@ def first_guess(problem: ShootingProblem, slips: Slips, x: np.ndarray) -> Guess:
         np.zeros((len(problem.segments), MODES)),
         {term.name: float(value) for term, value in zip(problem.terms, x[count:], strict=False)},
     )
+
+
+def begun(problem: ShootingProblem, slips: Slips, x: np.ndarray) -> Guess:
+    """A first guess that follows the slips: from the solution x (m,) of a law, or, where that has gone astray, from the
+    inverse dynamics and what the sensors show, with noise that is taken for larger at first."""
+    known = Known.of(slips)
+    guess = _searched(slips, known, first_guess(problem, slips, x), TAUS[-1])
+    count = sum(len(segment.time) for segment in slips.segments)
+    if slips.squares(guess) < ASTRAY * count:
+        return guess
+    samples = friction_samples(slips.ready)
+    basis = slips.spline.basis(np.abs(samples.slip))
+    straight = basis.T @ basis + slips.spline.stiffness
+    starts = np.array([segment.guess for segment in slips.segments])
+    other = replace(guess, coefficients=np.linalg.solve(straight, basis.T @ samples.coefficient), starts=starts)
+    other = replace(other, unexplained=np.zeros_like(guess.unexplained), shared={})
+    for louder in LOUDER:
+        deaf = [replace(segment, deviation=louder * segment.deviation) for segment in slips.segments]
+        other = _searched(replace(slips, segments=tuple(deaf)), known, other, TAUS[-1])
+    return min(guess, other, key=slips.squares)
 
 
 def settled(slips: Slips, guess: Guess) -> tuple[Guess, float]:
@@ -214,6 +237,8 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
     before = total(guess)
     for _ in range(STEPS):
         best = Gram.of(slips.rows(guess), guess, tau).least(known, guess.values(slips.names))
+        if not np.isfinite(best.step).all():
+            return guess
         for cut in range(CUTS):
             share = 3.0**-cut
             other = guess.moved(share * best.step, share * best.local, slips.names)

@@ -45,7 +45,7 @@ class SpeedSpline:
         """Friction coefficient at slip speeds (n,), from `pieces`: what an integrator asks for at each of its steps."""
         place = np.arcsinh(np.clip(speed, 0.0, self.greatest) / SCALE)
         width = self.knots[1] - self.knots[0]
-        piece = np.minimum((place / width).astype(np.intp), pieces.shape[1] - 1)
+        piece = np.clip((place / width).astype(np.intp), 0, pieces.shape[1] - 1)
         distance = place - width * piece
         cubic, square, slope, level = pieces[:, piece]
         return level + distance * (slope + distance * (square + distance * cubic))

@@ -13,7 +13,7 @@ from oracle.bench import Bench
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from identification.free_friction.curve import free_friction
+from identification.free_friction.contest import contest
 from identification.free_friction.slips import MODES, STARTS, Guess, Slips
 from identification.free_friction.spline import COEFFICIENTS, SpeedSpline
 from identification.report.fit_summary import fit_summary
@@ -74,7 +74,7 @@ def test_a_law_of_another_form_is_no_disturbance_and_no_wrong_radius() -> None:
 def test_it_does_not_hang_on_the_law_that_it_began_from(plain: FrictionFit) -> None:
     solved = plain.solved
     assert solved is not None and isinstance(solved.problem, ShootingProblem) and plain.free is not None
-    other = free_friction(solved.problem, solved.solution.values * [1.03, 0.97, 1.2, 1.0, 1.0])
+    other = contest(solved.problem, solved.solution.values * [1.03, 0.97, 1.2, 1.0, 1.0], ())
     assert other is not None
     np.testing.assert_allclose(other.coefficient, plain.free.coefficient, atol=0.1 * min(plain.free.form_deviation))
 
@@ -129,4 +129,4 @@ def test_lesser_logs_tell_none(plain: FrictionFit) -> None:
     solved = plain.solved
     assert solved is not None and isinstance(solved.problem, ShootingProblem)
     unknown = replace(solved.problem, noise_known=False)
-    assert free_friction(unknown, solved.solution.values) is None
+    assert contest(unknown, solved.solution.values) is None

@@ -104,6 +104,7 @@ def _oscillator(name: str, disc: str, law: str, terms: Sequence[DisturbanceTerm]
     more = disc_rig.k * theta * (1 - spring) + disc_rig.c * theta.v * (1 - damping)
     driven = rig.with_law(**{disc: replace(contact.law, N=contact.law.N * friction)})
     (rubbing,) = driven.contacts
+    assert isinstance(rubbing, Friction)
     rubbing = replace(rubbing, slip=turning * drive - R * theta.v) if drive != 1 else rubbing
     applied = {theta: more} if more != 0 else {}
     driven = replace(driven, name=name, applied=applied, contacts=[rubbing], outputs=())

@@ -223,7 +223,7 @@ class Gram:
         volume -= float(np.sum(np.log(np.diag(known.precision)[own])))
         local = -(self.solved[..., :-1] @ step + self.solved[..., -1])
         told = float(np.sum(known.told[some]))
-        return Least(hessian, step, local, told - 0.5 * (sum_of_squares + self.volume + volume))
+        return Least(hessian, step, local, float(told - 0.5 * (sum_of_squares + self.volume + volume)))
 
 
 def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:

@@ -185,7 +185,8 @@ class Slips:
     @cached_property
     def _anywhere(self) -> tuple[np.ndarray, np.ndarray]:
         """No angle and no speed: what hangs on either becomes no number."""
-        return (np.full(self.time.shape, np.nan),) * 2
+        nothing = np.full(self.time.shape, np.nan)
+        return nothing, nothing
 
     @cached_property
     def _terms(self) -> tuple[dict[str, list[DisturbanceTerm]], dict[str, list[DisturbanceTerm]]]:

@@ -76,7 +76,9 @@ def test_it_does_not_hang_on_the_law_that_it_began_from(plain: FrictionFit) -> N
     assert solved is not None and isinstance(solved.problem, ShootingProblem) and plain.free is not None
     other = contest(solved.problem, solved.solution.values * [1.03, 0.97, 1.2, 1.0, 1.0], ())
     assert other is not None
-    np.testing.assert_allclose(other.coefficient, plain.free.coefficient, atol=0.1 * min(plain.free.form_deviation))
+    np.testing.assert_allclose(
+        other.curve.coefficient, plain.free.coefficient, atol=0.1 * min(plain.free.form_deviation)
+    )
 
 
 def test_derivatives_are_those_of_the_residuals(plain: FrictionFit) -> None:

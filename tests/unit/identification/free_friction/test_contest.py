@@ -1,0 +1,136 @@
+"""The contest of explanations, against a bench that shares no code with us: what was done to it is named, no more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from foreign_bench import Faults, foreign_logs, with_drawn_constants
+from oracle.bench import Bench
+
+from fmu_models.base.errors import StickslipError
+from identification.disturbances.term import DAMPING, DRIVE, FRICTION, SPRING
+from identification.disturbances.terms import terms_of
+from identification.estimators.shooting_segments import ShootingProblem
+from identification.fit.fit import fit_friction
+from identification.fit.result import FrictionFit
+from identification.free_friction.contest import contest
+from identification.free_friction.curve import begun, slips_of
+from identification.free_friction.slips import MODES, STARTS, Guess
+from identification.free_friction.spline import COEFFICIENTS
+from identification.measurement.pooling import pool
+from rig_io.logs.log import RigLog
+
+TRUTH = np.array([0.65, 0.35, 15.0])
+SPEEDS = (0.41, 0.83)
+Bent = dict[str, float | Callable[..., float]]
+
+
+def conti(speed: float) -> float:
+    return 0.3 / (1 + 15 * speed) + 0.35
+
+
+def logs(seed: int, faults: Faults | None = None, **bent: float | Callable[..., float]) -> list[RigLog]:
+    bench = with_drawn_constants(replace(Bench(conti), **bent), np.random.default_rng(seed))
+    return foreign_logs(bench, seed, SPEEDS, faults=faults)
+
+
+def off(fit: FrictionFit) -> np.ndarray:
+    """Errors of the law's values over their stated deviations."""
+    return (fit.law_values - TRUTH) / [parameter.total_deviation for parameter in fit.parameters]
+
+
+CASES: dict[str, tuple[Bent, Faults, float]] = {
+    "spring": ({"k3": 0.3}, Faults(), 0.3 * 0.2**2),
+    "damping": ({"c2": 0.004}, Faults(), 0.0),
+    "normal-force": ({"factor": lambda time, angle, log, turned: 1 + 0.01 * np.cos(turned)}, Faults(), 0.01),
+    "drive-encoder": ({}, Faults(drive=lambda turned: 5e-3 * np.sin(turned)), 5e-3),
+    "laser-bend": ({}, Faults(laser=lambda time, angle: 0.05 * angle**2), 0.0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> None:
+    bent, faults, size = CASES[name]
+    fit = fit_friction(logs(4, faults, **bent), law_spread="none")
+    (cause,) = fit.causes
+    assert cause.name == name and cause.gain > 30
+    if size:
+        assert cause.size == pytest.approx(size, rel=0.25)
+    assert np.all(np.abs(off(fit)) < 3)
+    assert fit.free is not None and fit.free.explains
+
+
+def test_settling_friction_is_named_and_its_mean_is_the_law() -> None:
+    def warming(time: float, angle: float, log: int, turned: float) -> float:
+        return 1 - 0.03 * float(np.exp(-max(time, 0.0) / 10))
+
+    fit = fit_friction(logs(5, factor=warming), law_spread="none")
+    assert [cause.name for cause in fit.causes] == ["warm-up"]
+    mean = 1 - 0.03 * (1 - np.exp(-1))
+    errors = (fit.law_values - TRUTH * [mean, mean, 1]) / [q.total_deviation for q in fit.parameters]
+    assert np.all(np.abs(errors) < 3)
+
+
+@pytest.mark.parametrize("seed", [6, 7])
+def test_a_clean_bench_has_nothing_named(seed: int) -> None:
+    fit = fit_friction(logs(seed), law_spread="none")
+    assert fit.causes == () and np.all(np.abs(off(fit)) < 3)
+
+
+def test_a_wrong_radius_is_told_with_both_that_it_may_be() -> None:
+    wrong = [replace(log, rig=replace(log.rig, r=replace(log.rig.quantity("r"), value=0.0625))) for log in logs(8)]
+    with pytest.raises(
+        StickslipError, match=r"R = 0\.1[23]\d+ m instead of 0\.125 or r = 0\.06\d* m instead of 0\.0625"
+    ):
+        fit_friction(wrong, law_spread="none")
+
+
+def test_what_nobody_knows_has_no_name_and_widens_the_law() -> None:
+    walk = np.cumsum(np.random.default_rng(1).standard_normal(10_001)) * 1e-4 / 0.125 / 100
+
+    def walking(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        return walk[: len(time)]
+
+    fit = fit_friction(logs(9, Faults(laser=walking)), law_spread="none")
+    assert fit.free is not None and fit.free.unexplained > 0 and fit.causes == ()
+    assert all(parameter.law_deviation for parameter in fit.parameters)
+    assert np.all(np.abs(off(fit)) < 4)
+
+
+def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> None:
+    fit = fit_friction(logs(6), law_spread="none", disturbances="none")
+    solved = fit.solved
+    assert solved is not None and isinstance(solved.problem, ShootingProblem)
+    problem = solved.problem
+    named = ["spring", "damping", "drive-encoder", "warm-up", "laser-bend", "angle"]
+    terms = terms_of(pool(logs(6)), named)
+    assert {term.effect.acts for term in terms} >= {SPRING, DAMPING, DRIVE, FRICTION}
+    bare = slips_of(problem)
+    slips = bare.under(terms, tuple(term.name for term in terms))
+    start = begun(problem, bare, solved.solution.values)
+    values = {term.name: 0.02 * term.effect.width(term.order) for term in terms}
+    guess = Guess(start.coefficients, start.starts, start.unexplained, values)
+    rows = slips.rows(guess)
+    nothing = np.zeros((len(slips.segments), STARTS + MODES))
+    for place, term in enumerate(terms, COEFFICIENTS):
+        step = np.zeros(COEFFICIENTS + len(terms))
+        step[place] = 1e-3 * term.effect.width(term.order)
+        ahead, behind = (slips.rows(guess.moved(sign * step, nothing, slips.names)) for sign in (1, -1))
+        expected = [(a.residual - b.residual) / (2 * step[place]) for a, b in zip(ahead, behind, strict=True)]
+        scale = max(float(np.max(np.abs(one))) for one in expected)
+        for row, one in zip(rows, expected, strict=True):
+            np.testing.assert_allclose(row.shared[:, place] / scale, one / scale, atol=2e-2, err_msg=term.name)
+
+
+def test_names_are_taken_for_granted_where_they_are_given() -> None:
+    fit = fit_friction(logs(6), law_spread="none", disturbances=["spring"])
+    (cause,) = fit.causes
+    (k3,) = (parameter for parameter in fit.nuisance if parameter.name == "k3")
+    assert cause.name == "spring" and abs(k3.value) < 4 * k3.standard_deviation
+    solved = fit.solved
+    assert solved is not None and isinstance(solved.problem, ShootingProblem)
+    again = contest(solved.problem, solved.solution.values)
+    assert again is not None and again.explanations == ()

@@ -9,7 +9,8 @@ beside.
 phi angle of the drive (n = 1, 2: a disc that runs out of true, a bent shaft), theta angle of the body (n = 1, 2, 3),
 i number of the log and u the share of it that is gone, from -1/2 to 1/2 (wear; s_1 = 0); w speed of the drive by its
 encoder, omega that of the body; z zero of the sensor, o_i and d_in slow drift of the laser over R. So mu is the
-friction at theta_0 in the middle of the first log, on average over a turn of the drive. `rig_io.bench.disturbances` emulates them.
+friction at theta_0 in the middle of the first log, on average over a turn of the drive. `rig_io.bench.disturbances`
+emulates them.
 """
 
 from __future__ import annotations

@@ -129,9 +129,9 @@ class SpeedBin:
 @dataclass(frozen=True)
 class Cause(Shown):
     """A disturbance that was found. size: greatest change of friction that it makes in the logs, either way, relative,
-    or greatest error of the sensor, in ``unit`` (rad, m); gain: by which BIC, or -2 ln of the
-    likelihood without a law, falls with it, the others being there; chance: probability that this is chance; alike: other disturbances, or constants that are wrong, which
-    these logs do not tell from it."""
+    or greatest error of the sensor, in ``unit`` (rad, m); gain: by which BIC, or -2 ln of the likelihood without a law,
+    falls with it, the others being there; chance: probability that this is chance; alike: other disturbances, or
+    constants that are wrong, which these logs do not tell from it."""
 
     name: str
     words: str

@@ -121,11 +121,12 @@ class _Work:
 
     def judged(self, estimate: Estimate, named: Sequence[str] | None = None) -> Verdict | None:
         """What the slips say without a law, under what is named or what they show; None where they cannot tell."""
-        if not isinstance(estimate.problem, ShootingProblem):
+        # others follow whole cycles, of which a curve of slips knows nothing
+        if estimate.estimator.name != ESTIMATOR or not isinstance(estimate.problem, ShootingProblem):
             return None
         try:
             return contest_of_causes(estimate.problem, estimate.solution.values, named)
-        except (StickslipError, KeyboardInterrupt):
+        except (StickslipError, KeyboardInterrupt, np.linalg.LinAlgError):
             return None
 
     def without_causes(self) -> FrictionFit:

@@ -246,7 +246,8 @@ class Slips:
     def rows(self, guess: Guess) -> list[Rows]:
         """Residuals of all slips and their derivatives."""
         angle, speed = self.run(guess)
-        responses = _responses(guess, self, angle, speed)
+        with np.errstate(all="ignore"):
+            responses = _responses(guess, self, angle, speed)
         rows = []
         for number, segment in enumerate(self.segments):
             shown = self._shown(number, guess, angle, speed)

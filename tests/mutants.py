@@ -83,7 +83,12 @@ def main() -> int:
     parser.add_argument("--file", help="only mutants of this source file")
     parser.add_argument("--line", type=int, help="with --file: only mutants of this line, all of them")
     parser.add_argument("--minutes", type=float, default=60.0, help="no mutant is begun later (default: 60)")
-    parser.add_argument("--patience", type=float, default=90.0, help="s of tests for each mutant (default: 90)")
+    parser.add_argument(
+        "--patience",
+        type=float,
+        default=90.0,
+        help="s of tests, and of measuring what they cover, for each mutant (default: 90)",
+    )
     parser.add_argument("--again", action="store_true", help="judge survivors of earlier runs again")
     parser.add_argument("--folder", type=Path, help="of the copy, of maps and of results (default: one of this user)")
     parser.add_argument("--json", action="store_true", help="rooms and survivors as JSON")
@@ -247,6 +252,7 @@ class Judge:
         for test in self.suite.ranked(mutant.file, text, room, self.noticed[mutant.file]):
             if spent > self.patience:
                 break
+            begin = _cpu_time()
             if native:
                 choice = self.suite.building(test)
             elif len(tried) < NEAREST and not self.suite.is_known(test):
@@ -254,8 +260,8 @@ class Judge:
             else:
                 choice = self.suite.covering(test, mutant.file, mutant.line)
             if choice is None:
+                spent += _cpu_time() - begin
                 continue
-            begin = _cpu_time()
             outcome = self._altered(mutant, text, test, choice.order, START + SLOW * choice.seconds)
             if trial.UNCOMPILED in outcome.why:
                 return "uncompiled", "", tried

@@ -6,15 +6,41 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
+
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.trust import is_place
 from identification.disturbances import DISTURBANCES, load_cell
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.term import DisturbanceTerm
-from identification.measurement.pooled import Pool
+from identification.disturbances.term import (
+    DAMPING,
+    FRICTION,
+    SPRING,
+    DisturbanceTerm,
+    Whereabouts,
+    disturbed,
+    misread,
+)
+from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.stated import weighed
 
 UNSIZED: Mapping[str, float] = MappingProxyType({})
+
+
+def undisturbed(
+    terms: Sequence[DisturbanceTerm],
+    x: np.ndarray,
+    friction: np.ndarray,
+    sign: np.ndarray,
+    at: Whereabouts,
+    rig: RigValues,
+) -> np.ndarray:
+    """Friction coefficients (n,) by inverse dynamics as they would be without these terms of values x (m,). sign: (n,)
+    of the slip."""
+    factor, stiffer, damped = (disturbed(terms, x, at, acts)[0] for acts in (FRICTION, SPRING, DAMPING))
+    shown = misread(terms, x, at)[0]
+    torque = rig.k * at.angle * (stiffer - 1) + rig.c * at.speed * (damped - 1)
+    return (friction + sign * (torque / (rig.R * rig.N) - rig.spring * shown)) / factor
 
 
 def ranked(names: Sequence[str] | None = None) -> dict[str, Disturbance]:

@@ -25,7 +25,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
 from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, TURNED
-from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, Whereabouts, disturbed, misread
+from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, Whereabouts, misread
+from identification.disturbances.terms import undisturbed
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import STARTS, Moves, Runs, ShootingSegment, Start, chain, directions
@@ -157,17 +158,16 @@ class ShootingProblem(FrictionProblem):
         count = len(self.law.parameters)
         assert samples.sign is not None
         speed = self.law.along(np.abs(samples.slip), samples.sign)
-        fitted, off = self.law.value(speed, x[:count]), np.zeros(1)
+        fitted, measured = self.law.value(speed, x[:count]), samples.coefficient
         if self.terms:
             assert samples.where is not None
             values = x[count : count + len(self.terms)]
-            factor, added = (of(self.terms, values, samples.where)[0] for of in (disturbed, misread))
-            off = fitted * (factor - 1) + samples.sign * ready.values.spring * added
+            measured = undisturbed(self.terms, values, measured, samples.sign, samples.where, ready.values)
         return FrictionRows(
             speed=self.law.along(samples.slip, samples.sign),
             least=samples.slip,
             greatest=samples.slip,
-            measured=samples.coefficient - off,
+            measured=measured,
             fitted=fitted,
             cluster=samples.cluster,
             log=samples.log,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.disturbances.term import disturbed, misread
+from identification.disturbances.terms import undisturbed
 from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
 from identification.fit.causes import terms_found
 from identification.fit.result import FrictionFit
@@ -57,5 +57,5 @@ def _undisturbed(fit: FrictionFit, ready: Pool) -> FrictionSamples:
     assert samples.where is not None and samples.sign is not None
     nuisance = {parameter.name: parameter.value for parameter in fit.nuisance}
     values = np.array([nuisance[term.name] for term in terms])
-    factor, added = (of(terms, values, samples.where)[0] for of in (disturbed, misread))
-    return replace(samples, coefficient=(samples.coefficient - samples.sign * ready.values.spring * added) / factor)
+    friction = undisturbed(terms, values, samples.coefficient, samples.sign, samples.where, ready.values)
+    return replace(samples, coefficient=friction)

@@ -18,6 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.laser_drift import without_drift
+from identification.measurement.lost_counts import lost_counts, lost_words
 from identification.measurement.motion import (
     HOLE,
     LINE_ERROR,
@@ -40,6 +41,7 @@ GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong c
 LOAD_WINDOW = 0.05  # s, over which the noise of a load cell is smoothed; forces of the rig change once per turn
 LEAST_EDGES = 20  # of an encoder alone
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
+ROUNDING = 1e-6  # of a pitch, in an angle that counts have been taken off
 JITTER = 0.3  # of the sample interval, rms: a clock that wanders more is no clock
 STRAY = 5.0  # times the leap that one sample in a hundred exceeds is still noise
 SHARPEST = 1000.0  # rad/s^2; the disc reaches 100
@@ -315,7 +317,13 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
         )
     covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
     covariance[1, 1] += max(m.log.clock_deviation for m in usable) ** 2
-    warnings = (*notes, *delay_warnings(usable, equations, -residual, steady))
+    counted = (equations.motion == number for number in range(len(usable)))
+    lost = [lost_words(m.log.name, equations.time[c], equations.lost[c]) for m, c in zip(usable, counted, strict=True)]
+    warnings = (
+        *notes,
+        *(words for said in lost for words in said),
+        *delay_warnings(usable, equations, -residual, steady),
+    )
     rms = float(np.sqrt(np.mean(residual**2)))
     fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=_bend(equations))
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
@@ -359,7 +367,7 @@ def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
 
 
 def _edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquations:
-    rows, values, labels, times, places = [], [], [], [], []
+    rows, values, labels, times, places, lost = [], [], [], [], [], []
     for number, motion in enumerate(motions):
         passed = edges(motion.log, "encoder")
         smooth, speed = motion.smoothed(window), motion.smoothed(window, derivative=1)
@@ -367,14 +375,16 @@ def _edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquatio
         good = np.interp(passed.time, motion.time, motion.filled.astype(float)) == 0
         time, angle = passed.time[inside & good], passed.angle[inside & good]
         row = np.zeros((len(time), 2 + len(motions)))
-        seen = np.interp(time, motion.time, smooth)
+        seen, pitch = np.interp(time, motion.time, smooth), motion.log.calibration.need("encoder").pitch
+        lost.append(lost_counts(angle - seen, pitch))
+        angle = angle - pitch * lost[-1]
         # displacement R sin(angle) is what a gain multiplies: d angle / d gain = tan(angle)
         row[:, 0] = np.tan(seen)
         row[:, 1] = np.interp(time, motion.time, speed)
         row[:, 2 + number] = 1.0
         rows.append(row)
         values.append(angle - seen)
-        labels.append(np.floor(angle / motion.log.calibration.need("encoder").pitch))
+        labels.append(np.floor(angle / pitch + ROUNDING))
         times.append(time)
         places.append(np.full(len(time), number))
-    return EdgeEquations(*(np.concatenate(arrays) for arrays in (rows, values, labels, times, places)))
+    return EdgeEquations(*(np.concatenate(arrays) for arrays in (rows, values, labels, times, places, lost)))

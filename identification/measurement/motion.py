@@ -196,7 +196,8 @@ class EdgeEquations:
     """One row for each edge of the encoder, of all motions.
 
     design: (n, 2 + n_motions), by gain, delay and the motion's offset; edge: (n,) rad, edge less laser; line: (n,)
-    number of the ruled line, by angle; time: (n,) s; motion: (n,) number of the motion.
+    number of the ruled line, by angle; time: (n,) s; motion: (n,) number of the motion; lost: (n,) counts too many,
+    which have been taken off.
     """
 
     design: np.ndarray
@@ -204,3 +205,4 @@ class EdgeEquations:
     line: np.ndarray
     time: np.ndarray
     motion: np.ndarray
+    lost: np.ndarray

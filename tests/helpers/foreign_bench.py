@@ -43,10 +43,11 @@ def with_drawn_constants(bench: Bench, rng: np.random.Generator) -> Bench:
 @dataclass(frozen=True)
 class Faults:
     """Of instruments. drive: (angle) -> what its encoder shows too much, rad; laser: (time, angle of the body) -> what
-    it shows too much over R."""
+    it shows too much over R; lost: times at which the body's encoder loses a count, s."""
 
     drive: Callable[[np.ndarray], np.ndarray] = np.zeros_like
     laser: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda time, angle: 0 * time
+    lost: tuple[float, ...] = ()
 
 
 def foreign_logs(
@@ -84,6 +85,7 @@ def foreign_logs(
         )
         columns |= {"laser": np.round(5 + STEP * np.round(shown / STEP) / 0.01, 9)}
         columns |= dict(zip(("encoder_count", "encoder_edge_time"), body.read(time, angle, ticks), strict=True))
+        columns["encoder_count"] = columns["encoder_count"] - np.searchsorted(faults.lost, ticks)
         calibration = Calibration(
             LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0),
             EncoderCalibration(1000),

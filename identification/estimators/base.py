@@ -92,12 +92,14 @@ class Options(Shown):
 @dataclass(frozen=True)
 class Estimator:
     """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, whether it
-    takes the contact as rigid, and roughly which shares of the time its searches take, one after the other."""
+    takes the contact as rigid, whether it measures friction by inverse dynamics (which show nothing of spring, damping
+    and drive), and roughly which shares of the time its searches take, one after the other."""
 
     name: str
     structure: tuple[str, ...]
     estimate: Callable[[Pool, FittableLaw, Options], Estimate]
     rigid: bool = True
+    inverse: bool = False
     searches: tuple[float, ...] = (1.0,)
 
 

@@ -138,4 +138,4 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     )
 
 
-ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, estimate)
+ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, estimate, inverse=True)

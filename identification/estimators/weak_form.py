@@ -115,4 +115,4 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     )
 
 
-ESTIMATOR = Estimator("weak-form", STRUCTURE, estimate)
+ESTIMATOR = Estimator("weak-form", STRUCTURE, estimate, inverse=True)

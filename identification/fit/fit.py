@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
@@ -14,16 +12,14 @@ from identification.disturbances.term import DisturbanceTerm
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.shooting_segments import ShootingProblem
-from identification.fit.adjust import REFUSED, Adjusted, ContradictedRadii, adjust, as_stated, contradicted
-from identification.fit.causes import WIDER, asked_for, causes_of, explain_more, find_causes, terms_found
+from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated, contradicted
+from identification.fit.causes import WIDER, asked_for, causes_named, causes_of, judged, radii_of, terms_found
 from identification.fit.conclude import conclude
-from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread, with_unexplained
+from identification.fit.law_spread import MODES, contest, with_spread, with_unexplained
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.free_friction.contest import Verdict
-from identification.free_friction.contest import contest as contest_of_causes
 from identification.free_friction.curve import OFF
 from identification.inference.choice import Inference
 from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
@@ -119,16 +115,6 @@ class _Work:
         estimate, options = self.estimated(stage, terms=terms)
         return adjust(self.ready, estimate, options, radii_hold)
 
-    def judged(self, estimate: Estimate, named: Sequence[str] | None = None) -> Verdict | None:
-        """What the slips say without a law, under what is named or what they show; None where they cannot tell."""
-        # others follow whole cycles, of which a curve of slips knows nothing
-        if estimate.estimator.name != ESTIMATOR or not isinstance(estimate.problem, ShootingProblem):
-            return None
-        try:
-            return contest_of_causes(estimate.problem, estimate.solution.values, named)
-        except (StickslipError, KeyboardInterrupt, np.linalg.LinAlgError):
-            return None
-
     def without_causes(self) -> FrictionFit:
         """The fit without disturbances; with constants as stated where a disturbance takes them off.
 
@@ -140,25 +126,21 @@ class _Work:
         try:
             solved = adjust(self.ready, first, options, verdict is not None and verdict.curve.explains)
         except ContradictedRadii as error:
-            causes = self.causes_in_place_of(error, first)
-            if not causes:
+            other = self.judged(first)
+            if other is None or not other.explanations:
                 raise
             radii = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
             warning = (
                 f"The motion asks for {radii}, which is not what was measured. A disturbance of the bench explains the "
-                f"logs better ({' and '.join(cause.name for cause in causes)}): the rig constants are as stated. "
-                "Estimate it: --disturbances auto."
+                f"logs better ({' and '.join(one.name for one in other.explanations)}): the rig constants are as "
+                "stated. Estimate it: --disturbances auto."
             )
             solved = as_stated(replace(first, warnings=(*first.warnings, warning)))
         return self.contested(solved, self.concluded("end", solved, verdict=verdict))
 
-    def causes_in_place_of(self, error: ContradictedRadii, first: Estimate) -> tuple[Cause, ...]:
-        """Disturbances that explain the logs better than radii that a law asks for."""
-        verdict = self.judged(first)
-        if verdict is not None:
-            return () if _radii(verdict, self.ready) else causes_of(verdict, self.ready)
-        causes = find_causes(self.ready, self.law, workers=self.options.workers) if self.ready.seen_well else ()
-        return causes if causes and explain_more(self.ready, self.law, causes, error.radii) else ()
+    def judged(self, estimate: Estimate | None, named: Sequence[str] | None = None) -> Verdict | None:
+        """What the slips say without a law; nothing where friction hangs on their direction."""
+        return None if self.law.directed else judged(self.ready, estimate, named)
 
     def estimated(
         self, stage: str, *, by: Estimator | None = None, terms: tuple[DisturbanceTerm, ...] = ()
@@ -210,83 +192,56 @@ class _Work:
         return with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
-        """The fit with the disturbances that are named, or that its slips show."""
+        """The fit with the disturbances that are named, or that its slips show.
+
+        Raises:
+            ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
+        """
+        failed, first, options = None, None, self.options
         try:
             first, options = self.estimated("search")
         except StickslipError as error:
-            return self._followed_by_no_law(error, named)
-        verdict = self.judged(first, named or None)
-        if verdict is None:
-            return self._by_residuals(first, options, named)
+            # without a strong disturbance the model may not follow the logs at all; the weak form runs none
+            if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
+                raise
+            failed = error
+        if first is None:
+            first = self.estimated("search", by=ESTIMATORS.load(WEAK))[0]
+        try:
+            verdict = self.judged(None if failed else first, named or None)
+        except KeyboardInterrupt:
+            plain = self.concluded("conclusion", as_stated(first), DEFAULT_INFERENCE)
+            return _ended(plain, "disturbances were not sought to the end", failed)
         self.stages.of("causes")(1.0)
-        # a radius that needs a disturbance beside it to explain the logs is one more of what they may be
-        if verdict.curve.explains and not verdict.explanations and (radii := _radii(verdict, self.ready)):
+        if verdict is not None and (radii := radii_of(verdict, self.ready)):
             deviations = max(verdict.wrong[name][1] for name in radii)
             values = {prior.name: prior.value for prior in self.ready.priors}
             raise contradicted(radii, values, f"{deviations:.3g}", alone=True)
-        bare = adjust(self.ready, first, options, radii_hold=True)
-        causes = causes_of(verdict, self.ready)
+        causes = causes_named(named, self.ready) if verdict is None else causes_of(verdict, self.ready)
+        if failed is not None and not causes:
+            raise failed
+        bare = as_stated(first) if failed else adjust(self.ready, first, options, radii_hold=verdict is not None)
         if not causes:
             return self.contested(bare, self.concluded("end", bare, verdict=verdict))
         plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
-        return plain if plain.interrupted else self._with(causes, plain, verdict=verdict)
-
-    def _followed_by_no_law(self, error: StickslipError, named: tuple[str, ...]) -> FrictionFit:
-        """The fit where the model does not follow the logs without a strong disturbance; the weak form runs none."""
-        if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
-            raise error
-        bare = as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
-        return self._sought(bare, named, error, {})
-
-    def _by_residuals(self, first: Estimate, options: Options, named: tuple[str, ...]) -> FrictionFit:
-        """The fit with disturbances that the weak form shows, where slips cannot tell friction without a law."""
-        try:
-            return self._sought(adjust(self.ready, first, options), named, None, {})
-        except ContradictedRadii as error:
-            if len(self.ready.contacts) > 1:
-                raise
-            # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
-            return self._sought(as_stated(first), named, error, error.radii)
-
-    def _sought(
-        self, bare: Adjusted, named: tuple[str, ...], failed: StickslipError | None, radii: Mapping[str, float]
-    ) -> FrictionFit:
-        """failed: why the logs cannot be fitted without disturbances; radii: that they ask for."""
-        plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
         if plain.interrupted:
             return plain
-        causes = ()
-        if failed is not None or named or asks_for_causes(plain):
-            report, workers = self.stages.of("causes"), self.options.workers
-            # what constants that are off leave over looks like a disturbance
-            ready = self.ready.with_constants({prior.name: prior.value for prior in bare.estimate.problem.held})
-            try:
-                if named or not self.law.sticks or self.law.directed:
-                    causes = find_causes(ready, self.law, named=named, workers=workers, progress=report)
-                else:
-                    causes = causes_beside_law(ready, self.law, workers=workers, progress=report)
-            except KeyboardInterrupt:
-                return _ended(plain, "disturbances were not sought to the end", failed)
-        unlikely = radii and not named and causes and not explain_more(self.ready, self.law, causes, radii)
-        if failed is not None and (not causes or unlikely):
-            raise failed
-        if not causes:
-            return self.contested(bare, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", bare))
-        return self._with(causes, plain, failed)
+        unsettled = {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}
+        ready = self.ready.loosened({name: OFF[name] for name in unsettled})
+        held = [one for one in causes if all(map(self._holds, terms_found(self.ready, [one])))]
+        if not held:
+            fit = self.contested(bare, self.concluded("end", bare, verdict=verdict))
+        else:
+            fit = replace(self, ready=ready)._added(tuple(held), plain, failed, verdict)
+        missed = [
+            f"Disturbance {one.sentence} The estimator '{self.estimator.name}' cannot hold it: take --estimator shooting."
+            for one in causes
+            if one not in held
+        ]
+        return replace(fit, warnings=(*missed, *fit.warnings))
 
-    def _with(
-        self,
-        causes: tuple[Cause, ...],
-        plain: FrictionFit,
-        failed: StickslipError | None = None,
-        verdict: Verdict | None = None,
-    ) -> FrictionFit:
-        """The fit with these disturbances. plain: without."""
-        if unsettled := {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}:
-            return replace(self, ready=self.ready.loosened({name: OFF[name] for name in unsettled}))._added(
-                causes, plain, failed, verdict
-            )
-        return self._added(causes, plain, failed, verdict)
+    def _holds(self, term: DisturbanceTerm) -> bool:
+        return term.by_inverse_dynamics or not self.estimator.inverse
 
     def _added(
         self, causes: tuple[Cause, ...], plain: FrictionFit, failed: StickslipError | None, verdict: Verdict | None
@@ -300,15 +255,6 @@ class _Work:
         warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
         structure = (*fit.structure, *_assumed(causes))
         return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)
-
-
-def _radii(verdict: Verdict, ready: Pool) -> dict[str, float]:
-    """Radii that slips ask for, m, where one is off by more than its measurement can be."""
-    stated = {prior.name: prior.value for prior in ready.priors}
-    off = {name: off for name, (off, _) in verdict.wrong.items() if name in ("R", "r")}
-    if max(map(abs, off.values()), default=0.0) < REFUSED:
-        return {}
-    return {name: stated[name] * float(np.exp(share)) for name, share in off.items()}
 
 
 def stuck(rich: FrictionFit, nested: FrictionFit) -> tuple[str, ...]:
@@ -334,8 +280,3 @@ def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> F
 
 def _assumed(causes: Sequence[Cause]) -> list[str]:
     return [f"{cause.words[0].lower()}{cause.words[1:]}: estimated" for cause in causes]
-
-
-def asks_for_causes(plain: FrictionFit) -> bool:
-    """Whether the residuals of a fit of one disc are not those of the noise alone."""
-    return len(plain.contacts) == 1 and plain.whiteness is not None and plain.whiteness.more_than_noise

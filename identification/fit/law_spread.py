@@ -19,13 +19,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.disturbances.terms import terms_of
 from identification.estimators.base import Estimate, Options
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.shooting_segments import ShootingProblem
-from identification.fit.causes import find_causes
 from identification.fit.conclude import white_covariance
-from identification.fit.parts import Cause, RivalLaw
+from identification.fit.parts import RivalLaw
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
 from identification.inference.comparison import akaike_weights, criteria
@@ -37,7 +35,6 @@ from identification.measurement.pooled import Pool
 WIDER, WIDER_ELASTIC = 1.5, 2.5
 # in AIC of the weak form, which knows a tenth of what shooting does: laws that are further behind are out
 NEAR = 12.0
-ROUNDS = 3  # of law and disturbances in turn
 BETTER = 10.0  # in AIC: another law is said to fit better
 MODES = (NONE, AUTO, ALL)
 
@@ -50,32 +47,6 @@ class Contest:
     law: str
     fitted: Mapping[str, Rival]
     lead: Mapping[str, float]
-
-
-def causes_beside_law(
-    ready: Pool, law: FittableLaw, *, workers: int | None, progress: Callable[[float], None]
-) -> tuple[Cause, ...]:
-    """Disturbances that the logs show under the law that the weak form finds best within them, be it this or another:
-    a law of the wrong form takes its leftovers for disturbances. workers, progress: as for `find_causes`.
-
-    Raises:
-        StickslipError: the logs cannot be fitted by the weak form.
-    """
-    laws = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
-    causes: tuple[Cause, ...] = ()
-    tried: dict[str, tuple[Cause, ...]] = {}
-    for turn in range(ROUNDS):
-        weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [cause.name for cause in causes])))
-        leads = _contenders(weak, law.name)
-        under = law.name if leads[law.name] < NEAR else min(leads, key=lambda name: leads[name])
-        if under in tried:
-            return tried[under]
-        causes = tried[under] = find_causes(
-            ready, laws[under], workers=workers, progress=lambda done, at=turn: progress((at + done) / ROUNDS)
-        )
-        if not causes:
-            break
-    return causes
 
 
 def contest(

@@ -145,7 +145,8 @@ class Cause(Shown):
     def sentence(self) -> str:
         """What is said of it."""
         size = f"{100 * self.size:.2g} %" if self.unit == "1" else f"{1e3 * self.size:.2g} m{self.unit}"
-        text = f"{self.name}: {self.words}, ± {size} (BIC {self.gain:.3g} better with it)."
+        text = f"{self.name}: {self.words}"
+        text += f", ± {size} (BIC {self.gain:.3g} better with it)." if self.size else "."
         if self.alike:
             text += f" These logs do not tell it from {' or '.join(self.alike)}."
         return text

@@ -20,10 +20,9 @@ from itertools import combinations
 
 import numpy as np
 
-from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
-from identification.estimators.shooting_segments import ShootingProblem
+from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.curve import (
     OFF,
     TAUS,
@@ -33,11 +32,11 @@ from identification.free_friction.curve import (
     curve_of,
     settled,
     slips_of,
-    tells_friction,
 )
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
 from identification.free_friction.spline import COEFFICIENTS
+from identification.measurement.pooled import Pool
 
 GAIN = 3.0  # of ln L, beyond what a candidate costs
 BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something unexplained: less is the best of a list
@@ -45,7 +44,6 @@ PRICE = 1.5  # of ln L, of a torque that nothing explains
 PAIRED = 7  # of single candidates, whose pairs are tried
 ROUNDS = 10
 SURE = 1e4  # times surer that what is taken away is 0
-NOTHING: Mapping[str, Disturbance] = {}
 
 
 @dataclass(frozen=True)
@@ -73,22 +71,32 @@ class Verdict:
     wrong: Mapping[str, tuple[float, float]]
 
 
-def contest(problem: ShootingProblem, x: np.ndarray, named: Sequence[str] | None = None) -> Verdict | None:
-    """The verdict on a fit by shooting; None where its slips cannot tell friction (`tells_friction`).
+def contest(
+    ready: Pool, segments: Sequence[ShootingSegment], noise_known: bool, named: Sequence[str] | None = None
+) -> Verdict | None:
+    """The verdict on slips; None where they do not tell friction without a law: those of two discs, of an encoder
+    alone, and of drives whose speed was not recorded.
 
     Args:
-        problem: the slips, and the disturbances that are estimated anyway.
-        x: (m,) where a law was found: the search begins there.
+        ready: logs of one rig.
+        segments: their slips.
+        noise_known: whether the noise of their sensors is known; otherwise its size is what no friction follows.
         named: disturbances that are taken for granted, and no others; None: those that the slips show.
 
     Raises:
-        StickslipError: as in `ShootingProblem.run`, or logs that cannot show what is named.
+        StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.
     """
-    if not tells_friction(problem):
+    if len(ready.contacts) != 1 or not ready.seen_well:
         return None
-    bare = slips_of(problem)
-    guess = begun(problem, bare, x)
-    field = _Field.of(problem, named)
+    bare = slips_of(ready, segments)
+    guess = begun(bare)
+    if not noise_known:
+        bare = bare.with_noise(float(np.sqrt(bare.squares(guess) / sum(len(one.time) for one in segments))))
+    return _judged(bare, guess, named)
+
+
+def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
+    field = _Field.of(bare.ready, named)
     chosen = tuple(field.columns) if named is not None else ()
     seen, unexplained = {frozenset(chosen)}, []
     while True:
@@ -105,10 +113,10 @@ def contest(problem: ShootingProblem, x: np.ndarray, named: Sequence[str] | None
         chosen = better
     if named is None and chosen and tau >= unexplained[0] > TAUS[0]:
         # what is chosen leaves as much unexplained as was there: it is the best of a list, and no explanation
-        return contest(problem, x, ())
+        return _judged(bare, guess, ())
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
     if named is None and tau > TAUS[0] and any(one.gain < BESIDE for one in found):
-        return contest(problem, x, ())
+        return _judged(bare, guess, ())
     wrong = {}
     for name in (name for name in chosen if name not in field.terms):
         for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
@@ -127,15 +135,9 @@ class _Field:
     rivals: frozenset[frozenset[str]]
 
     @classmethod
-    def of(cls, problem: ShootingProblem, named: Sequence[str] | None) -> _Field:
+    def of(cls, ready: Pool, named: Sequence[str] | None) -> _Field:
         """Of what logs can show, or of what is named."""
-        ready = problem.ready
-        estimated = {term.cause for term in problem.terms}
-        disturbances = {
-            name: one
-            for name, one in ranked(named).items()
-            if name not in estimated and (named is not None or not one.hidden(ready))
-        }
+        disturbances = {name: one for name, one in ranked(named).items() if named is not None or not one.hidden(ready)}
         terms = {name: tuple(term for term in terms_of(ready, [name]) if term.cause == name) for name in disturbances}
         stated = {"gain", *(prior.name for prior in ready.priors)}
         columns = {

@@ -2,7 +2,8 @@
 
 The slips of all logs are followed by a spline of the slip speed (`spline`), each with a start of its own and with
 torques that no term explains (`slips`), normal with deviation tau in units of the friction coefficient. The search
-goes by steps of Gauss and Newton from a law's solution; tau has the greatest marginal likelihood among `TAUS`,
+goes by steps of Gauss and Newton from friction by inverse dynamics; tau has the greatest marginal likelihood among
+`TAUS`,
 
     -2 ln L = min(sum of squares, with all that is assumed beforehand) + sum of slips ln det(K)/det(D) + ln det H,
 
@@ -14,12 +15,13 @@ coefficients.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from identification.disturbances.terms import terms_of
 from identification.estimators.savitzky_golay import friction_samples
-from identification.estimators.shooting_segments import ShootingProblem
+from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Rows, Slips
 from identification.free_friction.spline import COEFFICIENTS, SCALE, SpeedSpline
@@ -29,7 +31,6 @@ from identification.measurement.pooled import Pool
 from identification.measurement.slip_segments import SlipSegment
 
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
-ASTRAY = 4.0  # times the squares of the noise: no guess that follows
 LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
@@ -51,51 +52,34 @@ LEVEL = 0.95  # of the band of the whole curve
 SIGNED = 0.2  # share of the squares of unexplained torques from which on what goes with them is said
 
 
-def tells_friction(problem: ShootingProblem) -> bool:
-    """Whether slips tell friction without a law: not of two discs, nor where friction hangs on the direction, by an
-    encoder alone, with drives whose speed was not recorded, or with a sensor whose noise is not known."""
-    ready = problem.ready
-    return len(ready.contacts) == 1 and ready.seen_well and not problem.law.directed and problem.noise_known
-
-
-def slips_of(problem: ShootingProblem) -> Slips:
-    """The slips of a fit by shooting, with the constants and terms of their problem."""
-    ready = problem.ready
+def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
+    """Slips of one driving disc with the constants of the rig, the laser's gain and delay, and a load cell."""
     speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
-    names = (*(prior.name for prior in ready.priors), "gain", "delay", *(term.name for term in problem.terms))
-    return Slips(ready, problem.segments, SpeedSpline(float(speeds.max())), problem.terms, names)
+    terms = terms_of(ready, ())
+    names = (*(prior.name for prior in ready.priors), "gain", "delay", *(term.name for term in terms))
+    return Slips(ready, tuple(segments), SpeedSpline(float(speeds.max())), terms, names)
 
 
-def first_guess(problem: ShootingProblem, slips: Slips, x: np.ndarray) -> Guess:
-    """Where a search begins: the law of a solution x (m,). No trace of it is left in the curve."""
-    law, count = problem.law, len(problem.law.parameters)
-    grid = np.linspace(0.0, slips.spline.greatest, 4 * POINTS)
-    return Guess(
-        np.linalg.lstsq(slips.spline.basis(grid), law.value(grid, x[:count]), rcond=None)[0],
-        np.array([start.at(x) for start in problem.starts]),
-        np.zeros((len(problem.segments), MODES)),
-        {term.name: float(value) for term, value in zip(problem.terms, x[count:], strict=False)},
-    )
+def begun(slips: Slips) -> Guess:
+    """A guess that follows the slips, from inverse dynamics and what the sensors show, with noise that is taken for
+    larger at first.
 
-
-def begun(problem: ShootingProblem, slips: Slips, x: np.ndarray) -> Guess:
-    """A first guess that follows the slips: from the solution x (m,) of a law, or, where that has gone astray, from the
-    inverse dynamics and what the sensors show, with noise that is taken for larger at first."""
-    known = Known.of(slips)
-    guess = _searched(slips, known, first_guess(problem, slips, x), TAUS[-1])
-    count = sum(len(segment.time) for segment in slips.segments)
-    if slips.squares(guess) < ASTRAY * count:
-        return guess
+    Raises:
+        StickslipError: no slip holds a window of inverse dynamics.
+    """
     samples = friction_samples(slips.ready)
     basis = slips.spline.basis(np.abs(samples.slip))
     straight = basis.T @ basis + slips.spline.stiffness
-    starts = np.array([segment.guess for segment in slips.segments])
-    other = replace(guess, coefficients=np.linalg.solve(straight, basis.T @ samples.coefficient), starts=starts)
-    other = replace(other, unexplained=np.zeros_like(guess.unexplained), shared={})
+    guess = Guess(
+        np.linalg.solve(straight, basis.T @ samples.coefficient),
+        np.array([segment.guess for segment in slips.segments]),
+        np.zeros((len(slips.segments), MODES)),
+        {term.name: term.first for term in slips.terms},
+    )
+    known = Known.of(slips)
     for louder in LOUDER:
-        deaf = [replace(segment, deviation=louder * segment.deviation) for segment in slips.segments]
-        other = _searched(replace(slips, segments=tuple(deaf)), known, other, TAUS[-1])
-    return min(guess, other, key=slips.squares)
+        guess = _searched(slips.with_noise(louder), known, guess, TAUS[-1])
+    return guess
 
 
 def settled(slips: Slips, guess: Guess) -> tuple[Guess, float]:

@@ -90,6 +90,11 @@ class Slips:
     names: tuple[str, ...]
     _last: list[tuple[Guess, tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, init=False, repr=False)
 
+    def with_noise(self, louder: float) -> Slips:
+        """The same slips seen by sensors whose noise is larger."""
+        segments = tuple(replace(segment, deviation=louder * segment.deviation) for segment in self.segments)
+        return replace(self, segments=segments)
+
     def under(self, terms: Sequence[DisturbanceTerm], names: Sequence[str] = ()) -> Slips:
         """The same slips under other terms, of which these are shared."""
         other = replace(self, terms=tuple(terms), names=tuple(names))

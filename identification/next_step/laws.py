@@ -6,7 +6,7 @@ How laws are compared: `inference.comparison`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,11 +14,10 @@ from fmu_models.base.errors import StickslipError
 from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.causes import asked_for, find_causes
+from identification.fit.causes import asked_for, judged
 from identification.fit.rivals import fit_rivals, not_far, weak_fits
 from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
 from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW
-from identification.inference.whiteness import whiteness
 from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
@@ -27,17 +26,7 @@ from rig_io.logs.log import RigLog
 
 RIGID, BRISTLES = "Conti, rigid", "LuGre"
 CLOSE = 1.1  # times the least sum of squares of the weak form: as good, to begin with
-ROUNDS = 3  # of law and disturbances in turn
 TWO = 2  # laws, the least that are compared
-
-
-@dataclass(frozen=True, eq=False)
-class _Ranking:
-    """Laws compared within some disturbances, the first of them, and whether its residuals are more than noise."""
-
-    comparison: LawComparison
-    best: FittableLaw
-    asks: bool
 
 
 def compare_laws(
@@ -51,9 +40,8 @@ def compare_laws(
     """Compare friction laws on the same logs, all pooled, by the likelihood of an estimator.
 
     logs: as for `fit_friction`; laws: as `find_law` takes them; all of slip speed alone if None; disturbances: as for
-    `fit_friction`. "auto": those that show under the law that comes first are estimated beside every law, and the laws
-    are compared again, until law and disturbances stay what they are. Laws that the weak form finds far off are left
-    aside.
+    `fit_friction`. "auto": those that slips show without a law are estimated beside every law. Laws that the weak form
+    finds far off are left aside.
 
     Raises:
         StickslipError: as in `compare_problems`, or the logs cannot be fitted.
@@ -64,28 +52,20 @@ def compare_laws(
         raise StickslipError("A comparison needs two laws or more.")
     report = progress if progress is not None else lambda _: None
     causes = asked_for(disturbances)
-    first = _ranking(ready, sought, estimator, causes, lambda done: report(0.4 * done))
-    for turn in range(ROUNDS):
-        if disturbances != AUTO or len(ready.contacts) > 1 or not first.asks:
-            break
-        names = tuple(cause.name for cause in find_causes(ready, first.best))
-        if set(names) == set(causes):
-            break
-        causes, before = names, first.best.name
-        first = _ranking(ready, sought, estimator, causes, lambda done, at=turn: report(0.4 + 0.2 * (at + done)))
-        if first.best.name == before:
-            break
+    if disturbances == AUTO and (verdict := judged(ready)) is not None:
+        causes = tuple(one.name for one in verdict.explanations)
+    comparison = _compared(ready, sought, estimator, causes, report)
     report(1.0)
-    return first.comparison
+    return comparison
 
 
-def _ranking(
+def _compared(
     ready: Pool,
     laws: Mapping[str, FittableLaw],
     estimator: str,
     causes: Sequence[str],
     report: Callable[[float], None],
-) -> _Ranking:
+) -> LawComparison:
     """Laws by the residuals of an estimator, cut by the law that the weak form finds best."""
     options = Options(disturbances=terms_of(ready, causes))
     weak = weak_fits(ready, laws, options)
@@ -124,10 +104,7 @@ def _ranking(
             progress=lambda done: report(0.7 + 0.3 * done),
         )
     comparison = replace(comparison, estimator=cut.estimator.name, causes=tuple(causes), elastic=elastic)
-    comparison = replace(comparison, aside={**aside, **fits.refused})
-    best = fits.fitted[comparison.best.law]
-    white = whiteness(best.solution.evaluation, names)
-    return _Ranking(comparison, best.law, white.more_than_noise)
+    return replace(comparison, aside={**aside, **fits.refused})
 
 
 def compare_contacts(

@@ -108,9 +108,9 @@ def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> Non
     named = ["spring", "damping", "drive-encoder", "warm-up", "laser-bend", "angle"]
     terms = terms_of(pool(logs(6)), named)
     assert {term.effect.acts for term in terms} >= {SPRING, DAMPING, DRIVE, FRICTION}
-    bare = slips_of(problem)
+    bare = slips_of(problem.ready, problem.segments)
     slips = bare.under(terms, tuple(term.name for term in terms))
-    start = begun(problem, bare, solved.solution.values)
+    start = begun(bare)
     values = {term.name: 0.02 * term.effect.width(term.order) for term in terms}
     guess = Guess(start.coefficients, start.starts, start.unexplained, values)
     rows = slips.rows(guess)
@@ -132,5 +132,5 @@ def test_names_are_taken_for_granted_where_they_are_given() -> None:
     assert cause.name == "spring" and abs(k3.value) < 4 * k3.standard_deviation
     solved = fit.solved
     assert solved is not None and isinstance(solved.problem, ShootingProblem)
-    again = contest(solved.problem, solved.solution.values)
+    again = contest(solved.problem.ready, solved.problem.segments, True)
     assert again is not None and again.explanations == ()

@@ -234,7 +234,7 @@ class _Work:
         else:
             fit = replace(self, ready=ready)._added(tuple(held), plain, failed, verdict)
         missed = [
-            f"Disturbance {one.sentence} The estimator '{self.estimator.name}' cannot hold it: take --estimator shooting."
+            f"Disturbance {one.sentence} The estimator '{self.estimator.name}' cannot hold it, shooting can."
             for one in causes
             if one not in held
         ]

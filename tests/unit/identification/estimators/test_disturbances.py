@@ -109,7 +109,7 @@ def test_a_wrong_radius_is_no_wear(mode: str) -> None:
     assert radius is not None
     wrong = [replace(log, rig=replace(log.rig, r=replace(radius, value=0.057))) for log in logs]
     verdict = judged(pool(wrong))
-    assert verdict is not None and verdict.explanations == () and set(verdict.wrong) == {"R", "r"}
+    assert verdict is not None and verdict.explanations == () and {"R", "r"} <= verdict.wrong.keys()
     with pytest.raises(StickslipError, match=r"r = 0\.0[56]\d* m instead.*--disturbances auto"):
         fit_friction(wrong, estimator="weak-form", disturbances=mode)
 

@@ -209,10 +209,11 @@ class _Work:
             first = self.estimated("search", by=ESTIMATORS.load(WEAK))[0]
         try:
             verdict = self.judged(None if failed else first, named or None)
+            self.stages.of("causes")(1.0)
         except KeyboardInterrupt:
-            plain = self.concluded("conclusion", as_stated(first), DEFAULT_INFERENCE)
+            bare = as_stated(first) if failed else adjust(self.ready, first, options)
+            plain = conclude(self.ready, bare, DEFAULT_INFERENCE)
             return _ended(plain, "disturbances were not sought to the end", failed)
-        self.stages.of("causes")(1.0)
         if verdict is not None and (radii := radii_of(verdict, self.ready)):
             deviations = max(verdict.wrong[name][1] for name in radii)
             values = {prior.name: prior.value for prior in self.ready.priors}

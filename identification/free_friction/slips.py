@@ -283,7 +283,7 @@ class Slips:
         lever = self.ready.values.R
         relative = sum(shared.get(name, 0.0) for name in ("gain", "gain" + WRONG, "laser"))
         if self.ready.laser_alone:
-            relative -= shared.get("R", 0.0)
+            relative -= shared.get("R", 0.0) + shared.get("R" + WRONG, 0.0)
         return lever * np.sin(turned) * (1 - relative), lever * np.cos(turned), turning, slopes
 
     def _columns(self, number: int, responses: np.ndarray, seen: Shown) -> np.ndarray:
@@ -295,7 +295,7 @@ class Slips:
         first = columns.shape[1] - len(self.names)
         sensors = {"gain": -shown, "gain" + WRONG: -shown, "laser": -shown, "delay": -slope * turning}
         if self.ready.laser_alone and self.segments[number].laser:
-            sensors["R"] = shown
+            sensors |= {"R": shown, "R" + WRONG: shown}
         sensors |= {
             term.name: slope * misreading
             for term, misreading in zip(self.terms, misreadings, strict=True)

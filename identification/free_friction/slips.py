@@ -318,7 +318,7 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
     """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, spline and names."""
     from scipy.integrate import cumulative_trapezoid
 
-    rig, steps, acceleration = slips.rig(guess), slice(0, None, 2), slips.forces(guess)
+    steps, acceleration = slice(0, None, 2), slips.forces(guess)
     by_angle, by_speed = (
         (acceleration(steps, (angle + one * DIFFERENCE, speed + other * DIFFERENCE))
          - acceleration(steps, (angle - one * DIFFERENCE, speed - other * DIFFERENCE))) / (2 * DIFFERENCE)
@@ -336,6 +336,14 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
         )
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
 
+    return np.array(
+        [fundamental[..., 0, 0], fundamental[..., 0, 1], *map(response, _forces(guess, slips, angle, speed))]
+    )
+
+
+def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
+    """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, spline and names."""
+    rig, steps = slips.rig(guess), slice(0, None, 2)
     scale, state = rig.R * rig.N / rig.J, (angle, speed)
     factor, by_friction = slips.factor(guess, state, steps, FRICTION)
     stiffer, by_spring = slips.factor(guess, state, steps, SPRING)
@@ -368,10 +376,9 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
     forces = {**forces, "J": inertia}
     forces |= {name + WRONG: force for name, force in forces.items()}
     nothing = np.zeros(angle.shape)
-    modes = [response(np.broadcast_to(scale * mode, angle.shape)) for mode in slips.modes[:, steps]]
-    shared = [response(scale * slips.sign * factor * part) for part in np.moveaxis(basis, -1, 0)]
-    shared += [response(nothing + forces[name]) if name in forces else nothing for name in slips.names]
-    return np.array([fundamental[..., 0, 0], fundamental[..., 0, 1], *modes, *shared])
+    modes = [nothing + scale * mode for mode in slips.modes[:, steps]]
+    shared = [scale * slips.sign * factor * part for part in np.moveaxis(basis, -1, 0)]
+    return [*modes, *shared, *(nothing + forces.get(name, nothing) for name in slips.names)]
 
 
 def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -> np.ndarray:

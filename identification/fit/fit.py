@@ -124,11 +124,14 @@ class _Work:
         first, options = self.estimated("search")
         verdict = self.judged(first, ())
         try:
-            solved = adjust(self.ready, first, options, verdict is not None and verdict.curve.explains)
+            solved = adjust(self.ready, first, options)
         except ContradictedRadii as error:
             other = self.judged(first)
-            if other is None or not other.explanations:
+            if other is None or radii_of(other, self.ready):
                 raise
+            if not other.explanations:  # the law's form is wrong, and no radius
+                solved = adjust(self.ready, first, options, radii_hold=True)
+                return self.contested(solved, self.concluded("end", solved, verdict=verdict))
             radii = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
             warning = (
                 f"The motion asks for {radii}, which is not what was measured. A disturbance of the bench explains the "

@@ -38,6 +38,7 @@ from identification.free_friction.slips import WRONG, Guess, Slips
 from identification.free_friction.spline import COEFFICIENTS
 from identification.measurement.pooled import Pool
 
+ASTRAY = 4.0  # times the squares of the noise: slips that even an unexplained torque does not follow
 GAIN = 3.0  # of ln L, beyond what a candidate costs
 BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something unexplained: less is the best of a list
 PRICE = 1.5  # of ln L, of a torque that nothing explains
@@ -75,7 +76,7 @@ def contest(
     ready: Pool, segments: Sequence[ShootingSegment], noise_known: bool, named: Sequence[str] | None = None
 ) -> Verdict | None:
     """The verdict on slips; None where they do not tell friction without a law: those of two discs, of an encoder
-    alone, and of drives whose speed was not recorded.
+    alone, of drives whose speed was not recorded, or such as no torque follows.
 
     Args:
         ready: logs of one rig.
@@ -89,10 +90,12 @@ def contest(
     if len(ready.contacts) != 1 or not ready.seen_well:
         return None
     bare = slips_of(ready, segments)
-    guess = begun(bare)
-    if not noise_known:
-        bare = bare.with_noise(float(np.sqrt(bare.squares(guess) / sum(len(one.time) for one in segments))))
-    return _judged(bare, guess, named)
+    with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
+        guess = begun(bare)
+        misfit = bare.squares(guess) / sum(len(one.time) for one in segments)
+        if not misfit < ASTRAY and (noise_known or not np.isfinite(misfit)):
+            return None
+        return _judged(bare if noise_known else bare.with_noise(float(np.sqrt(misfit))), guess, named)
 
 
 def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
@@ -211,12 +214,16 @@ class _Table:
         return np.unique(np.concatenate([self._base, *(self._places[name] for name in chosen)]))
 
     def worth(self, chosen: Sequence[str]) -> float:
-        """ln L of a set less the price of its size."""
+        """ln L of a set less the price of its size; a set of as many columns as half of the slips is worth nothing."""
+        if 2 * (sum(len(self.field.columns[name]) for name in chosen) + 1) > len(self.slips.segments):
+            return -np.inf
         return self.likelihood(chosen) - len(chosen) * float(np.log(len(self.field.columns)))
 
     def better(self) -> tuple[str, ...]:
         """The set that is taken in place of the chosen one; itself where none is worth more."""
         now, chosen = self.worth(self.chosen), self.chosen
+        if not np.isfinite(now):
+            return ()
         open_ = [name for name in self.field.columns if name not in chosen and not self._rivalled(name, chosen)]
         singles = sorted(open_, key=lambda name: -self.worth((*chosen, name)))
         best = self.chosen

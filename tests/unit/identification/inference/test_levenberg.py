@@ -73,8 +73,8 @@ def test_a_line_is_found_exactly():
 
 
 def test_bounds_hold_and_the_others_answer():
-    """The offset ends on .5; the slope is its least-squares value all the same, since the columns are orthogonal: to the
-    root of the tolerance."""
+    """The offset ends on .5; the slope is its least-squares value all the same, to the root of the tolerance, since the
+    columns are orthogonal."""
     found = levenberg(line((0.0, 0.5), (-5.0, 5.0)), np.array([0.2, -3.0]), tolerance=1e-12, evaluations=20)
     assert found.values == pytest.approx([0.5, 2.0], abs=1e-7)
     assert found.at_bound == (True, False)

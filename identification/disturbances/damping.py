@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DAMPING, DisturbanceTerm, Effect
-from identification.inference.problem import Prior
-from identification.measurement.pooled import Pool
 
 SLOW = 1e-3  # rad/s, below which |omega| is rounded off, for a model is smooth
 QUADRATIC = Effect(
@@ -17,17 +15,11 @@ QUADRATIC = Effect(
     limits=(-10.0, 10.0),
     width=lambda order: 0.2,
 )
-
-
-def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
-    told = None if ready.decay is None else ready.decay.drag
-    prior = None if told is None else Prior("c2", told[0], "s/rad", told[1], "free decay")
-    return [DisturbanceTerm("c2", QUADRATIC, 1, prior=prior)]
-
-
 DISTURBANCE = Disturbance(
     words="damping grows with the speed, as the drag of air does",
-    terms=_terms,
+    terms=lambda ready, size: [
+        DisturbanceTerm.told("c2", QUADRATIC, 1, ready.decay and ready.decay.drag, "free decay")
+    ],
     rank=7,
     unsettles=("c", "c/J"),
 )

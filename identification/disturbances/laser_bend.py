@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import LASER, DisturbanceTerm, Effect
-from identification.inference.problem import Prior
 from identification.measurement.disc_motion import angle_sensor
 from identification.measurement.pooled import Pool
 
@@ -18,15 +17,11 @@ def no_laser(ready: Pool) -> str:
     return "" if any(angle_sensor(motion.log) == "laser" for motion in ready.motions) else "no laser shows their angle."
 
 
-def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
-    told = ready.sensors.bend
-    prior = None if told is None else Prior("laser_bend", told[0], "1", told[1], "laser against encoder")
-    return [DisturbanceTerm("laser_bend", BEND, 2, prior=prior)]
-
-
 DISTURBANCE = Disturbance(
     words="the laser is not straight: what it shows bends with the angle (its beam is tilted)",
-    terms=_terms,
+    terms=lambda ready, size: [
+        DisturbanceTerm.told("laser_bend", BEND, 2, ready.sensors.bend, "laser against encoder")
+    ],
     hidden=no_laser,
     rank=10,
     unsettles=("gain",),

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.turn import too_little_turned, turn_terms
+from identification.disturbances.turn import NORMAL_FORCE, too_little_turned, turn_terms
 
 DISTURBANCE = Disturbance(
     words="the normal force changes with the angle of the drive (run-out of the disc or its shaft)",
-    terms=lambda ready, size: tuple(turn_terms()),
+    terms=lambda ready, size: tuple(turn_terms(NORMAL_FORCE, "N")),
     hidden=too_little_turned,
     rank=0,
     emulated=("once", "twice"),

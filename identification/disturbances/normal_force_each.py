@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.turn import too_little_turned, turn_terms
+from identification.disturbances.turn import NORMAL_FORCE, too_little_turned, turn_terms
 from identification.measurement.pooled import Pool
 
 
@@ -13,7 +13,9 @@ def _hidden(ready: Pool) -> str:
 
 DISTURBANCE = Disturbance(
     words="the normal force changes with the angle of the drive, whose counter was reset between the logs",
-    terms=lambda ready, size: tuple(term for log in range(len(ready.motions)) for term in turn_terms(log)),
+    terms=lambda ready, size: tuple(
+        term for log in range(len(ready.motions)) for term in turn_terms(NORMAL_FORCE, "N", log)
+    ),
     hidden=_hidden,
     rank=1,
     same_as="normal-force",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import SPRING, DisturbanceTerm, Effect
-from identification.inference.problem import Prior
-from identification.measurement.pooled import Pool
 
 CUBIC = Effect(
     "cubic",
@@ -16,17 +14,9 @@ CUBIC = Effect(
     limits=(-10.0, 10.0),
     width=lambda order: 1.0,
 )
-
-
-def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
-    told = None if ready.decay is None else ready.decay.cubic
-    prior = None if told is None else Prior("k3", told[0], "1/rad^2", told[1], "free decay")
-    return [DisturbanceTerm("k3", CUBIC, 2, prior=prior)]
-
-
 DISTURBANCE = Disturbance(
     words="the spring is not straight: its stiffness changes with the square of the angle",
-    terms=_terms,
+    terms=lambda ready, size: [DisturbanceTerm.told("k3", CUBIC, 2, ready.decay and ready.decay.cubic, "free decay")],
     rank=6,
     unsettles=("k", "k/J"),
 )

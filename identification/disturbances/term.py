@@ -42,6 +42,12 @@ class Whereabouts:
     speed: np.ndarray
 
     @classmethod
+    def seen(cls, log: np.ndarray, number: int, time: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> Whereabouts:
+        """Of the samples of a sensor (n,), for which the drive does not count. log: times of all, s, of its number."""
+        one, lasts = np.ones(len(time)), log[-1] - log[0]
+        return cls(0 * one, angle, (time - log[0]) / lasts - 0.5, number * one, one, lasts * one, speed)
+
+    @classmethod
     def joined(cls, pieces: Sequence[Whereabouts]) -> Whereabouts:
         """Arrays of several joined along the first axis."""
         return cls(*(np.concatenate([getattr(piece, name.name) for piece in pieces]) for name in fields(cls)))
@@ -112,6 +118,14 @@ class DisturbanceTerm:
     prior: Prior | None = None
     words: str = ""
     cause: str = field(default="", kw_only=True)
+
+    @classmethod
+    def told(
+        cls, name: str, effect: Effect, order: int, reading: tuple[float, float] | None, source: str
+    ) -> DisturbanceTerm:
+        """A term of which a value and its deviation are known from elsewhere, if they are."""
+        prior = None if reading is None else Prior(name, reading[0], effect.unit(order), reading[1], source)
+        return cls(name, effect, order, prior=prior)
 
     def shape(self, where: Whereabouts) -> np.ndarray:
         """The shape that the term's value multiplies."""

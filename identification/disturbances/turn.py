@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -11,26 +12,33 @@ from identification.measurement.pooled import Pool
 
 HARMONICS = (1, 2)
 LEAST_TURN = np.pi  # rad that a drive turns in slip, the least that shows what its angle does
-COSINE = Effect(
-    "cos",
-    lambda at, order, functions: functions.cos(order * at.turned),
-    lambda order: f"of the cos of {order} turns of the drive",
-    factor="turn",
-)
-SINE = Effect(
-    "sin",
-    lambda at, order, functions: functions.sin(order * at.turned),
-    lambda order: f"of the sin of {order} turns of the drive",
-    factor="turn",
-)
 
 
-def turn_terms(log: int | None = None) -> Iterator[DisturbanceTerm]:
-    """The terms of one log, or of all."""
+def harmonics(name: str, of: str, factor: str, **how: Any) -> tuple[Effect, Effect]:
+    """Cosine and sine of an angle of the drive. name: before theirs; of: what changes, for their meanings; how: further
+    attributes of an `Effect`."""
+
+    def effect(wave: str) -> Effect:
+        return Effect(
+            f"{name}{wave}",
+            lambda at, order, functions: getattr(functions, wave)(order * at.turned),
+            lambda order: f"of the {of}{wave} of {order} turns of the drive",
+            factor=factor,
+            **how,
+        )
+
+    return effect("cos"), effect("sin")
+
+
+NORMAL_FORCE = harmonics("", "", "turn")
+
+
+def turn_terms(effects: tuple[Effect, Effect], letter: str, log: int | None = None) -> Iterator[DisturbanceTerm]:
+    """The terms of one log, or of all, called after a letter."""
     suffix = "" if log is None else f"_{log + 1}"
     for order in HARMONICS:
-        for effect in (COSINE, SINE):
-            yield DisturbanceTerm(f"N_{effect.name}{order}{suffix}", effect, order, log)
+        for wave, effect in zip(("cos", "sin"), effects, strict=True):
+            yield DisturbanceTerm(f"{letter}_{wave}{order}{suffix}", effect, order, log)
 
 
 def too_little_turned(ready: Pool) -> str:

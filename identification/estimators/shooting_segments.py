@@ -374,9 +374,7 @@ class ShootingProblem(FrictionProblem):
         if not terms:
             return np.zeros(1), (np.zeros(1), np.zeros(1)), {}
         log = self.ready.motions[segment.log].time
-        share = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
-        one = np.ones(len(share))
-        where = Whereabouts(0 * one, theta, share, segment.log * one, one, (log[-1] - log[0]) * one, omega)
+        where = Whereabouts.seen(log, segment.log, segment.time, theta, omega)
 
         def curves(angle: float, speed: float) -> list[np.ndarray]:
             at = replace(where, angle=theta + angle, speed=omega + speed)

@@ -13,7 +13,7 @@ not left out: the equations are those of where it stands.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -28,6 +28,7 @@ from identification.free_friction.curve import (
     TAUS,
     Gram,
     Known,
+    Least,
     begun,
     curve_of,
     settled,
@@ -101,11 +102,11 @@ def contest(
 def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
     field = _Field.of(bare.ready, named)
     chosen = tuple(field.columns) if named is not None else ()
-    seen, unexplained = {frozenset(chosen)}, []
+    seen, first = {frozenset(chosen)}, None
     while True:
         slips = field.slips(bare, chosen)
         guess, tau = settled(slips, guess)
-        unexplained.append(tau)
+        first = first or (guess, tau)
         if named is not None and not named:
             return Verdict(curve_of(slips, guess, tau), (), {})
         table = _Table(field, field.slips(bare, tuple(field.columns)), guess, chosen)
@@ -114,12 +115,10 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
             break
         seen.add(frozenset(better))
         chosen = better
-    if named is None and chosen and tau >= unexplained[0] > TAUS[0]:
-        # what is chosen leaves as much unexplained as was there: it is the best of a list, and no explanation
-        return _judged(bare, guess, ())
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
-    if named is None and tau > TAUS[0] and any(one.gain < BESIDE for one in found):
-        return _judged(bare, guess, ())
+    if named is None and chosen and tau > TAUS[0] and (tau >= first[1] or any(one.gain < BESIDE for one in found)):
+        # what is chosen leaves as much unexplained as was there, or adds little: the best of a list, no explanation
+        return Verdict(curve_of(bare, *first), (), {})
     wrong = {}
     for name in (name for name in chosen if name not in field.terms):
         for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
@@ -199,15 +198,18 @@ class _Table:
         """ln L of a set, with the tau that it has most likely, less what that costs."""
         key = frozenset(chosen)
         if key not in self._likelihoods:
-            moving, held = self._columns(key), self._columns(name for name in self.chosen if name not in key)
-            columns = np.union1d(moving, held)
-            known = self._known.without(np.setdiff1d(held, moving), SURE)
-            values = self.guess.values(self.slips.names)
             self._likelihoods[key] = max(
-                gram.least(known, values, columns).likelihood - PRICE * (tau > TAUS[0])
-                for tau, gram in zip(TAUS, self._grams, strict=True)
+                least.likelihood - PRICE * (tau > TAUS[0]) for tau, least in zip(TAUS, self._least(key), strict=True)
             )
         return self._likelihoods[key]
+
+    def _least(self, chosen: Iterable[str]) -> Iterator[Least]:
+        """The least sum of a set for each tau; what is taken away is held at 0."""
+        kept = set(chosen)
+        moving, held = self._columns(kept), self._columns(name for name in self.chosen if name not in kept)
+        known = self._known.without(np.setdiff1d(held, moving), SURE)
+        values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
+        return (gram.least(known, values, columns) for gram in self._grams)
 
     def _columns(self, chosen: Iterable[str]) -> np.ndarray:
         """Of candidates, and of all that is no candidate's."""
@@ -256,18 +258,13 @@ class _Table:
 
     def value(self, name: str, column: str, without: str) -> float:
         """What a column of a candidate would be in place of one of the chosen, to first order."""
-        others = [one for one in self.chosen if one != without]
-        columns, held = self._columns((*others, name)), self._columns([without])
-        known = self._known.without(np.setdiff1d(held, columns), SURE)
-        values = self.guess.values(self.slips.names)
-        step = self._grams[0].least(known, values, np.union1d(columns, held)).step
+        least = next(self._least([*(one for one in self.chosen if one != without), name]))
         place = COEFFICIENTS + self.slips.names.index(column)
-        return float(values[place] + step[place])
+        return float(self.guess.values(self.slips.names)[place] + least.step[place])
 
     def explanation(self, slips: Slips, name: str) -> Explanation:
         """One of the chosen. slips: with their columns."""
         terms = self.field.terms[name]
-        only = slips.under(terms)
         acts = terms[0].effect.acts
         angle, speed = slips.run(self.guess)
         if acts in SENSOR_UNITS:
@@ -276,6 +273,6 @@ class _Table:
             shown = misread(terms, values, replace(where, angle=angle, speed=speed))[0]
             size = (slips.ready.values.R if acts == LASER else 1.0) * float(np.max(np.abs(shown)))
         else:
-            factor = only.factor(self.guess, (angle, speed), slice(0, None, 2), acts)[0]
+            factor = slips.under(terms).factor(self.guess, (angle, speed), slice(0, None, 2), acts)[0]
             size = 0.5 * float(np.ptp(factor)) if acts == FRICTION else float(np.max(np.abs(factor - 1)))
         return Explanation(name, size, SENSOR_UNITS.get(acts, "1"), 2 * self.lead(name), terms, self.alike(name))

@@ -273,9 +273,7 @@ class Slips:
         turning = (1 - share) * speed[number, at] + share * speed[number, at + 1]
         values = np.array([shared.get(term.name, 0.0) for term in self.terms])
         log = self.ready.motions[segment.log].time
-        part, one = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5, np.ones(len(segment.time))
-        lasts = (log[-1] - log[0]) * one
-        where = Whereabouts(0 * one, turned, part, segment.log * one, one, lasts, turning)
+        where = Whereabouts.seen(log, segment.log, segment.time, turned, turning)
         misreading, slopes = misread(self.terms, values, where)
         turned = turned + misreading - shared.get("delay", 0.0) * turning
         if not segment.laser:

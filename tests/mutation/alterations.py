@@ -2,7 +2,8 @@
 
 Comparisons are negated, ``and`` and ``or``, sums and differences, products and quotients, least and greatest exchanged,
 signs and negations dropped, small integers raised by one. Texts, annotations and named constants stay: a heading or a
-tolerance that is doubled has no oracle but the code itself.
+tolerance that is doubled has no oracle but the code itself. So do a frozen class, the size of a picture and how far a
+bar of progress is.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ _BOOLEAN = {ast.And: ("and", "or"), ast.Or: ("or", "and")}
 _NAMES = {"min": "max", "max": "min", "any": "all", "all": "any", "sin": "cos", "cos": "sin"}
 _NAMES |= {"floor": "ceil", "ceil": "floor", "fmin": "fmax", "fmax": "fmin", "minimum": "maximum", "maximum": "minimum"}
 _LARGEST = 2  # integer that is altered: counts, indices, orders; larger ones are mostly sizes and limits
+_UNSEEN_KEYWORDS = {"frozen", "eq", "kw_only", "slots", "figsize"}
+_UNSEEN_CALLS = {"progress", "advance"}
 # what a mutant must not reach for, outside of its copy of the tree
 _SPARED = re.compile(r"kill|rmtree|unlink|rmdir|setrlimit")
 
@@ -160,11 +163,15 @@ def _leaf(node: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def _expressions(tree: ast.AST) -> Iterator[Any]:
-    """Nodes without annotations, texts that are put together, messages of errors and the values of named constants."""
+    """Nodes whose mutants a test could notice: no annotations, texts put together, messages, named constants."""
     waiting: list[ast.AST] = [tree]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.JoinedStr | ast.Raise):
+            continue
+        if isinstance(node, ast.keyword) and node.arg in _UNSEEN_KEYWORDS:
+            continue
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _UNSEEN_CALLS:
             continue
         if isinstance(node, ast.Assign) and all(isinstance(t, ast.Name) and t.id.isupper() for t in node.targets):
             continue

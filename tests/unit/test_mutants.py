@@ -56,6 +56,13 @@ def test_mutants_of_python() -> None:
     assert all(is_compiled(mutant, PYTHON) for mutant in mutants("a.py", PYTHON))
 
 
+def test_what_nobody_sees_is_left_as_it_is() -> None:
+    text = (
+        "@dataclass(frozen=True, order=True)\nclass A:\n    progress((1 + n) / 3)\n    f = Figure(figsize=(2, n + 1))\n"
+    )
+    assert altered("a.py", text) == [(1, "@dataclass(frozen=True, order=False)")]
+
+
 def test_a_mutant_that_does_not_compile_is_told() -> None:
     text = "while True:\n    try:\n        break\n    finally:\n        pass\n"
     (condition, leave) = mutants("a.py", text)

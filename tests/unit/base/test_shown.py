@@ -23,6 +23,7 @@ from fmu_models import (
     read_system,
     simulate,
 )
+from fmu_models.analyses.section import PoincareSection
 from fmu_models.base.shown import Tabular
 from fmu_models.maps import henon
 from fmu_models.oscillators import block_on_belt, planar_hopf
@@ -149,6 +150,23 @@ def test_plots_are_drawn_in_the_axes_given_or_in_new_ones(found, run):
     assert np.array_equal(axes.lines[0].get_xdata(), run["theta"])
     with pytest.raises(StickslipError, match="no variable 'thet'"):
         run.plot("thet")
+
+
+@pytest.mark.parametrize(
+    ("states", "count"), [(("x",), 3), (("x", "v", "z"), 3), (("x", "v"), 400), (("x", "v"), 30_000)]
+)
+def test_a_section_is_drawn_by_its_first_two_states(states: tuple[str, ...], count: int) -> None:
+    points = np.random.default_rng(1).normal(size=(count, len(states))) + 10.0 * np.arange(len(states))
+    section = PoincareSection("rig", states, (), points, np.ones(count), np.zeros((count, 0), np.int32))
+    axes = section.plot(ax=Figure().subplots())
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (states[0], states[:2][-1])
+    across, up = points[:, 0], points[:, :2][:, -1]
+    if count > 10_000:  # counts in cells
+        centres = axes.collections[0].get_offsets()
+        assert np.allclose(np.ptp(centres, axis=0), (np.ptp(across), np.ptp(up)), atol=0.3)
+        assert np.allclose(centres.min(axis=0), (across.min(), up.min()), atol=0.3)
+    else:
+        assert np.array_equal(axes.lines[0].get_xydata(), np.column_stack((across, up)))
 
 
 def test_the_summary_of_a_fit_is_what_the_terminal_says_in_a_notebook_too(found, monkeypatch):

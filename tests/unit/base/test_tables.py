@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from fmu_models.base import console
 from fmu_models.base.table import Cell, Column, interval, known_to, measured, number, sd, table, verdict
 
 WIDTHS = (60, 80, 200)
@@ -72,6 +73,13 @@ def test_what_cannot_be_spared_goes_on_below_with_the_names_of_the_rows():
     blocks = [line for line in text.splitlines() if line.startswith("x ")]
     assert len(blocks) > 3
     assert sum(len(line.split()) - 1 for line in blocks) == 30
+
+
+def test_a_listing_shows_its_title_its_heads_and_its_rows():
+    listing = console.table("model", ">mass (kg)", title="Two of a kind")
+    listing.add_row("slider", "1.5")
+    text = printed(listing, 60)
+    assert text.index("Two of a kind") < text.index("mass (kg)") < text.index("slider") < text.index("1.5")
 
 
 def test_rows_become_columns():

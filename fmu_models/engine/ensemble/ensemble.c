@@ -29,9 +29,7 @@ int stickslip_ensemble(void *instance, Ensemble *e)
     if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", __func__);
     if (e->n_directions < 0 || e->n_directions > EXTENDED || (e->n_directions > 0 && !e->room))
         return instance_refuse(m, "%s: %lld directions are not possible", __func__, (long long)e->n_directions);
-    if (lane_runs_possible(e)) {
-        return lane_runs(m, e);
-    }
+    if (lane_runs_possible(e)) return lane_runs(m, e);
     Job job = {.m = m, .e = e};
     for (; e->done < e->n_runs; e->done++) {
         Outcome outcome = journey_start(&job, e->done, e->memory);

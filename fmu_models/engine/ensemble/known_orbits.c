@@ -20,17 +20,14 @@ int64_t arrival_numbers(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1);
 void arrival_start(Arrival *a, const Ensemble *e, double *memory)
 {
     *a = (Arrival){e, memory, 0, -1, 0};
-    for (int64_t n = 0; n < e->longest; n++) {
+    for (int64_t n = 0; n < e->longest; n++)
         arrival_held(a)[n] = 0.0;
-    }
 }
 
 /* the shortest difference of two values of a number of a point */
 static double arrival_apart(const Ensemble *e, int i, double difference)
 {
-    if (i == MODEL_NX || !(e->turns[i] < INFINITY)) {
-        return difference;
-    }
+    if (i == MODEL_NX || !(e->turns[i] < INFINITY)) return difference;
     return difference - nearbyint(difference / e->turns[i]) * e->turns[i];
 }
 
@@ -39,9 +36,7 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
     const Ensemble *e = a->e;
     double point[ARRIVAL_WIDTH];
     int64_t found = 0;
-    if (e->longest == 0) {
-        return 0;
-    }
+    if (e->longest == 0) return 0;
     memcpy(point, x, MODEL_NX * sizeof *point);
     point[MODEL_NX] = time;
     const int64_t here = a->seen % e->longest;
@@ -56,9 +51,7 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
         }
         double *held = arrival_held(a) + n - 1;
         *held = same ? *held + 1.0 : 0.0;
-        if (!found && *held > (double)(2 * n + 2)) {
-            found = n;
-        }
+        if (!found && *held > (double)(2 * n + 2)) found = n;
     }
     memcpy(arrival_ring(a) + here * ARRIVAL_WIDTH, point, sizeof point);
     a->seen++;
@@ -71,14 +64,11 @@ static int arrival_near(const Ensemble *e, const double *x, int64_t k)
     const double *form = e->metric + k * MODEL_NX * MODEL_NX;
     double apart[MODEL_ROOM(MODEL_NX)];
     double sum = 0.0;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         apart[i] = arrival_apart(e, i, x[i] - centre[i]);
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
-        for (int j = 0; j < MODEL_NX; j++) {
+    for (int i = 0; i < MODEL_NX; i++)
+        for (int j = 0; j < MODEL_NX; j++)
             sum += apart[i] * form[i * MODEL_NX + j] * apart[j];
-        }
-    }
     return sum <= 1.0;
 }
 
@@ -86,12 +76,9 @@ int64_t arrival_orbit(Arrival *a, const double *x)
 {
     const Ensemble *e = a->e;
     int64_t here = a->expected >= 0 && arrival_near(e, x, a->expected) ? a->expected : -1;
-    if (here < 0) {
-        a->met = 0;
-    }
-    for (int64_t k = 0; here < 0 && k < e->n_known; k++) {
+    if (here < 0) a->met = 0;
+    for (int64_t k = 0; here < 0 && k < e->n_known; k++)
         here = arrival_near(e, x, k) ? k : -1;
-    }
     a->expected = here < 0 ? -1 : e->next[here];
     a->met += here >= 0;
     return here >= 0 && a->met >= e->passes[here] ? e->orbit[here] : -1;

@@ -24,15 +24,13 @@ static void map_set_apart(Job *job, double volume)
 {
     double factors[EXTENDED];
     const int n = (int)job->e->n_directions;
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++)
         factors[k] = 1.0;
-    }
     growth_orthonormalize(job->directions[0], n, EXTENDED, MODEL_NX, 1, 0, factors);
     if (n == MODEL_NX) {
         double others = 1.0;
-        for (int k = 0; k < n - 1; k++) {
+        for (int k = 0; k < n - 1; k++)
             others *= factors[k];
-        }
         factors[n - 1] = others > 0.0 ? volume / others : factors[n - 1];
     }
     journey_grow(job, factors);
@@ -48,9 +46,8 @@ static double map_differences(Job *job)
     for (int k = 0; k < job->e->n_directions; k++) {
         double *d = job->directions[k];
         memcpy(before, d, MODEL_NX * sizeof *before);
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             d[i] = growth_product(jacobian + (size_t)i * MODEL_NX, before, MODEL_NX);
-        }
     }
     return volume;
 }
@@ -59,9 +56,7 @@ static double map_differences(Job *job)
 static int map_is_due(const Job *job, int64_t since, double volume)
 {
     const int n = (int)job->e->n_directions;
-    if (n < 2 || since == MAP_APART) {
-        return since == MAP_APART;
-    }
+    if (n < 2 || since == MAP_APART) return since == MAP_APART;
     const double sizes = growth_norm(job->directions[0], MODEL_NX) * growth_norm(job->directions[1], MODEL_NX);
     return MODEL_NX > 2 || !(volume > MAP_CLOSE * sizes);
 }
@@ -76,9 +71,7 @@ static int64_t map_steps(Job *job, int64_t steps, Outcome *outcome)
     int64_t done, since = 0;
     *outcome = OUTCOME_FINISHED;
     for (done = 0; done < steps && *outcome == OUTCOME_FINISHED; done++) {
-        if (e->n_directions > 0) {
-            volume *= map_differences(job);
-        }
+        if (e->n_directions > 0) volume *= map_differences(job);
         if (e->jacobians) {
             journey_differences(job, 0.0);
         } else if (e->n_directions > 0 && (map_is_due(job, ++since, volume) || done == steps - 1)) {
@@ -88,15 +81,12 @@ static int64_t map_steps(Job *job, int64_t steps, Outcome *outcome)
         }
         model_iterate(r->at.p, r->at.x, next);
         for (int i = 0; i < MODEL_NX; i++) {
-            if (!(fabs(next[i]) < e->bound)) {
+            if (!(fabs(next[i]) < e->bound))
                 *outcome = isfinite(next[i]) && *outcome != OUTCOME_BROKEN ? OUTCOME_ESCAPED : OUTCOME_BROKEN;
-            }
             r->at.x[i] = next[i];
         }
     }
-    if (*outcome == OUTCOME_BROKEN) {
-        run_fail(r, "%s", "the rule has no value there");
-    }
+    if (*outcome == OUTCOME_BROKEN) run_fail(r, "%s", "the rule has no value there");
     return done;
 }
 
@@ -104,9 +94,7 @@ static int64_t map_steps(Job *job, int64_t steps, Outcome *outcome)
 static int64_t map_quiet(const Job *job)
 {
     const Ensemble *e = job->e;
-    if (job->left > 0) {
-        return e->longest > 0 || e->n_known > 0 ? 0 : job->left - 1;
-    }
+    if (job->left > 0) return e->longest > 0 || e->n_known > 0 ? 0 : job->left - 1;
     return e->batch - job->batched - 1;
 }
 
@@ -115,13 +103,9 @@ Outcome map_run(Job *job)
     Ensemble *e = job->e;
     const Run *r = &job->m->core.run;
     Outcome outcome = OUTCOME_FINISHED;
-    if (e->transient == 0 && e->n_rows == 0) {
-        return outcome;
-    }
+    if (e->transient == 0 && e->n_rows == 0) return outcome;
     while (1) {
-        if (e->stop && *(const volatile int32_t *)e->stop) {
-            return OUTCOME_STOPPED;
-        }
+        if (e->stop && *(const volatile int32_t *)e->stop) return OUTCOME_STOPPED;
         const int64_t quiet = map_quiet(job);
         const int64_t done = map_steps(job, quiet < MAP_PATIENCE ? quiet : MAP_PATIENCE, &outcome);
         e->steps[job->run] += done;
@@ -134,9 +118,7 @@ Outcome map_run(Job *job)
         if (outcome == OUTCOME_FINISHED && done == quiet && map_steps(job, 1, &outcome) == 1
             && outcome == OUTCOME_FINISHED) {
             const Place at = {r->at.x, r->at.memory, r->at.state, r->at.time};
-            if (journey_note(job, &at, 1.0, &outcome)) {
-                return outcome;
-            }
+            if (journey_note(job, &at, 1.0, &outcome)) return outcome;
         } else if (outcome != OUTCOME_FINISHED) {
             return outcome;
         }

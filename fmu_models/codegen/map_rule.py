@@ -23,7 +23,7 @@ static double wrapped(double value, double turn)
 
 class _Printer(C99CodePrinter):
     def __init__(self, names: dict[sympy.Basic, str]) -> None:
-        super().__init__()
+        super().__init__({"math_macros": {}})  # M_PI_2 and its like are no part of C99
         self._names = names
 
     def _print_Symbol(self, expr: Any) -> str:

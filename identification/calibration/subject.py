@@ -43,12 +43,7 @@ class Stretch:
     @property
     def begin(self) -> dict[str, Any]:
         """Where and with what the run begins, as runs of all kinds take it."""
-        return {
-            "start_time": self.start_time,
-            "parameters": self.values,
-            "start": self.start,
-            "inputs": self.inputs,
-        }
+        return {"start_time": self.start_time, "parameters": self.values, "start": self.start, "inputs": self.inputs}
 
 
 @dataclass(frozen=True, eq=False)

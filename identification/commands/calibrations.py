@@ -31,8 +31,7 @@ Noise = Annotated[
     typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
 ]
 Columns = Annotated[
-    list[str] | None,
-    typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
+    list[str] | None, typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat.")
 ]
 Hold = Annotated[
     str | None,

@@ -57,10 +57,8 @@ def conclude(
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
-    wider: float = 1.0,
 ) -> FrictionFit:
-    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
-    wider: factor of the standard deviations from noise.
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
@@ -83,7 +81,7 @@ def conclude(
         progress=progress,
     )
     white = among(white_covariance(searched_problem, at_searched), free)
-    covariance = wider**2 * among(inference.covariance, free)
+    covariance = among(inference.covariance, free)
     elastic, releases = _in_stick(ready, solved, inference, covariance, shifts)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0

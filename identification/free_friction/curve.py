@@ -253,7 +253,7 @@ def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
     known = np.linalg.inv(hessian)[inside, inside]
     form_deviation, deviation = (np.sqrt(np.einsum("ij,jk,ik->i", basis, c, basis)) for c in (alone, known))
     draws = np.random.default_rng(SEED).multivariate_normal(np.zeros(COEFFICIENTS), alone, DRAWS)
-    least = slips.least(guess)
+    least = float(np.min(slips.slip_speeds(guess)))
     seen = speed >= least
     furthest = np.max(np.abs(draws @ basis[seen].T) / form_deviation[seen], axis=1)
     count = sum(len(row.residual) for row in rows)

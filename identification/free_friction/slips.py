@@ -232,10 +232,10 @@ class Slips:
             motion[..., number + 1] = angle, speed
         return motion[0], motion[1]
 
-    def least(self, guess: Guess) -> float:
-        """The least slip speed of all, m/s."""
+    def slip_speeds(self, guess: Guess) -> np.ndarray:
+        """At the steps (n_slips, count + 1), m/s."""
         rig = self.rig(guess)
-        return float(np.min(self.sign * (rig.r * self.drive[:, ::2] - rig.R * self.run(guess)[1])))
+        return self.sign * (rig.r * self.drive[:, ::2] - rig.R * self.run(guess)[1])
 
     def squares(self, guess: Guess) -> float:
         """Sum of squares of the whitened residuals; infinite where no motion is."""

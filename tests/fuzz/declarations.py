@@ -48,6 +48,7 @@ RUNS = 5  # of a declaration
 SHRINKS = 60  # declarations that are tried to make a failure smaller
 TIMES = 61
 ACCURATE = 1e-7  # of the size of a motion; the reference has 1e-9 and better
+NARROW = 0.1  # s: width of a pulse
 AMPLIFIED = 100.0  # times what a nearby run of the reference parts
 NUDGE = 1e-10
 SEEN_BY_CVODE = 0.02  # s, its longest steps in 3 s are three times that
@@ -269,7 +270,9 @@ def _fmpy(kind: str) -> Callable[..., str]:
 
 def _extrapolated(model: Model, drawn: Values, ours: Trajectory, reference: Run) -> str:
     """Derivatives of outputs by Co-Simulation, in the longest pause of the motion from the declared start."""
-    if not model.fmu.outputs:
+    # the test looks at eight places of a step: a narrow pulse may lie between them
+    widths = [abs(value) for name, value in drawn.parameters.items() if name.startswith("tw")]
+    if not model.fmu.outputs or min(widths, default=1.0) < NARROW:
         return ""
     try:
         test_they_extrapolate_outputs(model.fmu, longest_pause(model.fmu))

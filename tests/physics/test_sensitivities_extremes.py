@@ -11,14 +11,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick_export import quick_export
+from sympy import Rational
 
+from fmu_models import Stop
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.sections.orbits import orbit_at
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.tangent import flow_derivative
 
@@ -80,6 +84,38 @@ def test_derivatives_that_die_out_are_zero() -> None:
     assert np.abs(found.derivative[1, :, :2]).max() == 0.0
     # what it has come to depends on the stiffness
     assert 0.0 < np.abs(found.derivative[1, :, 2]).max() < 1.0
+
+
+@pytest.mark.parametrize("k", [1e4, 1e6, 1e9])
+def test_a_hertz_contact_keeps_its_energy_and_its_tangents(k: float, tmp_path: Path) -> None:
+    """Along the motion of what nothing forces, a difference grows as the rates do: by the states alone, to rounding."""
+    x = Coordinate("x", "1", "height", velocity="v")
+    m, stiffness = Parameter("m", 1.0, "1", "mass"), Parameter("k", 1e4, "1", "stiffness")
+    floor = Stop(
+        name="floor", gap=x, law=LankaraniNikravesh(k=stiffness, n=Rational(3, 2), restitution=1), release="gap"
+    )
+    mechanism = Mechanism(
+        name="hertz_ball",
+        title="Ball on a floor",
+        source="Hertz",
+        coordinates=[x],
+        kinetic_energy=m * x.v**2 / 2,
+        potential_energy=m * x,
+        contacts=[floor],
+    )
+    fmu = Fmu.open(quick_export(mechanism, tmp_path / "hertz_ball.fmu"))
+    run: dict[str, Any] = {"start": {"x": 0.5, "v": 0.0}, "parameters": {"k": k}}
+    entry = simulate(fmu, 1.01, **run).events[0].time
+    length = 3.0 * k**-0.4
+    times = entry + length * np.array([1e-3, 1e-2, 0.1, 0.3, 0.5, 0.7])
+    motion = simulate(fmu, times[-1], output_times=times, **run)
+    depth = np.maximum(-motion["x"], 0.0)
+    energy = motion["v"] ** 2 / 2 + motion["x"] + 0.4 * k * depth**2.5
+    np.testing.assert_allclose(energy, 0.5, rtol=2e-13)
+    with SensitiveRun(fmu, by=["v"], recorded=["x", "v"]) as kept:
+        along = kept.run(times, **run).derivative[:, :, 0]
+    rates = np.column_stack((motion["v"], k * depth**1.5 - 1.0))
+    np.testing.assert_allclose(along, -rates, rtol=1e-9, atol=1e-12 * np.abs(rates).max())
 
 
 def test_multipliers_at_a_corner_are_one_sided(tmp_path: Path) -> None:

@@ -155,11 +155,22 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
 
 int taylor_series(Run *r, Jets *j, int order, double limit) { return series_to(r, j, order, &limit); }
 
-/*
- * the shorter of a log2 of a length and that at which the terms order - 1 and order are tolerance times the larger of
- * the first two terms, from term m, that are not zero
- */
-static double shorter_length(double length, const double *x, int m, int order, double log_tolerance)
+/* the last terms of a series of which some may vanish: a force like depth to the power 3/2 leaves every fifth power of the
+   root of time, one like x^4 every fifth of time */
+enum { LAST_TERMS = 5 };
+
+/* what makes a length short enough: the last two terms that do not vanish, or, in the root of time, all of the last, of
+   which others than every fifth are there but small */
+typedef struct {
+    double log_tolerance;
+    int all;
+} Ask;
+
+static Ask ask_for(const Run *r, double log_tolerance) { return (Ask){log_tolerance, r->segment_rooted}; }
+
+/* the shorter of a log2 of a length and that at which the last terms are tolerance times the larger of the first two
+   terms, from term m, that are not zero */
+static double shorter_length(double length, const double *x, int m, int order, Ask ask)
 {
     int first = m;
     while (first < order && x[first] == 0.0)
@@ -167,11 +178,13 @@ static double shorter_length(double length, const double *x, int m, int order, d
     int second = first + 1;
     while (second < order && x[second] == 0.0)
         second++;
-    const double one = first < order ? log_tolerance + rough_log2(x[first]) : 0.0;
-    const double two = second < order ? log_tolerance + rough_log2(x[second]) : 0.0;
-    for (int k = order - 1; k <= order; k++) {
+    const double one = first < order ? ask.log_tolerance + rough_log2(x[first]) : 0.0;
+    const double two = second < order ? ask.log_tolerance + rough_log2(x[second]) : 0.0;
+    int told = 0;
+    for (int k = order; k > order - LAST_TERMS && k > 0 && (ask.all || told < 2); k--) {
         if (!isfinite(x[k])) return -INFINITY; /* beyond the range of numbers: no length is short enough */
         if (x[k] == 0.0 || k <= first) continue;
+        told++;
         const double term = rough_log2(x[k]);
         double longest = (one - term) / (k - first);
         if (k > second) {
@@ -184,29 +197,26 @@ static double shorter_length(double length, const double *x, int m, int order, d
 }
 
 /* log2 of the length over which the states keep the tolerance */
-static double state_length(const Jets *j, int order, double log_tolerance)
+static double state_length(const Jets *j, int order, Ask ask)
 {
     double length = INFINITY;
     for (int i = 0; i < MODEL_NX; i++)
-        length = shorter_length(length, j->x[i], 0, order, log_tolerance);
+        length = shorter_length(length, j->x[i], 0, order, ask);
     return length;
 }
 
 double taylor_series_length(const double *x, int order, double tolerance)
 {
-    return rough_exp2(shorter_length(INFINITY, x, 0, order, rough_log2(tolerance)));
+    return rough_exp2(shorter_length(INFINITY, x, 0, order, (Ask){rough_log2(tolerance), 0}));
 }
 
 double taylor_time_scale(const Run *r, const Jets *j, int order)
 {
-    const double log_tolerance = rough_log2(r->tolerances.step);
-    double length = state_length(j, order, log_tolerance);
-    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
-        if (model_contact_impulsive[c]) {
-            length = shorter_length(length, j->slip[c], 0, order,
-                                    log_tolerance); /* walls that move change faster than states */
-        }
-    }
+    const Ask ask = ask_for(r, rough_log2(r->tolerances.step));
+    double length = state_length(j, order, ask);
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++)
+        if (model_contact_impulsive[c])
+            length = shorter_length(length, j->slip[c], 0, order, ask); /* walls that move change faster than states */
     length = rough_exp2(length);
     return isfinite(length) ? length : 1.0;
 }
@@ -215,35 +225,35 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
    and switching functions */
 static double taylor_length(const Run *r, const Jets *j, int order, double *exact)
 {
-    const double log_tolerance = rough_log2(r->tolerances.step);
-    double length = state_length(j, order, log_tolerance);
+    const Ask ask = ask_for(r, rough_log2(r->tolerances.step));
+    double length = state_length(j, order, ask);
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
         if (watches_function(r, j, c)) {
             length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
-                                    order, log_tolerance);
+                                    order, ask);
         }
         if (r->at.state[c] == CONTACT_STICK) {
-            length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
+            length = shorter_length(length, j->force[c], 0, order - 1, ask);
             if (model_contact_partner[c] < 0) { /* what a rigid contact's friction may be goes with its force */
-                length = shorter_length(length, j->capacity[c], 0, order - 1, log_tolerance);
-                if (MODEL_DIRECTED) length = shorter_length(length, j->capacity_minus[c], 0, order - 1, log_tolerance);
+                length = shorter_length(length, j->capacity[c], 0, order - 1, ask);
+                if (MODEL_DIRECTED) length = shorter_length(length, j->capacity_minus[c], 0, order - 1, ask);
             }
         }
         if (contact_is_closed(r, c)) {
             length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted),
-                                    order - 1, log_tolerance);
+                                    order - 1, ask);
         } else if (model_contact_bounded[c]) {
             const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
             if (contact_is_open(r, c)) {
-                near = shorter_length(near, j->depth[c], known, order, log_tolerance);
-                length = shorter_length(length, j->depth[c], known, order, LOG_FAR);
+                near = shorter_length(near, j->depth[c], known, order, ask);
+                length = shorter_length(length, j->depth[c], known, order, ask_for(r, LOG_FAR));
             } else {
-                length = shorter_length(length, j->depth[c], known, order, log_tolerance);
+                length = shorter_length(length, j->depth[c], known, order, ask);
             }
         }
         if (MODEL_REACH && contact_may_release(r->at.state, c)) /* otherwise it is a sum of what is kept */
-            length = shorter_length(length, j->release[c], 0, order, log_tolerance);
+            length = shorter_length(length, j->release[c], 0, order, ask);
     }
     *exact = rough_exp2(near);
     return rough_exp2(length);

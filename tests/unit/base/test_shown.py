@@ -162,7 +162,7 @@ def test_a_section_is_drawn_by_its_first_two_states(states: tuple[str, ...], cou
     assert (axes.get_xlabel(), axes.get_ylabel()) == (states[0], states[:2][-1])
     across, up = points[:, 0], points[:, :2][:, -1]
     if count > 10_000:  # counts in cells
-        centres = axes.collections[0].get_offsets()
+        centres = np.asarray(axes.collections[0].get_offsets())
         assert np.allclose(np.ptp(centres, axis=0), (np.ptp(across), np.ptp(up)), atol=0.3)
         assert np.allclose(centres.min(axis=0), (across.min(), up.min()), atol=0.3)
     else:

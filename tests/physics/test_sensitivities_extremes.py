@@ -118,6 +118,25 @@ def test_a_hertz_contact_keeps_its_energy_and_its_tangents(k: float, tmp_path: P
     np.testing.assert_allclose(along, -rates, rtol=1e-9, atol=1e-12 * np.abs(rates).max())
 
 
+@pytest.mark.parametrize("n", [3, 4, 5, 7])
+def test_sparse_series_keep_their_energy(n: int, tmp_path: Path) -> None:
+    """From x = 0 a spring like x^4 leaves every fifth power of time: the last two terms may vanish."""
+    x, m = Coordinate("x", "1", "deflection", velocity="v"), Parameter("m", 1.0, "1", "mass")
+    spring = Mechanism(
+        name="spring",
+        title="Spring",
+        source="textbook",
+        coordinates=[x],
+        kinetic_energy=m * x.v**2 / 2,
+        potential_energy=x ** (n + 1) / (n + 1),
+        contacts=[],
+    )
+    fmu = Fmu.open(quick_export(spring, tmp_path / "spring.fmu"))
+    motion = simulate(fmu, 1.2, start={"x": 0.0, "v": 1.0}, output_times=np.linspace(0.0, 1.2, 25))
+    energy = motion["v"] ** 2 / 2 + motion["x"] ** (n + 1) / (n + 1)
+    np.testing.assert_allclose(energy, 0.5, rtol=4e-14)
+
+
 def test_multipliers_at_a_corner_are_one_sided(tmp_path: Path) -> None:
     """Two balls that land at once, and in turn."""
     m, g = Parameter("m", 1.0, "kg", "mass"), Parameter("g", 10.0, "m/s2", "gravity")

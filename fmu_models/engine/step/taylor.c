@@ -159,8 +159,8 @@ int taylor_series(Run *r, Jets *j, int order, double limit) { return series_to(r
    root of time, one like x^4 every fifth of time */
 enum { LAST_TERMS = 5 };
 
-/* what makes a length short enough: the last two terms that do not vanish, or, in the root of time, all of the last, of
-   which others than every fifth are there but small */
+/* what makes a length short enough: the last two terms, or one before them where both vanish; in the root of time all of
+   the last, of which others than every fifth are there but small */
 typedef struct {
     double log_tolerance;
     int all;
@@ -181,10 +181,10 @@ static double shorter_length(double length, const double *x, int m, int order, A
     const double one = first < order ? ask.log_tolerance + rough_log2(x[first]) : 0.0;
     const double two = second < order ? ask.log_tolerance + rough_log2(x[second]) : 0.0;
     int told = 0;
-    for (int k = order; k > order - LAST_TERMS && k > 0 && (ask.all || told < 2); k--) {
+    for (int k = order; k > order - LAST_TERMS && k > 0 && (ask.all || k >= order - 1 || !told); k--) {
         if (!isfinite(x[k])) return -INFINITY; /* beyond the range of numbers: no length is short enough */
         if (x[k] == 0.0 || k <= first) continue;
-        told++;
+        told = 1;
         const double term = rough_log2(x[k]);
         double longest = (one - term) / (k - first);
         if (k > second) {

@@ -33,7 +33,7 @@ from identification.inference.problem import (
     among,
     determines,
     information,
-    prior_precision,
+    prior_rows,
     searched,
 )
 from identification.inference.uncertainty import autocorrelation, correlation
@@ -295,7 +295,7 @@ def _shifts(
     """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; reduced, seen: the
     problem and solution of the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
-    roots = np.sqrt(prior_precision(reduced))
+    roots = prior_rows(reduced)
     stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
     for name, slope in problem.by_held(solution.values).items():

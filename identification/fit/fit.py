@@ -15,6 +15,7 @@ from identification.estimators.base import Estimate, Estimator, Options
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated, contradicted
 from identification.fit.causes import WIDER, asked_for, causes_named, causes_of, judged, radii_of, terms_found
 from identification.fit.conclude import conclude
+from identification.fit.free import fit_free
 from identification.fit.law_spread import MODES, contest, with_spread, with_unexplained
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
@@ -87,6 +88,12 @@ def fit_friction(
     if disturbances == AUTO and not ready.seen_well:
         disturbances = NONE
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
+    if form.spans:
+        if estimator != ESTIMATOR:
+            raise StickslipError(f"The law '{form.name}' is fitted by '{ESTIMATOR}', not by '{estimator}'.")
+        named = () if disturbances == NONE else asked_for(disturbances) or None
+        fit = fit_free(ready, sought, options, inference, named, stages)
+        return replace(fit, recorded=tuple(motion.log for motion in ready.motions))
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
         fit = work.without_causes()

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     import pandas
     from lmfit import Minimizer
 
-VERSION = 4  # of the format of a fit
+VERSION = 5  # of the format of a fit
 LEVEL = 0.95  # of intervals
 MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
 NAMES = {  # in JSON, as the tables have them

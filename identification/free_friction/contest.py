@@ -23,6 +23,7 @@ import numpy as np
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
+from identification.free_friction.basis import COEFFICIENTS
 from identification.free_friction.curve import (
     OFF,
     TAUS,
@@ -36,7 +37,6 @@ from identification.free_friction.curve import (
 )
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
-from identification.free_friction.spline import COEFFICIENTS
 from identification.measurement.pooled import Pool
 
 ASTRAY = 4.0  # times the squares of the noise: slips that even an unexplained torque does not follow

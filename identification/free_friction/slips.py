@@ -29,7 +29,7 @@ from identification.disturbances.term import (
 )
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.spline import SpeedSpline
+from identification.free_friction.basis import SpeedBasis
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values
 from rig_io.sensors.motion import Motion
@@ -45,7 +45,7 @@ Shown = tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]  # see `Slip
 
 @dataclass(eq=False)
 class Guess:
-    """Where a search is. coefficients: of the spline; starts (n_slips, STARTS): rad, rad/s; unexplained: (n_slips,
+    """Where a search is. coefficients: of the curve; starts (n_slips, STARTS): rad, rad/s; unexplained: (n_slips,
     MODES); shared: logarithms of constants over their values, gain, delay, terms, by name."""
 
     coefficients: np.ndarray
@@ -81,11 +81,11 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Slips:
-    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the spline."""
+    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the curve."""
 
     ready: Pool
     segments: tuple[ShootingSegment, ...]
-    spline: SpeedSpline
+    curve: SpeedBasis
     terms: tuple[DisturbanceTerm, ...]
     names: tuple[str, ...]
     _last: list[tuple[Guess, tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, init=False, repr=False)
@@ -152,11 +152,15 @@ class Slips:
             np.array(turned), nothing, np.array(share), log * same, np.array(load), lasts * same, nothing
         )
 
-    def rig(self, guess: Guess) -> RigValues:
-        """Constants of the rig at a guess."""
+    def constants(self, guess: Guess) -> dict[str, float]:
+        """Constants of the rig at a guess, by name."""
         stated = {prior.name: prior.value for prior in self.ready.priors}
         off = {name: guess.shared.get(name, 0.0) + guess.shared.get(name + WRONG, 0.0) for name in stated}
-        return rig_values({name: value * np.exp(off[name]) for name, value in stated.items()})
+        return {name: value * float(np.exp(off[name])) for name, value in stated.items()}
+
+    def rig(self, guess: Guess) -> RigValues:
+        """Constants of the rig at a guess."""
+        return rig_values(self.constants(guess))
 
     def factor(
         self, guess: Guess, state: tuple[np.ndarray, np.ndarray], place: int | slice, acts: str
@@ -168,7 +172,7 @@ class Slips:
 
     def forces(self, guess: Guess) -> Callable[[int | slice, tuple[np.ndarray, np.ndarray]], np.ndarray]:
         """theta'' at a place in time, of angles and speeds, each (n_slips,) or (n_slips, n)."""
-        rig, pieces, unexplained = self.rig(guess), self.spline.pieces(guess.coefficients), guess.unexplained
+        rig, coefficients, unexplained = self.rig(guess), guess.coefficients, guess.unexplained
         timed, bodily = ({acts: self.under(terms) for acts, terms in some.items()} for some in self._terms)
         still = {acts: slips.factor(guess, self._anywhere, slice(None), acts)[0] for acts, slips in timed.items()}
 
@@ -180,7 +184,7 @@ class Slips:
             angle, speed = state
             sign = self.sign[:, 0] if isinstance(place, int) else self.sign
             slip = sign * (rig.r * self.drive[:, place] * factor(DRIVE, place, state) - rig.R * speed)
-            friction = sign * self.spline.value(pieces, slip) * factor(FRICTION, place, state)
+            friction = sign * self.curve.value(coefficients, slip) * factor(FRICTION, place, state)
             torque = rig.R * rig.N * (friction + unexplained @ self.modes[:, place])
             spring, damping = rig.k * factor(SPRING, place, state), rig.c * factor(DAMPING, place, state)
             return (torque - spring * angle - damping * speed) / rig.J
@@ -313,7 +317,7 @@ class Slips:
 
 
 def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, spline and names."""
+    """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, curve and names."""
     from scipy.integrate import cumulative_trapezoid
 
     steps, acceleration = slice(0, None, 2), slips.forces(guess)
@@ -340,7 +344,7 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
 
 
 def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
-    """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, spline and names."""
+    """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, curve and names."""
     rig, steps = slips.rig(guess), slice(0, None, 2)
     scale, state = rig.R * rig.N / rig.J, (angle, speed)
     factor, by_friction = slips.factor(guess, state, steps, FRICTION)
@@ -349,7 +353,7 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
     faster, by_drive = slips.factor(guess, state, steps, DRIVE)
     drive = slips.drive[:, steps] * faster
     slip = slips.sign * (rig.r * drive - rig.R * speed)
-    basis, steep = slips.spline.basis(slip), slips.spline.basis(slip, 1) @ guess.coefficients
+    basis, steep = slips.curve.weights(slip), slips.curve.weights(slip, 1) @ guess.coefficients
     friction = slips.sign * (basis @ guess.coefficients)
     torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
     spring, damping = -rig.k / rig.J * angle, -rig.c / rig.J * speed

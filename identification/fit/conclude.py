@@ -57,8 +57,10 @@ def conclude(
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
+    sticks: bool = True,
 ) -> FrictionFit:
-    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator.
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
+    sticks: whether they are asked too.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
@@ -82,7 +84,7 @@ def conclude(
     )
     white = among(white_covariance(searched_problem, at_searched), free)
     covariance = among(inference.covariance, free)
-    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts)
+    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts) if sticks else (None, None)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(side for conflict in solved.conflicts for side in _sides(solved, conflict, shifts))

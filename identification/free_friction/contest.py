@@ -107,7 +107,7 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
         if frozenset(better) in seen:
             break
         seen.add(frozenset(better))
-        chosen = better
+        guess, chosen = table.moved(better), better
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
     if named is None and chosen and tau > TAUS[0] and (tau >= first[1] or any(one.gain < BESIDE for one in found)):
         # what is chosen leaves as much unexplained as was there, or adds little: the best of a list, no explanation
@@ -213,6 +213,14 @@ class _Table:
         known = self._known.without(np.setdiff1d(held, moving), SURE)
         values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
         return (gram.least(known, values, columns) for gram in self._grams)
+
+    def moved(self, chosen: Sequence[str]) -> Guess:
+        """The guess with a set, to first order, from where it is sought; nothing is left of what is taken away."""
+        *_, least = self._least(chosen)
+        guess = self.guess.moved(least.step, least.local, self.slips.names)
+        kept = {column for name in chosen for column in self.field.columns[name]}
+        others = {column for columns in self.field.columns.values() for column in columns} - kept
+        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others})
 
     def _columns(self, chosen: Iterable[str]) -> np.ndarray:
         """Of candidates, and of all that is no candidate's."""

@@ -76,6 +76,14 @@ def calibrate(
     attempts: Annotated[int | None, typer.Option(help="Searches from the best of them (default: 3).", min=1)] = None,
     segments: Segments = None,
     seed: Annotated[int, typer.Option(help="Of the guesses.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes that search.", min=1)] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None,
+    store: Annotated[
+        Path | None, typer.Option(metavar="FOLDER.zarr", help="Keep guesses and descents here as they come.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an unfinished store.")] = False,
     result: ResultPath = None,
     figure: FigurePath = None,
     overwrite: Overwrite = False,
@@ -85,7 +93,7 @@ def calibrate(
 
     --set holds parameters and start states, or gives a free one its first value. Logs are parted into segments, guesses
     about the first values are scored, the best are searched from, and the segments are joined. What the logs do not
-    tell is said. Ctrl-C keeps the best so far.
+    tell is said. Ctrl-C keeps the best so far, and a --store from which --resume goes on.
 
     Example: stickslip calibrate tanks.py train.csv --free k1,k2,k3,k4 --held-out test.csv -o tanks.json
 
@@ -94,6 +102,8 @@ def calibrate(
     Example: stickslip calibrate pump.fmu a.csv b.csv --free k,c --each k --sensor y:gain,delay --prior "c=2+-0.1"
     """
     check_targets(result, figure, overwrite)
+    if resume and store is None:
+        raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
     names = names_of(free)
     how: dict[str, Any] = {
         "parameters": console.assignments(settings, "parameter"),
@@ -113,9 +123,11 @@ def calibrate(
     how |= {key: value for key, value in (("guesses", guesses), ("attempts", attempts)) if value is not None}
     sensed = _sensed(sensors)
     with console.warnings_said(), console.output_of_libraries(), console.progress("calibrating") as advance:
+        from fmu_models.families.execution import Execution
         from identification.calibration.calibrate import calibrate as find
 
-        found = find(model, list(logs), free=names, sensors=sensors_of(clips), sensed=sensed, progress=advance, **how)
+        how |= {"execution": Execution(workers, scheduler, store, resume, overwrite), "progress": advance}
+        found = find(model, list(logs), free=names, sensors=sensors_of(clips), sensed=sensed, **how)
         if figure:
             found.figure(figure, overwrite=overwrite)
     content = finish(found.to_dict(), result, figure, overwrite)

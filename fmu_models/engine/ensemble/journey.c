@@ -67,12 +67,23 @@ static void journey_add_growth(Job *job)
     }
 }
 
+void journey_grow(Job *job, const double *factors)
+{
+    int far = 0;
+    for (int k = 0; k < job->e->n_directions; k++) {
+        job->grown[k] *= factors[k];
+        far |= !(job->grown[k] > 1.0 / FAR && job->grown[k] < FAR);
+    }
+    if (far) journey_add_growth(job);
+}
+
 void journey_differences(Job *job, double speed)
 {
     const Ensemble *e = job->e;
     const int n = (int)e->n_directions;
     const int64_t row = journey_row(job);
     double unused[EXTENDED * EXTENDED];
+    double factors[EXTENDED];
     if (e->jacobians) {
         double *jacobian = row < 0 ? unused : e->jacobians + row * EXTENDED * n;
         for (int k = 0; k < n; k++)
@@ -81,23 +92,22 @@ void journey_differences(Job *job, double speed)
         journey_unit(job, 0, job->directions);
         return;
     }
+    for (int k = 0; k < n; k++)
+        factors[k] = 1.0;
     /* steps by series, and so motions to their last digits, depend on tangents; steps in lanes do not */
     growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->length == EXTENDED, job->walk.losing,
-                          job->grown);
+                          factors);
     if (e->flow) {
-        job->grown[0] /= speed / job->speed;
+        factors[0] /= speed / job->speed;
         job->speed = speed;
     }
-    int far = 0;
-    for (int k = 0; k < n; k++)
-        far |= !(job->grown[k] > 1.0 / FAR && job->grown[k] < FAR);
-    if (far) journey_add_growth(job);
+    journey_grow(job, factors);
 }
 
 void journey_make_tangents(const Job *job)
 {
     const Ensemble *e = job->e;
-    if (e->n_directions == 0) return;
+    if (e->n_directions == 0 || MODEL_IS_MAP) return;
     tangents_start(e->room, &job->m->core.run, (int)e->n_directions);
     for (int k = 0; k < e->n_directions; k++)
         tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
@@ -106,8 +116,8 @@ void journey_make_tangents(const Job *job)
 static Outcome journey_tangents(Job *job)
 {
     Ensemble *e = job->e;
-    tangents_choose(&job->m->core.run, e->room);
-    journey_unit(job, 1, job->directions);
+    if (!MODEL_IS_MAP) tangents_choose(&job->m->core.run, e->room);
+    journey_unit(job, !MODEL_IS_MAP, job->directions);
     if (e->flow && journey_flow(job) == RUN_ERROR) return OUTCOME_BROKEN;
     return OUTCOME_FINISHED;
 }

@@ -24,6 +24,13 @@ void arrival_start(Arrival *a, const Ensemble *e, double *memory)
         arrival_held(a)[n] = 0.0;
 }
 
+/* the shortest difference of two values of a number of a point */
+static double arrival_apart(const Ensemble *e, int i, double difference)
+{
+    if (i == MODEL_NX || !(e->turns[i] < INFINITY)) return difference;
+    return difference - nearbyint(difference / e->turns[i]) * e->turns[i];
+}
+
 int64_t arrival_period(Arrival *a, const double *x, double time)
 {
     const Ensemble *e = a->e;
@@ -38,8 +45,10 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
         place = (place > 0 ? place : e->longest) - 1;
         const double *before = arrival_ring(a) + place * ARRIVAL_WIDTH;
         int same = 1;
-        for (int i = 0; same && i < ARRIVAL_WIDTH; i++)
-            same = e->weights[i] == 0.0 || fabs(point[i] - before[i]) * e->weights[i] <= e->settled;
+        for (int i = 0; same && i < ARRIVAL_WIDTH; i++) {
+            same = e->weights[i] == 0.0
+                   || fabs(arrival_apart(e, i, point[i] - before[i])) * e->weights[i] <= e->settled;
+        }
         double *held = arrival_held(a) + n - 1;
         *held = same ? *held + 1.0 : 0.0;
         if (!found && *held > (double)(2 * n + 2)) found = n;
@@ -53,10 +62,13 @@ static int arrival_near(const Ensemble *e, const double *x, int64_t k)
 {
     const double *centre = e->known + k * MODEL_NX;
     const double *form = e->metric + k * MODEL_NX * MODEL_NX;
+    double apart[MODEL_ROOM(MODEL_NX)];
     double sum = 0.0;
     for (int i = 0; i < MODEL_NX; i++)
+        apart[i] = arrival_apart(e, i, x[i] - centre[i]);
+    for (int i = 0; i < MODEL_NX; i++)
         for (int j = 0; j < MODEL_NX; j++)
-            sum += (x[i] - centre[i]) * form[i * MODEL_NX + j] * (x[j] - centre[j]);
+            sum += apart[i] * form[i * MODEL_NX + j] * apart[j];
     return sum <= 1.0;
 }
 

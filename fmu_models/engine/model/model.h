@@ -154,6 +154,8 @@ extern const int model_joined[];
 
 /* of a map: the states after a step, angles within their modulus, and the time between two steps, s */
 void model_iterate(const double *p, const double *x, double *next);
+/* the derivative of the next states, row by row; its determinant */
+double model_iterate_derivative(const double *p, const double *x, double *jacobian);
 double model_period(const double *p);
 
 /* NULL, or a sentence that says which requirement of the model the parameters violate */

@@ -59,13 +59,21 @@ def calibrate(
     guesses: Annotated[int | None, typer.Option(help="Guesses that are scored (default: 24).", min=1)] = None,
     attempts: Annotated[int | None, typer.Option(help="Searches from the best of them (default: 3).", min=1)] = None,
     seed: Annotated[int, typer.Option(help="Of the guesses.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes that search.", min=1)] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None,
+    store: Annotated[
+        Path | None, typer.Option(metavar="FOLDER.zarr", help="Keep guesses and descents here as they come.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an unfinished store.")] = False,
     files: ResultFiles,
 ) -> None:
     """Find parameters of any model, and the start states of its logs, from measured series.
 
     --set holds parameters and start states, or gives a free one its first value. Logs are parted into segments, guesses
     about the first values are scored, the best are searched from, and the segments are joined. What the logs do not
-    tell is said. Ctrl-C keeps the best so far.
+    tell is said. Ctrl-C keeps the best so far, and a --store from which --resume goes on.
 
     Example: stickslip calibrate tanks.py train.csv --free k1,k2,k3,k4 --held-out test.csv -o tanks.json
 
@@ -74,6 +82,8 @@ def calibrate(
     Example: stickslip calibrate pump.fmu a.csv b.csv --free k,c --each k --sensor y:gain,delay --prior "c=2+-0.1"
     """
     files.check()
+    if resume and store is None:
+        raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
     names = names_of(free)
     how: dict[str, Any] = {
         "bounds": ranges_of(bounds, "--bound"),
@@ -88,9 +98,11 @@ def calibrate(
     }
     how |= {key: value for key, value in (("guesses", guesses), ("attempts", attempts)) if value is not None}
     with console.warnings_said(), console.output_of_libraries(), console.progress("calibrating") as advance:
+        from fmu_models.families.execution import Execution
         from identification.calibration.calibrate import calibrate as find
 
-        found = find(model, list(logs), free=names, progress=advance, **how)
+        how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
+        found = find(model, list(logs), free=names, **how)
         if files.figure:
             found.figure(files.figure, overwrite=files.overwrite)
 

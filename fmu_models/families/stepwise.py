@@ -52,7 +52,6 @@ class Stepping(Protocol):
     def difference(self, points: Vector) -> Vector: ...
     def sizes(self) -> Vector: ...
     def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector: ...
-    def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None: ...
 
 
 def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
@@ -139,9 +138,8 @@ class _Together:
         for _ in range(steps):
             varied = {name: values[group] for name, values in jobs.varied.items()}
             derivative = jobs.tangents > 0 or jobs.derivatives
-            volumes = self.system.volume(self.x[group], varied) if jobs.tangents else None
             stepped = self.system.step(self.x[group], varied, derivative=derivative)
-            growth = self._grow(group, stepped, volumes)
+            growth = self._grow(group, stepped)
             self.x[group] = stepped.points
             rows.steps[group] += 1
             if recording:
@@ -182,9 +180,8 @@ class _Together:
         self.rows.outcomes[group[escaped]] = outcome.ESCAPED
         self.x[group[escaped]] = 0.0
 
-    def _grow(self, group: NDArray[np.int64], stepped: Step, volumes: Vector | None) -> Vector:
-        """(m, k) logarithms of the growth of each difference; the last of all follows from the volume where that is
-        known, since it is lost in the rounding of a strong stretch."""
+    def _grow(self, group: NDArray[np.int64], stepped: Step) -> Vector:
+        """(m, k) logarithms of the growth of each difference."""
         k = self.jobs.tangents
         if not k:
             return np.zeros((group.size, 0))
@@ -192,9 +189,6 @@ class _Together:
             grown = np.nan_to_num(stepped.derivatives @ self.frames[group])
             frames, sizes, lost = _orthonormal(grown)
             growth = np.log(sizes)
-            if volumes is not None and k == self.x.shape[1]:
-                growth[:, -1] = np.log(np.abs(volumes)) - growth[:, :-1].sum(axis=1)
-                lost[:, -1] = volumes == 0.0
         self.frames[group] = frames
         return np.where(lost | np.isnan(growth), -np.inf, growth)
 

@@ -1,14 +1,14 @@
 """A declared map with numbers for its parameters, so that it can be iterated: a system whose every step is a section.
 
-The derivatives are SymPy's, and so is the determinant, which survives where a strong stretch leaves nothing of the last
-difference.
+Steps by the handful are NumPy's, families of runs the engine's, by the same rule compiled (engine/ensemble/map_runs.c).
 """
 
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Self
 
@@ -18,11 +18,18 @@ from numpy.typing import NDArray
 
 from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.families.stepwise import Step
+from fmu_models.codegen.package import built_of
+from fmu_models.families.jobs import Jobs
+from fmu_models.families.stepwise import FAR, Step
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_numbers, check_values
+from fmu_models.lowering.iterated import PERIOD, differentiated, iterated
 from fmu_models.sections.diagonal import Crossings, find_crossings
 from fmu_models.sections.system import SectionSystem, named_point
+from fmu_models.simulation.engine import Engine
+from fmu_models.simulation.ensemble import KINDS, EnsembleRuns, Where, make_runs
+from fmu_models.simulation.rows import RunRows, joined
 
 Vector = NDArray[np.float64]
 
@@ -41,6 +48,8 @@ class Iteration(SectionSystem):
     values: Mapping[str, float] = field(default_factory=dict)
     backward: bool = False
     unit = "1"
+    together = 1
+    pace = 200
 
     def __post_init__(self) -> None:
         """Raises StickslipError: values that are not those of the map's parameters."""
@@ -150,10 +159,39 @@ class Iteration(SectionSystem):
             why,
         )
 
-    def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
-        """(m,) determinant of the derivative at points (m, n)."""
-        values = [np.asarray({**self.values, **(varied or {})}[name]) for name in self.values]
-        return _evaluate(_functions(self.map, self.backward)[2], np.asarray(points, dtype=float), values)[..., 0]
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
+        """The rows of some jobs, by the compiled rule; ends soon where ``stop`` (1,) is set."""
+        if jobs.chain > 1 and len(jobs) > jobs.chain:
+            begins = range(0, len(jobs), jobs.chain)
+            return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+        fmu, engine = _engine(self.map, self.backward)
+        m, n = jobs.starts.shape
+        constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
+        runs = EnsembleRuns(
+            references=[fmu.variables[name].valueReference for name in (*constants, *self.states)],
+            values=np.stack([*constants.values(), *jobs.starts.T], axis=1),
+            starts=np.zeros(m),
+            periods=np.zeros(m),
+            patience=np.zeros(m),
+            transient=jobs.transient,
+            rows=jobs.rows,
+            weights=np.append(1.0 / self.sizes(), 0.0),
+            batch=jobs.batch,
+            follow=jobs.chain > 1,
+            longest=jobs.longest,
+            settled=jobs.settled,
+            turns=self.turns,
+            bound=FAR,
+            known=jobs.targets,
+            along=range(n if jobs.derivatives else jobs.tangents),
+            jacobians=jobs.derivatives,
+        )
+        rows = make_runs(engine, (n, 0), Where(KINDS.STEP), runs, stop)
+        return replace(rows, points=rows.points[..., :n], derivatives=rows.derivatives[:, :, :n])
+
+    def log_volumes(self, points: Vector) -> Vector:
+        with np.errstate(divide="ignore"):  # where a step flattens volumes, -inf is right
+            return np.log(np.abs(self.determinant(points)))
 
     def __call__(self, x: Any) -> Vector:
         """(..., n) next states, angles within their modulus; nan where there is none."""
@@ -171,7 +209,8 @@ class Iteration(SectionSystem):
 
     def determinant(self, x: Any) -> Vector:
         """(...) determinant of the derivative, by which small areas or volumes grow; cancelled by SymPy beforehand."""
-        return self.volume(x)
+        volumes = _evaluate(_functions(self.map, self.backward)[2], np.asarray(x, dtype=float), [*self.values.values()])
+        return volumes[..., 0]
 
     @property
     def turns(self) -> Vector:
@@ -222,20 +261,27 @@ def find_iterate_crossings(iteration: Iteration, period: int = 1, *, box: Any = 
 def _functions(declared: Map, backward: bool) -> tuple[Any, Any, Any]:
     """The next states, their derivatives row by row, and their determinant, of states and parameters."""
     rule = (declared.inverse if backward else declared.rule) or {}
-    # the sign inside a modulus stays a symbol until after differentiation: SymPy differentiates |z| only where it
-    # knows z to be real, which it does not know of a quotient, and the determinant cancels only without case
-    signs: dict[sympy.Expr, sympy.Dummy] = {}
-    smooth = [rule[x].replace(sympy.Abs, lambda z: signs.setdefault(z, sympy.Dummy()) * z) for x in declared.states]
-    jacobian = sympy.Matrix(smooth).jacobian(list(declared.states))
-    cases = {sign: sympy.Piecewise((-1, z < 0), (1, True)) for z, sign in signs.items()}
-    arguments = [*declared.states, *declared.parameters]
-    expressions = (
-        [rule[x] for x in declared.states],
-        [entry.subs(cases) for entry in jacobian],
-        [sympy.expand(jacobian.det()).subs(cases)],
-    )
-    states, derivatives, determinant = (sympy.lambdify(arguments, e, "numpy", cse=True) for e in expressions)
-    return states, derivatives, determinant
+    ordered = {x: rule[x] for x in declared.states}
+    entries, determinant = differentiated(ordered)
+    arguments, expressions = [*declared.states, *declared.parameters], (list(ordered.values()), entries, [determinant])
+    states, derivatives, volume = (sympy.lambdify(arguments, e, "numpy", cse=True) for e in expressions)
+    return states, derivatives, volume
+
+
+def _engine(declared: Map, backward: bool) -> tuple[Fmu, Engine]:
+    """The map compiled, and its engine; once for all threads."""
+    with _building:
+        return _compiled(declared, backward)
+
+
+@cache
+def _compiled(declared: Map, backward: bool) -> tuple[Fmu, Engine]:
+    names = "".join(quantity.name for quantity in (*declared.states, *declared.parameters))
+    fmu = Fmu.open(built_of(iterated(declared, backward=backward, period_name=f"{names}_{PERIOD}")))
+    return fmu, Engine(fmu)
+
+
+_building = threading.Lock()
 
 
 def _evaluate(function: Any, x: Vector, parameters: Sequence[Any]) -> Vector:

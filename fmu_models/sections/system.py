@@ -45,6 +45,7 @@ class SectionSystem(Shown, ABC):
     unit: str = "s"
     autonomous: bool = False
     together: int = 4096
+    alone = False  # threads may share it
     pace: int = 1
 
     @property
@@ -154,16 +155,10 @@ class SectionSystem(Shown, ABC):
         """(n,) typical size of each number of a point; infinite for one that only drifts and makes no difference."""
         return np.ones(len(self.states))
 
-    def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None:
-        """(m,) determinant of the derivative of a step, where it is known by itself."""
-        return None
-
     def log_volumes(self, points: Vector) -> Vector | None:
         """(m,) logarithm of what a step makes of a small volume, by itself and not by the growth of differences; None
         where it is not known."""
-        volumes = self.volume(points)
-        with np.errstate(divide="ignore"):  # where a step flattens volumes, -inf is right
-            return None if volumes is None else np.log(np.abs(volumes))
+        return None
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.name, "states": self.states, **self.values}

@@ -72,6 +72,7 @@ class EnsembleRuns:
     resumed: bool = False
     longest: int = 0
     settled: float = 0.0
+    turns: Vector | None = None
     bound: float = 1e9
     known: Targets | None = None
     along: Sequence[int] = ()
@@ -110,6 +111,7 @@ def make_runs(
             runs.periods,
             runs.patience,
             runs.weights,
+            np.full(n, np.inf) if runs.turns is None else runs.turns,
             targets.points,
             targets.forms,
         )
@@ -120,7 +122,7 @@ def make_runs(
     memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
     lanes = runs.stepper.at if runs.stepper else 0
     lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
-    values, starts, periods, patience, weights, points, forms = (array.ctypes.data for array in inputs)
+    values, starts, periods, patience, weights, turns, points, forms = (array.ctypes.data for array in inputs)
     after, orbits, passes = (array.ctypes.data for array in integers)
     c = _Ensemble(
         n_runs=m,
@@ -146,6 +148,7 @@ def make_runs(
         longest=runs.longest,
         weights=weights,
         settled=runs.settled,
+        turns=turns,
         n_known=len(targets.points),
         known=points,
         metric=forms,

@@ -251,13 +251,7 @@ class SegmentProblem(Problem):
         return places[used], used
 
     def _join(
-        self,
-        number: int,
-        x: np.ndarray,
-        run: Response | None,
-        where: slice,
-        residual: np.ndarray,
-        gradient: np.ndarray,
+        self, number: int, x: np.ndarray, run: Response | None, where: slice, residual: np.ndarray, gradient: np.ndarray
     ) -> None:
         """Write how far a segment ends from where the next begins."""
         following, states = self.starts[number + 1], len(self.subject.states)

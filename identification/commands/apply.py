@@ -150,14 +150,7 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
     return _Handed("rig", values, lambda fmi: fitted_model(found, fmi_version=fmi).fmu)
 
 
-def _write(
-    handed: _Handed,
-    source: Path | None,
-    output: Path,
-    kind: str,
-    fmi: str,
-    overwrite: bool,
-) -> None:
+def _write(handed: _Handed, source: Path | None, output: Path, kind: str, fmi: str, overwrite: bool) -> None:
     values = handed.values
     if kind == ".toml" and source is not None:
         from fmu_models.scene.read import find

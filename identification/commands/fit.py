@@ -53,7 +53,7 @@ def fit(
         str,
         typer.Option(
             metavar="none|auto|all",
-            help="Intervals hold the spread over laws that the logs cannot tell apart; auto: those within reach.",
+            help="Intervals hold the spread over laws that the logs cannot tell apart; auto: by the free curve.",
         ),
     ] = LAW_SPREAD,
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = COVARIANCE,

@@ -32,8 +32,7 @@ def report(
         bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
     ] = True,
     interactive: Annotated[
-        bool,
-        typer.Option(help="The model live: sliders for law, N and k over portraits, or for what was calibrated."),
+        bool, typer.Option(help="The model live: sliders for law, N and k over portraits, or for what was calibrated.")
     ] = False,
     machine: MachinePlace = None,
     overwrite: Overwrite = False,

@@ -9,10 +9,7 @@ from identification.inference.problem import Prior
 CELL = "load"
 SURE = 0.01  # 1 of it, give or take so much
 LOAD = Effect(
-    CELL,
-    lambda at, order, functions: at.load - 1,
-    lambda order: "share of it that friction follows",
-    limits=(0.0, 2.0),
+    CELL, lambda at, order, functions: at.load - 1, lambda order: "share of it that friction follows", limits=(0.0, 2.0)
 )
 TERM = DisturbanceTerm(
     CELL,

@@ -12,15 +12,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.trust import is_place
 from identification.disturbances import DISTURBANCES, load_cell
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.term import (
-    DAMPING,
-    FRICTION,
-    SPRING,
-    DisturbanceTerm,
-    Whereabouts,
-    disturbed,
-    misread,
-)
+from identification.disturbances.term import DAMPING, FRICTION, SPRING, DisturbanceTerm, Whereabouts, disturbed, misread
 from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.stated import weighed
 

@@ -199,11 +199,7 @@ def _evidence(
 
 
 def _steps(
-    names: Sequence[str],
-    at: np.ndarray,
-    readings: Sequence[Reading],
-    pulled: Pull,
-    conflict: Contradiction,
+    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], pulled: Pull, conflict: Contradiction
 ) -> tuple[np.ndarray, ...]:
     """How the constants would move if each of the readings that contradict each other were right."""
     steps = []

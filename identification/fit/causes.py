@@ -18,8 +18,6 @@ from identification.free_friction.contest import Verdict, contest
 from identification.inference.defaults import AUTO, ESTIMATOR, NONE
 from identification.measurement.pooled import Pool
 
-WIDER = 1.5  # deviations after a selection
-
 
 def asked_for(disturbances: str | Sequence[str]) -> tuple[str, ...]:
     """Names of the disturbances that are asked for; none for `AUTO` and `NONE`."""

@@ -27,15 +27,7 @@ from identification.fit.result import FrictionFit
 from identification.fit.summaries import bins, sensors, summaries
 from identification.inference.choice import Inference, Inferred, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
-from identification.inference.problem import (
-    Problem,
-    Solution,
-    among,
-    determines,
-    information,
-    prior_rows,
-    searched,
-)
+from identification.inference.problem import Problem, Solution, among, determines, information, prior_rows, searched
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -57,10 +49,10 @@ def conclude(
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
-    wider: float = 1.0,
+    sticks: bool = True,
 ) -> FrictionFit:
     """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
-    wider: factor of the standard deviations from noise.
+    sticks: whether they are asked too.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
@@ -83,8 +75,8 @@ def conclude(
         progress=progress,
     )
     white = among(white_covariance(searched_problem, at_searched), free)
-    covariance = wider**2 * among(inference.covariance, free)
-    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts)
+    covariance = among(inference.covariance, free)
+    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts) if sticks else (None, None)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(side for conflict in solved.conflicts for side in _sides(solved, conflict, shifts))

@@ -13,10 +13,10 @@ from identification.disturbances.terms import ranked, terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated, contradicted
-from identification.fit.causes import WIDER, asked_for, causes_named, causes_of, judged, radii_of, terms_found
+from identification.fit.causes import asked_for, causes_named, causes_of, judged, radii_of, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.free import fit_free
-from identification.fit.law_spread import MODES, contest, with_spread, with_unexplained
+from identification.fit.law_spread import MODES, by_curve, by_residuals, with_spread
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
@@ -63,9 +63,9 @@ def fit_friction(
     inference: how its uncertainty is found; ``progress`` is told the fraction of all this done. disturbances: names of
     `identification.disturbances`, or files of your own, estimated beside the law; "auto": those that the logs show,
     sought only where the residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry
-    the spread over laws that the logs cannot tell apart, and over which: those that the weak form leaves within reach
-    ("auto"), "all" that are not far off, or "none". A law that had not converged, as one nested in it shows, is taken
-    from there.
+    the spread over laws that the logs cannot tell apart: by the free curve ("auto"; where slips tell none, by those
+    that the weak form leaves within reach, fitted), by fits of "all" that are not far off, or "none". A law that had
+    not converged, as one nested in it shows, is taken from there.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
@@ -102,7 +102,7 @@ def fit_friction(
         terms_of(ready, named)  # names are judged before the work
         fit = work.with_causes(named)
     given_logs = [motion.log for motion in logs.motions] if isinstance(logs, Pool) else logs
-    return with_unexplained(replace(fit, recorded=tuple(given_logs)), sought)
+    return replace(fit, recorded=tuple(given_logs))
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,6 @@ class _Work:
             ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
         """
         first, options = self.estimated("search")
-        verdict = self.judged(first, ())
         try:
             solved = adjust(self.ready, first, options)
         except ContradictedRadii as error:
@@ -137,8 +136,7 @@ class _Work:
             if other is None or radii_of(other, self.ready):
                 raise
             if not other.explanations:  # the law's form is wrong, and no radius
-                solved = adjust(self.ready, first, options, radii_hold=True)
-                return self.contested(solved, self.concluded("end", solved, verdict=verdict))
+                return self.contested(adjust(self.ready, first, options, radii_hold=True), other)
             radii = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
             warning = (
                 f"The motion asks for {radii}, which is not what was measured. A disturbance of the bench explains the "
@@ -146,7 +144,7 @@ class _Work:
                 "stated. Estimate it: --disturbances auto."
             )
             solved = as_stated(replace(first, warnings=(*first.warnings, warning)))
-        return self.contested(solved, self.concluded("end", solved, verdict=verdict))
+        return self.contested(solved, self.judged(first, ()))
 
     def judged(self, estimate: Estimate | None, named: Sequence[str] | None = None) -> Verdict | None:
         """What the slips say without a law; nothing where friction hangs on their direction."""
@@ -164,41 +162,39 @@ class _Work:
         report(1.0)
         return estimate, options
 
-    def concluded(
-        self,
-        stage: str,
-        solved: Adjusted,
-        rule: Inference | None = None,
-        wider: float = 1.0,
-        verdict: Verdict | None = None,
-    ) -> FrictionFit:
-        """What a solution says; after an interrupt by the jackknife, which takes no time. verdict: on its slips."""
-        fit = self._concluded(stage, solved, rule or self.inference, wider)
-        return fit if verdict is None else replace(fit, free=verdict.curve)
-
-    def _concluded(self, stage: str, solved: Adjusted, rule: Inference, wider: float) -> FrictionFit:
+    def concluded(self, stage: str, solved: Adjusted, rule: Inference | None = None) -> FrictionFit:
+        """What a solution says; after an interrupt by the jackknife, which takes no time."""
+        rule = rule or self.inference
         try:
-            return conclude(self.ready, solved, rule, progress=self.stages.of(stage), wider=wider)
+            return conclude(self.ready, solved, rule, progress=self.stages.of(stage))
         except KeyboardInterrupt:
             warning = (
                 f"Interrupted: {rule.covariance} and intervals were not finished; the deviations are the jackknife's."
             )
-            return conclude(self.ready, solved, DEFAULT_INFERENCE, warnings=(warning,), wider=wider)
+            return conclude(self.ready, solved, DEFAULT_INFERENCE, warnings=(warning,))
 
-    def contested(self, solved: Adjusted, fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
-        """The fit with the spread over laws; its law taken up again where it had not converged."""
-        if self.law_spread == NONE or fit.interrupted:
+    def contested(self, solved: Adjusted, verdict: Verdict | None) -> FrictionFit:
+        """What a solution says, with the spread over laws; its law taken up again where it had not converged. verdict:
+        on its slips."""
+        fit = self.concluded("end", solved)
+        if verdict is not None:
+            fit = replace(fit, free=verdict.curve)
+        estimate = solved.estimate
+        if self.law_spread == NONE or fit.interrupted or estimate.solution.fixed:
             return fit
+        if verdict is not None and self.law_spread == AUTO:
+            result = by_curve(verdict.evidence, estimate.law, fit.law_values)
+            self.stages.of("laws")(1.0)
+            return fit if result is None else with_spread(fit, result)
         try:
-            result = contest(self.ready, solved.estimate, self.law_spread, progress=self.stages.of("laws"))
+            result = by_residuals(self.ready, estimate, self.law_spread, progress=self.stages.of("laws"))
         except KeyboardInterrupt:
             return replace(fit, warnings=("Interrupted: other laws were not asked.", *fit.warnings))
-        if result is None:
+        if result is None or result.shot is None:
             return fit
-        better = result.fitted[result.law]
-        if better.solution is not solved.estimate.solution:
-            estimate = replace(solved.estimate, problem=better.problem, solution=better.solution)
-            fit = replace(self.concluded("end", replace(solved, estimate=estimate), wider=wider), free=fit.free)
+        if result.shot.solution is not estimate.solution:
+            estimate = replace(estimate, problem=result.shot.problem, solution=result.shot.solution)
+            fit = replace(self.concluded("end", replace(solved, estimate=estimate)), free=fit.free)
         return with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
@@ -221,8 +217,7 @@ class _Work:
             verdict = self.judged(None if failed else first, named or None)
             self.stages.of("causes")(1.0)
         except KeyboardInterrupt:
-            bare = as_stated(first) if failed else adjust(self.ready, first, options)
-            plain = conclude(self.ready, bare, DEFAULT_INFERENCE)
+            plain = conclude(self.ready, self._bare(first, options, failed), DEFAULT_INFERENCE)
             return _ended(plain, "disturbances were not sought to the end", failed)
         if verdict is not None and (radii := radii_of(verdict, self.ready)):
             deviations = max(verdict.wrong[name][1] for name in radii)
@@ -231,19 +226,12 @@ class _Work:
         causes = causes_named(named, self.ready) if verdict is None else causes_of(verdict, self.ready)
         if failed is not None and not causes:
             raise failed
-        bare = as_stated(first) if failed else adjust(self.ready, first, options, radii_hold=verdict is not None)
-        if not causes:
-            return self.contested(bare, self.concluded("end", bare, verdict=verdict))
-        plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
-        if plain.interrupted:
-            return plain
-        unsettled = {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}
-        ready = self.ready.loosened({name: OFF[name] for name in unsettled})
-        held = [one for one in causes if all(map(self._holds, terms_found(self.ready, [one])))]
-        if not held:
-            fit = self.contested(bare, self.concluded("end", bare, verdict=verdict))
+        hold = verdict is not None
+        held = tuple(one for one in causes if all(map(self._holds, terms_found(self.ready, [one]))))
+        if held:
+            fit = self._added(held, first, options, failed, verdict)
         else:
-            fit = replace(self, ready=ready)._added(tuple(held), plain, failed, verdict)
+            fit = self.contested(self._bare(first, options, failed, hold), verdict)
         missed = [
             f"Disturbance {one.sentence} The estimator '{self.estimator.name}' cannot hold it, shooting can."
             for one in causes
@@ -251,18 +239,32 @@ class _Work:
         ]
         return replace(fit, warnings=(*missed, *fit.warnings))
 
+    def _bare(self, first: Estimate, options: Options, failed: StickslipError | None, hold: bool = False) -> Adjusted:
+        """The solution without disturbances."""
+        return as_stated(first) if failed else adjust(self.ready, first, options, hold)
+
     def _holds(self, term: DisturbanceTerm) -> bool:
         return term.by_inverse_dynamics or not self.estimator.inverse
 
     def _added(
-        self, causes: tuple[Cause, ...], plain: FrictionFit, failed: StickslipError | None, verdict: Verdict | None
+        self,
+        causes: tuple[Cause, ...],
+        first: Estimate,
+        options: Options,
+        failed: StickslipError | None,
+        verdict: Verdict | None,
     ) -> FrictionFit:
+        """The fit with these causes, from the estimate without."""
+        words, hold = ", ".join(cause.name for cause in causes), verdict is not None
+        unsettled = {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}
+        loose = replace(self, ready=self.ready.loosened({name: OFF[name] for name in unsettled}))
         try:
-            second = self.searched("search again", terms_found(self.ready, causes), verdict is not None)
+            second = loose.searched("search again", terms_found(self.ready, causes), hold)
         except KeyboardInterrupt:
-            words = ", ".join(cause.name for cause in causes)
+            plain = conclude(self.ready, self._bare(first, options, failed, hold), DEFAULT_INFERENCE)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
-        fit = self.contested(second, self.concluded("end", second, wider=WIDER, verdict=verdict), WIDER)
+        fit = loose.contested(second, verdict)
+        plain = conclude(self.ready, as_stated(first), DEFAULT_INFERENCE, sticks=False)
         warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
         structure = (*fit.structure, *_assumed(causes))
         return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)

@@ -1,15 +1,22 @@
-"""What the choice of a law leaves open of the values that are fitted: their spread over laws that the logs cannot tell
-apart.
+"""What the choice of a law leaves open of the values that are fitted: their spread over the laws.
 
-    sd^2 = f^2 sum_i w_i ((q_i - q)^2 + max(s_i^2 - s^2, 0)),      w_i Akaike's weights
+The laws i that have a quantity are averaged,
 
-over the laws i that have the quantity; q its value and s its deviation, if noise were white, by the law that is fitted,
-q_i and s_i by the others. The friction at zero slip speed is one quantity under whatever name; others are the same
-where name, unit and meaning are. f allows for laws that are not among these (measured on emulated benches: 1.5 for
-rigid contacts, 2.5 where sticks give way).
+    sum_i w_i N(q_i, s_i^2 + s_1^2 - t_1^2),      w_i ~ exp(-BIC_i/2)
 
-Source: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 4.3 (unconditional variance), about
-the value of the law that is fitted in place of the mean.
+q_1 the value of the law that is fitted and s_1 its deviation, t_1 and s_i those that the same evidence gives it and
+the others (no less than t_1). An interval about q_1 that holds 95 % of this mixture is that of one normal law; what
+its variance has more than s_1^2 is the spread. A law that is worse beyond doubt adds nothing, one that the logs do not
+tell from the best all that it is off. Evidence are the slips by their free curve (`free_friction.evidence`), or other
+laws fitted to the same residuals, where there is none or all are asked. Where even the best law misses the free curve,
+all deviations are larger by the root of its misfit over the degrees of freedom; and where the law that is fitted has
+other values on the curve, beyond what both leave open, all laws are off by as much.
+
+The friction at zero slip speed is one quantity under whatever name; others are the same where name, unit and meaning
+are.
+
+Source: Hoeting, Madigan, Raftery & Volinsky (1999), Bayesian model averaging: a tutorial, Statistical Science 14, 382
+(weights by BIC, section 4.1).
 """
 
 from __future__ import annotations
@@ -22,34 +29,51 @@ import numpy as np
 from identification.estimators.base import Estimate, Options
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.shooting_segments import ShootingProblem
-from identification.fit.conclude import white_covariance
-from identification.fit.parts import RivalLaw
-from identification.fit.result import FrictionFit
+from identification.fit.parts import FittedParameter, RivalLaw
+from identification.fit.result import LEVEL, FrictionFit
 from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
-from identification.inference.comparison import akaike_weights, criteria
+from identification.free_friction.evidence import Evidence, SeenLaw
+from identification.inference.choice import coloured_covariance
+from identification.inference.comparison import criteria, weights_of
 from identification.inference.defaults import ALL, AUTO, NONE
 from identification.laws import FittableLaw, slip_laws
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooled import Pool
 
-WIDER, WIDER_ELASTIC = 1.5, 2.5
-# in AIC of the weak form, which knows a tenth of what shooting does: laws that are further behind are out
+# in BIC, or in AIC of the weak form, which knows a tenth of what shooting does: laws that are further behind are out
 NEAR = 12.0
-BETTER = 10.0  # in AIC: another law is said to fit better
+BETTER = 10.0  # in BIC: another law is said to fit better
 MODES = (NONE, AUTO, ALL)
 
 
 @dataclass(frozen=True, eq=False)
 class Contest:
-    """The law of a fit among others on the same residuals. law: its name; lead: by which the AIC of each exceeds the
-    least."""
+    """The law of a fit among others on the same evidence. law: its name; laws: by name; lead: by which the BIC of each
+    exceeds the least; shot: the law of the fit as its residuals have it, None of evidence by the free curve."""
 
     law: str
-    fitted: Mapping[str, Rival]
+    laws: Mapping[str, SeenLaw]
     lead: Mapping[str, float]
+    shot: Rival | None = None
 
 
-def contest(
+def by_curve(evidence: Evidence, law: FittableLaw, values: np.ndarray) -> Contest | None:
+    """All laws by the free curve; None of a law that has no place among them. values (m,): of the law, where it is
+    sought."""
+    if isinstance(law, JointLaw) or not law.sticks:
+        return None
+    others = {name: evidence.seen(form) for name, form in slip_laws().items() if form.reference != law.reference}
+    seen = others | {law.name: evidence.seen(law, values)}
+    best = min(seen.values(), key=lambda one: one.misfit)
+    excess = max(best.misfit / max(best.freedom, 1), 1.0)
+    laws = {name: replace(one, covariance=excess * one.covariance) for name, one in seen.items()}
+    price = float(np.log(evidence.samples))
+    bic = {name: one.misfit / excess + price * len(one.values) for name, one in laws.items()}
+    near = min(bic.values()) + NEAR
+    return _ranked({name: one for name, one in laws.items() if name == law.name or bic[name] < near}, law.name, bic)
+
+
+def by_residuals(
     ready: Pool, estimate: Estimate, mode: str, *, progress: Callable[[float], None] | None = None
 ) -> Contest | None:
     """The law of an estimate and those that the logs may not tell apart from it; None where that cannot be said: two
@@ -63,48 +87,61 @@ def contest(
         or not isinstance(problem, ShootingProblem | RegressionProblem)
     ):
         return None
-    laws = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
-    weak = weak_fits(ready, laws, Options(disturbances=problem.terms))
-    names = [*_contenders(weak, law.name)] if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
+    forms = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
+    weak = weak_fits(ready, forms, Options(disturbances=problem.terms))
+    names = _contenders(weak, law.name) if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
     fitted = fit_rivals(
-        estimate, {name: laws[name] for name in names}, lambda form: weak[form.name].law_values, progress=progress
+        estimate, {name: forms[name] for name in names}, lambda form: weak[form.name].law_values, progress=progress
     ).fitted
-    aic = criteria({name: (rival.problem, rival.solution) for name, rival in fitted.items()})
+    laws = {name: _seen(rival) for name, rival in fitted.items()}
+    return _ranked(laws, law.name, _criterion(fitted, 2), fitted[law.name])
+
+
+def _ranked(laws: Mapping[str, SeenLaw], law: str, bic: Mapping[str, float], shot: Rival | None = None) -> Contest:
+    least = min(bic.values())
+    return Contest(law, laws, {name: bic[name] - least for name in laws}, shot)
+
+
+def _criterion(fitted: Mapping[str, Rival], index: int) -> dict[str, float]:
+    """AIC (0) or BIC (2) of laws on the same residuals."""
+    every = criteria({name: (rival.problem, rival.solution) for name, rival in fitted.items()})
+    return {name: values[index] for name, values in every.items()}
+
+
+def _seen(rival: Rival) -> SeenLaw:
+    count, covariance = len(rival.law.parameters), coloured_covariance(rival.problem, rival.solution, "jackknife")
+    residuals = len(rival.solution.evaluation.residual)
+    return SeenLaw(rival.law, rival.law_values, covariance[:count, :count], rival.sum, residuals - count)
+
+
+def _contenders(weak: Mapping[str, Rival], law: str) -> list[str]:
+    """Laws within reach of the best, and their own."""
+    aic = _criterion(weak, 0)
     least = min(aic.values())
-    return Contest(law.name, fitted, {name: value - least for name, value in aic.items()})
+    return [name for name, value in aic.items() if name == law or value < least + NEAR]
 
 
-def _contenders(weak: Mapping[str, Rival], law: str) -> dict[str, float]:
-    """Laws within reach of the best, and their own, with what their AIC exceeds the least by."""
-    aic = criteria({name: (rival.problem, rival.solution) for name, rival in weak.items()})
-    least = min(aic.values())
-    return {name: value - least for name, value in aic.items() if name == law or value < least + NEAR}
-
-
-def with_spread(fit: FrictionFit, laws: Contest) -> FrictionFit:
+def with_spread(fit: FrictionFit, contest: Contest) -> FrictionFit:
     """A fit that carries the spread over laws, and says where another fits better."""
-    names = list(laws.fitted)
-    weights = dict(zip(names, akaike_weights(np.array([laws.lead[name] for name in names])), strict=True))
-    wider = WIDER_ELASTIC if fit.presliding is not None and fit.presliding.elastic else WIDER
-    fitted = laws.fitted[laws.law]
+    names = list(contest.laws)
+    weights = dict(zip(names, weights_of(np.array([contest.lead[name] for name in names])), strict=True))
     parameters, seen = [], dict[str, dict[str, float]]()
     for index, parameter in enumerate(fit.parameters):
-        mine = _quantity(fitted, fitted.law, index)
-        deviation = None
-        if mine is not None:
-            power, total = 0.0, 0.0
-            for name, rival in laws.fitted.items():
-                its = _quantity(rival, fitted.law, index)
-                if its is None:
-                    continue
-                total += weights[name]
-                power += weights[name] * ((its[0] - mine[0]) ** 2 + max(its[1] ** 2 - mine[1] ** 2, 0.0))
-                seen.setdefault(name, {})[parameter.name] = its[0]
-            deviation = wider * float(np.sqrt(power / total)) if total > 0 else None
+        quantities = {name: _quantity(one, contest.laws[contest.law].law, index) for name, one in contest.laws.items()}
+        present = {name: value for name, value in quantities.items() if value is not None}
+        for name, (value, _) in present.items():
+            seen.setdefault(name, {})[parameter.name] = value
+        mine = present[contest.law]
+        share = np.array([weights[name] for name in present])
+        deviation = (
+            _spread(parameter, mine, np.array([*present.values()]), share / share.sum()) if share.any() else None
+        )
         parameters.append(replace(parameter, law_deviation=deviation))
-    rivals = tuple(RivalLaw(name, float(weights[name]), float(laws.lead[name]), seen.get(name, {})) for name in names)
+    rivals = tuple(
+        RivalLaw(name, float(weights[name]), float(contest.lead[name]), seen.get(name, {})) for name in names
+    )
     fit = replace(fit, parameters=tuple(parameters), rivals=rivals)
-    if not (added := _better_law(laws)):
+    if not (added := _better_law(contest)):
         return fit
     warnings, releases = fit.warnings, fit.breakaway
     if releases is not None:
@@ -113,49 +150,46 @@ def with_spread(fit: FrictionFit, laws: Contest) -> FrictionFit:
     return replace(fit, breakaway=releases, warnings=(*warnings, *added))
 
 
-def with_unexplained(fit: FrictionFit, law: FittableLaw) -> FrictionFit:
-    """A fit whose slips show what nothing explains: how far its law's values are from those by the curve without a law,
-    which allows for it, counts as a spread over models."""
-    curve = fit.free
-    if curve is None or not curve.unexplained or len(law.parameters) != len(fit.parameters):
-        return fit
-    from scipy.optimize import least_squares
+def _spread(parameter: FittedParameter, mine: tuple[float, float], laws: np.ndarray, weights: np.ndarray) -> float:
+    """Deviation that the choice of the law adds. mine: value and deviation of the law that is fitted, by the evidence;
+    laws (n, 2): of all; weights (n,)."""
+    from scipy.optimize import root_scalar
+    from scipy.special import ndtr, ndtri
 
-    seen = np.array(curve.speed) >= curve.least
-    speed, value, deviation = (np.array(row)[seen] for row in (curve.speed, curve.coefficient, curve.deviation))
-    start = np.array([parameter.value for parameter in fit.parameters])
-    low, high = (np.array(side) for side in zip(*((p.minimum, p.maximum) for p in law.parameters), strict=True))
-    found = least_squares(
-        lambda q: (law.value(speed, q) - value) / deviation,
-        np.clip(start, low, high),
-        bounds=(low, high),
-        x_scale="jac",
-    ).x
-    parameters = tuple(
-        replace(one, law_deviation=float(np.hypot(one.law_deviation or 0.0, other - one.value)))
-        for one, other in zip(fit.parameters, found, strict=True)
-    )
-    return replace(fit, parameters=parameters)
+    own = float(np.hypot(parameter.standard_deviation, parameter.scale_deviation))
+    off = mine[0] - parameter.value
+    off = float(np.sign(off) * np.sqrt(max(off**2 - own**2 - mine[1] ** 2, 0.0)))
+    centres = laws[:, 0] - mine[0] + off
+    widths = np.sqrt(own**2 + np.maximum(laws[:, 1] ** 2 - mine[1] ** 2, 0.0))
+    if not np.any(widths > 0):
+        return float(np.sqrt(weights @ centres**2))
+
+    def missed(reach: float) -> float:
+        inside = ndtr((reach - centres) / widths) - ndtr((-reach - centres) / widths)
+        return LEVEL - float(weights @ inside)
+
+    quantile = float(ndtri(0.5 + LEVEL / 2))
+    furthest = float(np.max(np.abs(centres) + 2 * quantile * widths))
+    reach = root_scalar(missed, bracket=(0.0, furthest)).root
+    return float(np.sqrt(max((reach / quantile) ** 2 - own**2, 0.0)))
 
 
-def _better_law(laws: Contest) -> tuple[str, ...]:
-    best = min(laws.lead, key=lambda name: laws.lead[name])
-    ahead = laws.lead[laws.law]
+def _better_law(contest: Contest) -> tuple[str, ...]:
+    best = min(contest.lead, key=lambda name: contest.lead[name])
+    ahead = contest.lead[contest.law]
     if ahead < BETTER:
         return ()
     return (
-        f"{best} fits these logs better than {laws.law} (AIC lower by {ahead:.3g}): the values of {laws.law} tell "
-        f"friction at the speeds seen, not beyond them. Compare with `stickslip laws`, or fit --law {best}.",
+        f"{best} fits these logs better than {contest.law} (BIC lower by {ahead:.3g}): the values of {contest.law} "
+        f"tell friction at the speeds seen, not beyond them. Compare with `stickslip laws`, or fit --law {best}.",
     )
 
 
-def _quantity(rival: Rival, law: FittableLaw, index: int) -> tuple[float, float] | None:
-    """Value and deviation, if noise were white, that a law gives the quantity which is a parameter of another; None if
-    it has none."""
+def _quantity(seen: SeenLaw, law: FittableLaw, index: int) -> tuple[float, float] | None:
+    """Value and deviation that a law gives the quantity which is a parameter of another; None if it has none."""
     target = law.parameters[index]
-    names = {(p.name, p.unit, p.description): i for i, p in enumerate(rival.law.parameters)}
-    mine = rival.law.at_rest if law.at_rest == index else names.get((target.name, target.unit, target.description))
-    if mine is None:
+    names = {(p.name, p.unit, p.description): i for i, p in enumerate(seen.law.parameters)}
+    place = seen.law.at_rest if law.at_rest == index else names.get((target.name, target.unit, target.description))
+    if place is None:
         return None
-    covariance = white_covariance(rival.problem, rival.solution)
-    return float(rival.solution.values[mine]), float(np.sqrt(max(covariance[mine, mine], 0.0)))
+    return float(seen.values[place]), float(np.sqrt(max(seen.covariance[place, place], 0.0)))

@@ -154,8 +154,8 @@ class Cause(Shown):
 
 @dataclass(frozen=True)
 class RivalLaw(Shown):
-    """A law on the same residuals, that of the fit among them. weight: Akaike's; lead: by which its AIC exceeds the
-    least; values: what it makes of the parameters of the fit, those that mean the same in it."""
+    """A law on the same evidence, that of the fit among them. weight: by BIC; lead: by which its BIC exceeds the least;
+    values: what it makes of the parameters of the fit, those that mean the same in it."""
 
     law: str
     weight: float

@@ -17,7 +17,6 @@ from fmu_models.base.threads import one_blas_thread
 from identification.disturbances.terms import terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.causes import WIDER
 from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import SEED
@@ -64,7 +63,7 @@ def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Targ
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
     estimate = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
     problem, solution = estimate.problem, estimate.solution
-    covariance = _coloured(problem, solution, WIDER if fit.causes else 1.0)
+    covariance = _coloured(problem, solution)
     names = [unknown.name for unknown in problem.unknowns]
     readings = [reading for reading in ready.readings if set(reading.powers) <= set(names)]
     return Target(problem, solution, covariance, readings)
@@ -84,8 +83,8 @@ def check_samplable(estimator: str) -> None:
     load_emcee()
 
 
-def _coloured(problem: Problem, solution: Solution, wider: float) -> np.ndarray:
+def _coloured(problem: Problem, solution: Solution) -> np.ndarray:
     """Covariance (q, q) of the unknowns without a prior, the others held, that allows for coloured residuals."""
     fixed = {u.name: value for u, value in zip(problem.unknowns, solution.values, strict=True) if u.prior is not None}
     reduced, seen, _ = searched(problem, replace(solution, fixed=tuple(fixed)))
-    return wider**2 * coloured_covariance(reduced, seen, "jackknife")
+    return coloured_covariance(reduced, seen, "jackknife")

@@ -200,11 +200,7 @@ def arrangement_of(fit: FrictionFit) -> Arrangement:
 
 
 def fitted_model(
-    fit: FrictionFit,
-    scene: Scene | None = None,
-    contacts: tuple[str, ...] | None = None,
-    *,
-    fmi_version: str = "3.0",
+    fit: FrictionFit, scene: Scene | None = None, contacts: tuple[str, ...] | None = None, *, fmi_version: str = "3.0"
 ) -> FittedModel:
     """The rig's FMU with the fitted values, or that of a scene of the same discs with these in place of its own.
 

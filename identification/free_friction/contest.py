@@ -24,17 +24,8 @@ from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, Dist
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.basis import COEFFICIENTS
-from identification.free_friction.curve import (
-    OFF,
-    TAUS,
-    Gram,
-    Known,
-    Least,
-    begun,
-    curve_of,
-    settled,
-    slips_of,
-)
+from identification.free_friction.curve import OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
+from identification.free_friction.evidence import Evidence
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
 from identification.measurement.pooled import Pool
@@ -45,6 +36,7 @@ BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something une
 PRICE = 1.5  # of ln L, of a torque that nothing explains
 PAIRED = 7  # of single candidates, whose pairs are tried
 ROUNDS = 10
+NOTHING: Mapping[str, tuple[float, float]] = {}
 SURE = 1e4  # times surer that what is taken away is 0
 
 
@@ -64,11 +56,12 @@ class Explanation:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What slips say without a law. curve: friction, with what was found; explanations: the strongest first; wrong:
-    constants that are off, and others that would be in their place: the logarithm of each over what is stated, and
-    standard deviations."""
+    """What slips say without a law. curve: friction, with what was found; evidence: what that says of any law;
+    explanations: the strongest first; wrong: constants that are off, and others that would be in their place: the
+    logarithm of each over what is stated, and standard deviations."""
 
     curve: FreeFriction
+    evidence: Evidence
     explanations: tuple[Explanation, ...]
     wrong: Mapping[str, tuple[float, float]]
 
@@ -108,23 +101,33 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
         guess, tau = settled(slips, guess)
         first = first or (guess, tau)
         if named is not None and not named:
-            return Verdict(curve_of(slips, guess, tau), (), {})
+            return _verdict(slips, guess, tau)
         table = _Table(field, field.slips(bare, tuple(field.columns)), guess, chosen)
         better = chosen if named is not None or len(seen) > ROUNDS else table.better()
         if frozenset(better) in seen:
             break
         seen.add(frozenset(better))
-        chosen = better
+        guess, chosen = table.moved(better), better
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
     if named is None and chosen and tau > TAUS[0] and (tau >= first[1] or any(one.gain < BESIDE for one in found)):
         # what is chosen leaves as much unexplained as was there, or adds little: the best of a list, no explanation
-        return Verdict(curve_of(bare, *first), (), {})
+        return _verdict(bare, *first)
     wrong = {}
     for name in (name for name in chosen if name not in field.terms):
         for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
-    return Verdict(curve_of(slips, guess, tau), tuple(sorted(found, key=lambda one: -one.gain)), wrong)
+    return _verdict(slips, guess, tau, sorted(found, key=lambda one: -one.gain), wrong)
+
+
+def _verdict(
+    slips: Slips,
+    guess: Guess,
+    tau: float,
+    explanations: Sequence[Explanation] = (),
+    wrong: Mapping[str, tuple[float, float]] = NOTHING,
+) -> Verdict:
+    return Verdict(curve_of(slips, guess, tau), Evidence.of(slips, guess, tau), tuple(explanations), wrong)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +213,14 @@ class _Table:
         known = self._known.without(np.setdiff1d(held, moving), SURE)
         values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
         return (gram.least(known, values, columns) for gram in self._grams)
+
+    def moved(self, chosen: Sequence[str]) -> Guess:
+        """The guess with a set, to first order, from where it is sought; nothing is left of what is taken away."""
+        *_, least = self._least(chosen)
+        guess = self.guess.moved(least.step, least.local, self.slips.names)
+        kept = {column for name in chosen for column in self.field.columns[name]}
+        others = {column for columns in self.field.columns.values() for column in columns} - kept
+        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others})
 
     def _columns(self, chosen: Iterable[str]) -> np.ndarray:
         """Of candidates, and of all that is no candidate's."""

@@ -35,7 +35,8 @@ TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; t
 LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
-STEPS, CUTS, LITTLE = 10, 6, 0.02  # of a search: most steps, most cuts of one, gain of the sum of squares that ends it
+STEPS, CUTS = 10, 6  # of a search: most steps, most cuts of one
+LITTLE = 2e-3  # gain of the sum of squares that is not worth a step: 4 % of a deviation
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact, or of which nobody says
 ROUGH = 0.02  # deviation of the force that sticks carried last, at first
 ROUNDS, FARTHEST, NEAR = 2, 0.05, 5e-4  # with releases: slips followed anew; steps of a coefficient, most and last
@@ -157,11 +158,12 @@ def _relative(prior: Prior) -> float:
 @dataclass(frozen=True, eq=False)
 class Least:
     """The least sum of squares to second order. hessian (m, m); step (m,) to it, and steps of slips (n_slips, STARTS +
-    MODES); likelihood: ln L there."""
+    MODES); squares: the sum, and likelihood: ln L there."""
 
     hessian: np.ndarray
     step: np.ndarray
     local: np.ndarray
+    squares: float
     likelihood: float
 
 
@@ -220,7 +222,8 @@ class Gram:
         volume -= float(np.sum(np.log(np.diag(known.precision)[own])))
         local = -(self.solved[..., :-1] @ step + self.solved[..., -1])
         told = float(np.sum(known.told[some]))
-        return Least(hessian, step, local, float(told - 0.5 * (sum_of_squares + self.volume + volume)))
+        likelihood = float(told - 0.5 * (sum_of_squares + self.volume + volume))
+        return Least(hessian, step, local, float(sum_of_squares), likelihood)
 
 
 def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
@@ -234,7 +237,7 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
     before = total(guess)
     for _ in range(STEPS):
         best = Gram.of(slips.rows(guess), guess, tau).least(known, guess.values(slips.names))
-        if not np.isfinite(best.step).all():
+        if not before - best.squares > LITTLE:
             return guess
         for cut in range(CUTS):
             share = 3.0**-cut
@@ -244,9 +247,7 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
                 break
         else:
             return guess
-        guess, gained, before = other, before - after, after
-        if gained < LITTLE:
-            return guess
+        guess, before = other, after
     return guess
 
 
@@ -293,7 +294,7 @@ def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
     inside = slice(None, COEFFICIENTS)
     alone = np.linalg.inv(hessian[np.ix_(form, form)])[inside, inside]
     draws = np.random.default_rng(SEED).multivariate_normal(np.zeros(COEFFICIENTS), alone, DRAWS)
-    least, curve = slips.least(guess), slips.curve
+    least, curve = float(np.min(slips.slip_speeds(guess))), slips.curve
     seen = curve.grid >= least
     furthest = np.max(np.abs(draws @ curve.weights(curve.grid[seen]).T) / curve.deviation(alone)[seen], axis=1)
     count = sum(len(segment.time) for segment in slips.segments)

@@ -34,7 +34,7 @@ from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values
 from rig_io.sensors.motion import Motion
 
-STEPS = 160  # a natural period: an error of 1e-7 of the motion
+STEPS = 80  # a natural period: an error of 1e-6 of the motion, and of 1e-3 of the noise
 MODES = 4  # of what no term explains, in each slip
 STARTS = 2  # angle and speed, of each slip
 DIFFERENCE = 1e-6  # rad, rad/s
@@ -88,16 +88,19 @@ class Slips:
     curve: SpeedBasis
     terms: tuple[DisturbanceTerm, ...]
     names: tuple[str, ...]
-    _last: list[tuple[Guess, tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, init=False, repr=False)
+    _last: list[tuple[Guess, set[str], tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, repr=False)
+    _rows: list[tuple[Guess, list[Rows]]] = field(default_factory=list, init=False, repr=False)
 
     def with_noise(self, louder: float) -> Slips:
         """The same slips seen by sensors whose noise is larger."""
         segments = tuple(replace(segment, deviation=louder * segment.deviation) for segment in self.segments)
-        return replace(self, segments=segments)
+        return self._alike(replace(self, segments=segments))
 
     def under(self, terms: Sequence[DisturbanceTerm], names: Sequence[str] = ()) -> Slips:
         """The same slips under other terms, of which these are shared."""
-        other = replace(self, terms=tuple(terms), names=tuple(names))
+        return self._alike(replace(self, terms=tuple(terms), names=tuple(names)))
+
+    def _alike(self, other: Slips) -> Slips:
         other.__dict__.update(
             {name: getattr(self, name) for name in ("lasts", "count", "sign", "time", "drive", "where")}
         )
@@ -212,10 +215,12 @@ class Slips:
 
     def run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
         """Angles and speeds (n_slips, count + 1), rad and rad/s."""
-        if self._last and self._last[0][0] is guess:
-            return self._last[0][1]
+        acting = {term.name for term in self.terms if guess.shared.get(term.name)}
+        for last, acted, motion in self._last:
+            if last is guess and acted == acting:
+                return motion
         motion = self._run(guess)
-        self._last[:] = [(guess, motion)]
+        self._last[:] = [(guess, acting, motion)]
         return motion
 
     def _run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
@@ -236,10 +241,10 @@ class Slips:
             motion[..., number + 1] = angle, speed
         return motion[0], motion[1]
 
-    def least(self, guess: Guess) -> float:
-        """The least slip speed of all, m/s."""
+    def slip_speeds(self, guess: Guess) -> np.ndarray:
+        """At the steps (n_slips, count + 1), m/s."""
         rig = self.rig(guess)
-        return float(np.min(self.sign * (rig.r * self.drive[:, ::2] - rig.R * self.run(guess)[1])))
+        return self.sign * (rig.r * self.drive[:, ::2] - rig.R * self.run(guess)[1])
 
     def squares(self, guess: Guess) -> float:
         """Sum of squares of the whitened residuals; infinite where no motion is."""
@@ -254,6 +259,8 @@ class Slips:
 
     def rows(self, guess: Guess) -> list[Rows]:
         """Residuals of all slips and their derivatives."""
+        if self._rows and self._rows[0][0] is guess:
+            return self._rows[0][1]
         angle, speed = self.run(guess)
         with np.errstate(all="ignore"):
             responses = _responses(guess, self, angle, speed)
@@ -263,6 +270,7 @@ class Slips:
             columns = segment.whitened(self._columns(number, responses[:, number], shown))
             residual = segment.whitened((shown[0] - segment.measured)[:, None])[:, 0]
             rows.append(Rows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
+        self._rows[:] = [(guess, rows)]
         return rows
 
     def _seen(self, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
@@ -318,7 +326,7 @@ class Slips:
 
 def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
     """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, curve and names."""
-    from scipy.integrate import cumulative_trapezoid
+    from scipy.integrate import cumulative_simpson
 
     steps, acceleration = slice(0, None, 2), slips.forces(guess)
     by_angle, by_speed = (
@@ -333,7 +341,7 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
     def response(torque: np.ndarray) -> np.ndarray:
         """Of the angle to an acceleration (n_slips, count + 1)."""
         first, second = (
-            step * cumulative_trapezoid(torque * part / whole, axis=1, initial=0)
+            step * cumulative_simpson(torque * part / whole, axis=1, initial=0)
             for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
         )
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second

@@ -300,24 +300,22 @@ def _scale(candidates: Sequence[_Candidate]) -> _Scale:
     return _Scale(best.sum, best.rows, effective, variance)
 
 
-def criteria(solved: Mapping[str, tuple[Problem, Solution]]) -> dict[str, float]:
-    """AIC of laws that are fitted to the same residuals."""
+def criteria(solved: Mapping[str, tuple[Problem, Solution]]) -> dict[str, tuple[float, float, float]]:
+    """AIC, AICc and BIC of laws that are fitted to the same residuals."""
     candidates = [_Candidate(name, p, s, _covariance(p, s, DEFAULT), ()) for name, (p, s) in solved.items()]
     scale = _scale(candidates)
-    return {law.name: scale.criteria(law)[0] for law in candidates}
+    return {law.name: scale.criteria(law) for law in candidates}
 
 
-def akaike_weights(aic: np.ndarray) -> np.ndarray:
-    """Weights (k,) of laws, sum 1, by their AIC (k,)."""
-    likelihood = np.exp(-0.5 * (aic - np.min(aic)))
+def weights_of(criterion: np.ndarray) -> np.ndarray:
+    """Weights (k,) of laws, sum 1, by their AIC (Akaike's) or BIC (k,)."""
+    likelihood = np.exp(-0.5 * (criterion - np.min(criterion)))
     return likelihood / likelihood.sum()
 
 
 def _scores(ranked: Sequence[_Candidate], scale: _Scale) -> tuple[LawScore, ...]:
     trusted = np.array([not law.warnings for law in ranked])
-    weights = akaike_weights(
-        np.where(trusted, [scale.criteria(law)[0] for law in ranked], np.inf if trusted.any() else 0)
-    )
+    weights = weights_of(np.where(trusted, [scale.criteria(law)[0] for law in ranked], np.inf if trusted.any() else 0))
     return tuple(_score(law, ranked[0], scale, float(weight)) for law, weight in zip(ranked, weights, strict=True))
 
 

@@ -142,10 +142,7 @@ KINDS: Mapping[str, Kind] = {
         "q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True
     ),
 }
-TERM_KEYS = {
-    "term": "its name",
-    "speed": 'over which a smoothed term turns, m/s or rad/s, `"0.01 rad/s"`',
-}
+TERM_KEYS = {"term": "its name", "speed": 'over which a smoothed term turns, m/s or rad/s, `"0.01 rad/s"`'}
 FRICTION_KEYS = {
     "compare": "list of friction laws to be compared in place of the friction terms",
     "normal_force": "N, where it is known: the laws begin with friction coefficients times it, else times the root "

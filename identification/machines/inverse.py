@@ -62,9 +62,7 @@ def identify_machine(
     cutoffs = _cutoffs(cutoff, parallel_cutoff, still)
     result = solve_machine(regressor, base, logs, cutoffs, method=method, limits=given(parameters), progress=progress)
     joints = joint_scores(
-        result,
-        _others(regressor, base, held_out, cutoffs),
-        [input_.unit for input_ in _inputs(mechanism, regressor)],
+        result, _others(regressor, base, held_out, cutoffs), [input_.unit for input_ in _inputs(mechanism, regressor)]
     )
     listed = _parameters(mechanism, base, result)
     quality = _quality(result, oversampled=cutoffs is not None)

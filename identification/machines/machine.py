@@ -20,11 +20,7 @@ class Machine(ABC):
 
     @abstractmethod
     def logs(
-        self,
-        paths: Sequence[str | os.PathLike[str]],
-        *,
-        reader: Reference | None = None,
-        repair: Collection[str] = (),
+        self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
     ) -> list[MachineLog]:
         """Logs as `identify_machine` takes them. reader, repair: as in `rig_io.read_log`.
 

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import (
-    by_encoder,
-    nominal_drives,
-)
+from identification.measurement.disc_motion import by_encoder, nominal_drives
 from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import LINE_ERROR, DiscMotion, SensorFit
 from identification.measurement.pooled import RigValues

@@ -10,12 +10,7 @@ import numpy as np
 from fmu_models.base.shown import Shown
 from identification.inference.adjustment import Reading
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import (
-    angle_sensor,
-    corrected,
-    nominal_drives,
-    zeroed,
-)
+from identification.measurement.disc_motion import angle_sensor, corrected, nominal_drives, zeroed
 from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import DiscMotion, SensorFit
 from identification.measurement.slip_segments import SlipSegment, long_enough

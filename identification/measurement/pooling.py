@@ -14,12 +14,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
-from identification.measurement.disc_motion import (
-    angle_sensor,
-    disc_motion,
-    fuse,
-    zeroed,
-)
+from identification.measurement.disc_motion import angle_sensor, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion
 from identification.measurement.pool_warnings import pool_warnings, zero_unseen

@@ -17,16 +17,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.unit_names import conversion
 from identification.measurement.motion import savitzky_golay
-from identification.measurement.recipe import (
-    FRICTION,
-    ROLES,
-    TIME,
-    WEIGHT,
-    Filter,
-    Recipe,
-    Signal,
-    Speed,
-)
+from identification.measurement.recipe import FRICTION, ROLES, TIME, WEIGHT, Filter, Recipe, Signal, Speed
 from rig_io.logs.table import Table
 from rig_io.repair.clock import mended
 

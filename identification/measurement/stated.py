@@ -9,10 +9,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.inference.adjustment import Reading
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import (
-    angle_sensor,
-    nominal_drives,
-)
+from identification.measurement.disc_motion import angle_sensor, nominal_drives
 from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import DiscMotion, SensorFit
 from identification.measurement.pooled import speed_name

@@ -289,9 +289,7 @@ def _sticking(motion: Portrait | Rest) -> tuple[str, ...]:
 
 
 def _extrapolated(
-    motions: Sequence[Portrait | Rest],
-    members: Sequence[PortraitComparison],
-    varied: str,
+    motions: Sequence[Portrait | Rest], members: Sequence[PortraitComparison], varied: str
 ) -> tuple[float, float] | None:
     rows = []
     for motion, member in zip(motions, members, strict=True):

@@ -60,11 +60,7 @@ def compare_laws(
 
 
 def _compared(
-    ready: Pool,
-    laws: Mapping[str, FittableLaw],
-    estimator: str,
-    causes: Sequence[str],
-    report: Callable[[float], None],
+    ready: Pool, laws: Mapping[str, FittableLaw], estimator: str, causes: Sequence[str], report: Callable[[float], None]
 ) -> LawComparison:
     """Laws by the residuals of an estimator, cut by the law that the weak form finds best."""
     options = Options(disturbances=terms_of(ready, causes))

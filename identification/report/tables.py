@@ -88,7 +88,7 @@ def rivals_table(fit: FrictionFit) -> Table:
         ]
         for one in sorted(fit.rivals, key=lambda one: one.lead)
     ]
-    return table("Laws on the same residuals", ("law", "AIC", "weight", *names), rows)
+    return table("Laws on the same evidence", ("law", "BIC", "weight", *names), rows)
 
 
 def nuisance_table(parameters: Sequence[FittedParameter]) -> Table:

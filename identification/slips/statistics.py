@@ -219,13 +219,7 @@ def natural_period(rig: Mapping[str, float]) -> float:
 
 
 def _summary(
-    recipe: Recipe,
-    log: str,
-    rig: dict[str, float],
-    definition: str,
-    smoothed: float,
-    events: SlipEvents,
-    seed: int,
+    recipe: Recipe, log: str, rig: dict[str, float], definition: str, smoothed: float, events: SlipEvents, seed: int
 ) -> SlipStatistics:
     interval = events.interval[np.isfinite(events.interval)]
     loading = float(np.nanmedian(events.loading)) if np.isfinite(events.loading).any() else float("nan")

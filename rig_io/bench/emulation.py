@@ -11,10 +11,7 @@ from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple, held_duration
 from rig_io.bench.materials import CONTI, MATERIALS, Material
 from rig_io.logs.arrangement import MODELS, Arrangement
-from rig_io.logs.log import (
-    Quantity,
-    RigConstants,
-)
+from rig_io.logs.log import Quantity, RigConstants
 from rig_io.repair.table import SHORTEST
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser

@@ -23,12 +23,7 @@ from rig_io.bench.materials import CONTI, STANDARD_SPEEDS, material
 from rig_io.bench.oscillator import Turning, simulated
 from rig_io.logs.arrangement import CHANGEOVER
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import (
-    Calibration,
-    Experiment,
-    LaserCalibration,
-    RigLog,
-)
+from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigLog
 from rig_io.packages.datapackage import check_target, write_package
 from rig_io.sensors.motion import Motion, integrated
 

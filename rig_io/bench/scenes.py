@@ -29,12 +29,7 @@ from rig_io.logs.log import RigConstants
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
 
-_FITTED: dict[str, Callable[[], Any]] = {
-    "laser": Laser,
-    "encoder": Encoder,
-    "drive_encoder": Encoder,
-    "ripple": Ripple,
-}
+_FITTED: dict[str, Callable[[], Any]] = {"laser": Laser, "encoder": Encoder, "drive_encoder": Encoder, "ripple": Ripple}
 _TIMES = {"transient": "s", "duration": "s", "sampling_rate": "1/s"}
 
 

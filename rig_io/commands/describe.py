@@ -43,12 +43,10 @@ def describe(
         Many, typer.Option("--kind", metavar="FILE=KIND", help="stick-slip or free-decay; repeat for several.")
     ] = None,
     read: Annotated[
-        Many,
-        typer.Option("--read", metavar="OPTION=VALUE", help="How files are written: decimal=comma ..."),
+        Many, typer.Option("--read", metavar="OPTION=VALUE", help="How files are written: decimal=comma ...")
     ] = None,
     join: Annotated[
-        str | None,
-        typer.Option(metavar="RULE", help="FILES are one run: columns, time, clocks; none: each is one."),
+        str | None, typer.Option(metavar="RULE", help="FILES are one run: columns, time, clocks; none: each is one.")
     ] = None,
     answers: Annotated[Path | None, typer.Option(metavar="FILE", help="Answers (.toml) to all questions.")] = None,
     like: Annotated[

@@ -114,12 +114,7 @@ class Draft:
         return {"noise": calibration["noise"]} if "noise" in calibration else {}
 
 
-def draft(
-    paths: Sequence[Path],
-    answers: Answers,
-    like: Path | None = None,
-    reader: Reference | None = None,
-) -> Draft:
+def draft(paths: Sequence[Path], answers: Answers, like: Path | None = None, reader: Reference | None = None) -> Draft:
     """Read logs and propose what they are.
 
     like: folder (or sidecar) of another log of the same recorder, whose roles, units, calibration and constants hold

@@ -70,11 +70,7 @@ def need(module: str, package: str, purpose: str) -> None:
 
 
 def table_of(
-    path: Path,
-    parse: Callable[..., Channels],
-    expected: str,
-    magic: Sequence[bytes] = (),
-    **options: str,
+    path: Path, parse: Callable[..., Channels], expected: str, magic: Sequence[bytes] = (), **options: str
 ) -> Table:
     """The table of a file. parse: called in the child with the path and the options; magic: what such a file begins
     with; expected: what it should be, in words.

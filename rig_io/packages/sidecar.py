@@ -35,10 +35,7 @@ from rig_io.repair.plausible import check_radius
 SIDECAR = "datapackage.json"
 LOADS = ("load0", "load1")
 # what the reference of the manual says of each key
-PACKAGE_KEYS = {
-    "resources": "the logs",
-    "rig": "constants of the rig for all of them",
-}
+PACKAGE_KEYS = {"resources": "the logs", "rig": "constants of the rig for all of them"}
 LOG_KEYS = {
     "path": "its file, beside the sidecar, or a list of its files",
     "name": "of the log; the file's if left out",

@@ -17,11 +17,7 @@ from rig_io.logs import packed
 from rig_io.logs.table import Reader, Table
 
 READERS: Registry[Reader] = Registry(
-    kind="reader",
-    package=__name__,
-    attribute="READER",
-    group="stickslip.readers",
-    types=("rig_io.logs.table.Reader",),
+    kind="reader", package=__name__, attribute="READER", group="stickslip.readers", types=("rig_io.logs.table.Reader",)
 )
 
 

@@ -66,12 +66,7 @@ def _settings(file: str, channel: str, separator: str) -> dict[str, list[str]]:
 
 
 def _table(
-    path: Path,
-    body: int,
-    names: list[str],
-    settings: Mapping[str, list[str]],
-    marks: tuple[str, str],
-    head: str,
+    path: Path, body: int, names: list[str], settings: Mapping[str, list[str]], marks: tuple[str, str], head: str
 ) -> Table:
     """The table of the rows that begin at a byte, after the text ``head``."""
     line = head.count("\n") + 1

@@ -17,11 +17,7 @@ from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Compute
 
-AXES = {
-    "": {},
-    PARAMETERS: {"omega": (0.8, 0.81), "f0": (0.3, 0.32)},
-    STATES: {"x": (0.0, 0.1), "v": (0.0, 0.1)},
-}
+AXES = {"": {}, PARAMETERS: {"omega": (0.8, 0.81), "f0": (0.3, 0.32)}, STATES: {"x": (0.0, 0.1), "v": (0.0, 0.1)}}
 
 
 # of special points, of bodies at rest, of saddles, of a map over one state: they have shipped scenes, judged as such

@@ -102,7 +102,7 @@ def test_fitted_values_go_into_an_fmu_a_scene_and_an_ssp(stickslip, fit, tmp_pat
     assert f"mu_s0 = {values['mu_s']!r}" in (tmp_path / "scene.toml").read_text()
     assert stickslip("apply", fit, "-o", "rig.ssp").code == 0
     assert set(zipfile.ZipFile(tmp_path / "rig.ssp").namelist()) == {
-        *("SystemStructure.ssd", "fitted.ssv", "resources/disc_rig.fmu"),
+        *("SystemStructure.ssd", "fitted.ssv", "resources/disc_rig.fmu")
     }
     coupled = stickslip("couple", "rig.ssp", "--until", 2, "--json")
     assert coupled.code == 0, coupled.err

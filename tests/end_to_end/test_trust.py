@@ -174,13 +174,7 @@ def fresh(monkeypatch):
 def test_a_document_runs_no_code_unless_it_is_trusted(stickslip, marker, fresh, tmp_path, kind):
     case, path = CASES[kind], tmp_path / CASES[kind].name
     command = [path.name if part == "FILE" else part for part in case.command]
-    for code in (
-        "evil.py",
-        "evil.py:NAME",
-        "evil:NAME",
-        str(tmp_path / "evil.py"),
-        f"../{tmp_path.name}/evil.py",
-    ):
+    for code in ("evil.py", "evil.py:NAME", "evil:NAME", str(tmp_path / "evil.py"), f"../{tmp_path.name}/evil.py"):
         path.write_text(case.text(code))
         refused = stickslip(*command)
         assert refused.code == 2 and not marker.exists(), code

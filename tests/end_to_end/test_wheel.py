@@ -116,14 +116,7 @@ def test_the_manual_s_commands_run_there(installed):
         answer = installed("stickslip", *line)
         assert answer.returncode == 0, f"stickslip {shlex.join(line)}\n{answer.stdout}\n{answer.stderr}"
     written = {path.name for path in installed.folder.iterdir()}
-    assert {
-        "fit.json",
-        "friction.png",
-        "report.html",
-        "rig.fmu",
-        "portrait.png",
-        "figure_9.png",
-    } <= written
+    assert {"fit.json", "friction.png", "report.html", "rig.fmu", "portrait.png", "figure_9.png"} <= written
 
 
 @pytest.mark.nightly

@@ -85,11 +85,7 @@ def test_arrays_are_set_by_element(fmu: Fmu, method: str) -> None:
     u = Signal([0.0, 1.0, 1.0, 2.0], [1.0, 1.0, 3.0, 3.0])
     with Driver(fmu, method=method, record=["A"]) as driver:
         run = driver.run(
-            2.0,
-            parameters={"A[2,1]": -9.0},
-            start={"x[2]": 6.0},
-            inputs={"u[1]": 0.0},
-            output_times=[0.0, 0.5, 2.0],
+            2.0, parameters={"A[2,1]": -9.0}, start={"x[2]": 6.0}, inputs={"u[1]": 0.0}, output_times=[0.0, 0.5, 2.0]
         )
         pushed = driver.run(2.0, parameters={"A[1,2]": 0.0, "A[2,1]": 0.0}, inputs={"u[2]": u}, output_times=[1.0, 2.0])
     assert [run[f"A[{i},{k}]"][0] for i in (1, 2) for k in (1, 2)] == [0.0, 1.0, -9.0, 0.0]

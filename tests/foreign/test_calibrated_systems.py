@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from coupled import exported, masses
 from known_deviation import deviation
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.coupling import ssp_writer
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem
 from identification.calibration.calibrate import calibrate
@@ -46,6 +48,46 @@ def test_parameters_of_units_are_found_from_one_measured_place(system):
     assert found["a.k"].unit == "N/m" and found["a.x(0)"].value == pytest.approx(1.0, abs=0.02)
     assert found.residuals[0].rms == pytest.approx(0.01, rel=0.15)
     assert found.free_run()["b.x"].shape == (121,)
+
+
+def file_of(system: CoupledSystem, kind: str, folder: Path) -> Path:
+    """The two masses as a user has them."""
+    path = folder / f"masses.{kind}"
+    if kind == "ssp":
+        return ssp_writer.write(path, system, ssp_writer.parameter_sets(system))
+    fmu = folder / "mass.fmu"
+    fmu.write_bytes(system.units["a"].fmu.path.read_bytes())
+    path.write_text(f"""
+        stop_time = 10.0
+        connections = [{{ from = "a.place", to = "b.other" }}, {{ from = "b.place", to = "a.other" }}]
+        units.a = {{ fmu = "{fmu.name}", start = {{ x = 1.0 }} }}
+        units.b = {{ fmu = "{fmu.name}", parameters = {{ m = 1.5 }} }}
+    """)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["toml", "ssp"])
+def test_a_file_of_a_system_is_calibrated_to_its_closed_form(system, kind, tmp_path):
+    """x'' = -M^-1 K x from (1, 0): x = cos(sqrt(M^-1 K) t) (1, 0). Both stiffnesses are those of the logs, to the error
+    of runs at 1e-10, and so are start states."""
+    stiffness = np.array([[TRUE["a.k"] + 2.5, -2.5], [-TRUE["b.kc"] / 1.5, (4.0 + TRUE["b.kc"]) / 1.5]])
+    squares, modes = np.linalg.eig(stiffness)
+    time = np.linspace(0, 4, 41)
+    weights = np.linalg.solve(modes, [1.0, 0.0])
+    place = modes @ (weights[:, None] * np.cos(np.sqrt(squares)[:, None] * time))
+    log = tmp_path / "log.csv"
+    np.savetxt(log, np.column_stack([time, *place]), delimiter=",", header="time,a.x,b.x", comments="")
+    found = calibrate(
+        str(file_of(system, kind, tmp_path)),
+        [log],
+        free=list(TRUE),
+        parameters={"a.k": 7.5, "b.kc": 2.0},
+        guesses=1,
+        attempts=1,
+        segments=2,
+    )
+    assert {name: found[name].value for name in TRUE} == pytest.approx(TRUE, rel=1e-6)
+    assert found["a.x(0)"].value == pytest.approx(1.0, abs=1e-6)
 
 
 def test_slopes_are_those_of_runs_with_what_the_system_states(system):

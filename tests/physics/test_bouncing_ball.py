@@ -56,10 +56,7 @@ def highest_point(gamma, phi, n=1):
 
 @pytest.mark.parametrize(
     ("side", "phase", "multipliers"),
-    [
-        (1, 0.51016360854330479, None),
-        (-1, -0.51016360854330479, (2.4671318358732939, 0.10133224190328166)),
-    ],
+    [(1, 0.51016360854330479, None), (-1, -0.51016360854330479, (2.4671318358732939, 0.10133224190328166))],
 )
 def test_period_1(side, phase, multipliers):
     """Gamma = 1.2, e = 0.5: cos(phi) = n pi (1 - e)/((1 + e) Gamma), v after = n pi; determinant e^2, trace above."""
@@ -214,8 +211,7 @@ def test_plastic_ball_beyond_one_hop():
 
 
 @pytest.mark.parametrize(
-    ("below", "expected"),
-    [(1e-4, 0.48585762866182985), (1e-8, 0.49985857864352699), (-1e-12, 3.2831147565030203)],
+    ("below", "expected"), [(1e-4, 0.48585762866182985), (1e-8, 0.49985857864352699), (-1e-12, 3.2831147565030203)]
 )
 def test_near_graze(below, expected):
     """Gamma = 2, from theta = (pi - 1)/2 with v = 1/2 at x = 1.875 - d: touches the table at d = 0, misses it below.

@@ -124,11 +124,7 @@ def chain() -> Fmu:
             sympy.Add(*(MASS * x.v**2 / 2 for x in q)),
             Parameter("k", 100.0, "N/m", "stiffness", positive=True) * (q[0] ** 2 + (q[1] - q[0]) ** 2) / 2,
             [
-                Friction(
-                    name=f"f{i}",
-                    slip=slip,
-                    law=Directional(LOAD, *map(number, (a, a, 0, b, b, 0))),
-                )
+                Friction(name=f"f{i}", slip=slip, law=Directional(LOAD, *map(number, (a, a, 0, b, b, 0))))
                 for i, (slip, a, b) in enumerate(zip(slips, *BOUNDS, strict=True))
             ],
         )

@@ -38,12 +38,7 @@ def test_cycle_that_sticks_on_both_discs():
 
 @pytest.mark.parametrize(
     ("w0", "sticking"),
-    [
-        (0.5950, {"disc0"}),
-        (0.5952, {"disc0", "disc1"}),
-        (1.0995, {"disc0", "disc1"}),
-        (1.1005, {"disc1"}),
-    ],
+    [(0.5950, {"disc0"}), (0.5952, {"disc0", "disc1"}), (1.0995, {"disc0", "disc1"}), (1.1005, {"disc1"})],
 )
 def test_stick_moves_from_disc_0_over_both_to_disc_1(w0, sticking):
     """Section 2.5.3: liner/rubber, w1 = 1.15 rad/s, with a damping that lets the body cross theta = 0."""
@@ -54,12 +49,7 @@ def test_stick_moves_from_disc_0_over_both_to_disc_1(w0, sticking):
 
 @pytest.mark.parametrize(
     ("w0", "sticking"),
-    [
-        (0.9198, {"disc0"}),
-        (0.9200, {"disc0", "disc1"}),
-        (1.0995, {"disc0", "disc1"}),
-        (1.1005, {"disc1"}),
-    ],
+    [(0.9198, {"disc0"}), (0.9200, {"disc0", "disc1"}), (1.0995, {"disc0", "disc1"}), (1.1005, {"disc1"})],
 )
 def test_the_same_sequence_with_a_changeover_off_neutral(w0, sticking):
     parameters = {**LINER_RUBBER, **normal_forces(5.5), "theta_s": 0.068914}

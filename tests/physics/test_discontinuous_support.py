@@ -102,11 +102,7 @@ def test_stiff_support_has_several():
 
 @pytest.mark.parametrize(
     ("omega", "inside", "parameters"),
-    [
-        (0.940307815834782, 1, {"g": 4.0}),
-        (1.055140375248726, -1, {"g": 4.0}),
-        (0.830826937695969, 1, TABLE_2),
-    ],
+    [(0.940307815834782, 1, {"g": 4.0}), (1.055140375248726, -1, {"g": 4.0}), (0.830826937695969, 1, TABLE_2)],
 )
 def test_linear_motion_grazes_at_the_analytic_frequencies(omega, inside, parameters):
     """Where the amplitude without support is g, whatever ks; inside: the side of resonance."""

@@ -28,10 +28,7 @@ def support(p: dict[str, Any]) -> dict[str, Mode]:
             (Guard(lambda t, x, v, m: ks * (x - g) + cs * v, lambda t, x, v: ("off", x, v)),),
         ),
         # it has let go and is not yet back
-        "off": Mode(
-            Field(c, k, 0, f0, w),
-            (Guard(lambda t, x, v, m: x - g, lambda t, x, v: ("free", g, v)),),
-        ),
+        "off": Mode(Field(c, k, 0, f0, w), (Guard(lambda t, x, v, m: x - g, lambda t, x, v: ("free", g, v)),)),
     }
 
 

@@ -218,12 +218,12 @@ def test_errors_of_exponents_are_what_seeds_scatter_by():
 
 
 def test_bifurcations_of_the_support():
-    (fold,) = find_bifurcations(support(ks=10.0), "omega", 1.15, 1.2, guess=[[-0.5, 6.5]], steps=10)
+    (fold,) = find_bifurcations(support(ks=10.0), "omega", 1.15, 1.2, guess=[[-0.5, 6.5]])
     assert (fold.kind, fold.value) == ("saddle-node", pytest.approx(1.193153181280957, abs=1e-11))
     assert fold.motion.points[0] == pytest.approx([-2.5011941030198823, 6.0673139812037205], abs=1e-5)
-    (flip,) = find_bifurcations(support(**TABLE_2), "omega", 0.98, 0.968, guess=[[1.54, 0.9]], steps=10)
+    (flip,) = find_bifurcations(support(**TABLE_2), "omega", 0.98, 0.968, guess=[[1.54, 0.9]])
     assert (flip.kind, flip.value) == ("flip", pytest.approx(0.969351239042579, abs=1e-11))
-    (hinged,) = find_bifurcations(hinge(0.429), "f", 0.429, 0.425, guess=[[-5e-6, 0.033, 0, 0]], steps=10)
+    (hinged,) = find_bifurcations(hinge(0.429), "f", 0.429, 0.425, guess=[[-5e-6, 0.033, 0, 0]])
     assert (hinged.kind, hinged.value) == ("flip", pytest.approx(0.4262883801239, abs=1e-11))
 
 

@@ -70,11 +70,7 @@ def rocking_block() -> Fmu:
     c, s = sympy.cos(phi), sympy.sin(phi)
     corners = [
         Impact(
-            name=name,
-            gap=y + k * b * s - h * c,
-            restitution=Newton(e),
-            slip=x.v + (h * c - k * b * s) * phi.v,
-            mu=mu,
+            name=name, gap=y + k * b * s - h * c, restitution=Newton(e), slip=x.v + (h * c - k * b * s) * phi.v, mu=mu
         )
         for name, k in (("left", -1), ("right", 1))
     ]

@@ -376,12 +376,7 @@ def test_runs_agree_with_differences(case):
     with SensitiveRun(case.fmu(), by=list(case.by), recorded=case.recorded) as kept:
         found = kept.run(times, start=case.start, parameters=case.parameters, inputs=case.inputs)
     plain = simulate(
-        case.fmu(),
-        case.stop,
-        output_times=times,
-        start=case.start,
-        parameters=case.parameters,
-        inputs=case.inputs,
+        case.fmu(), case.stop, output_times=times, start=case.start, parameters=case.parameters, inputs=case.inputs
     )
     assert len(found.events) == len(plain.events) >= 4
     assert [event.after for event in found.events] == [event.after for event in plain.events]

@@ -63,11 +63,7 @@ def linear(mode: Mode) -> tuple[list[Row], list[Row]]:
         n, t = NORMAL[mode[0]], SLIP[mode[0]]
         ways = [[a - mode[1] * MU * b for a, b in zip(n, t, strict=True)]] if mode[1] else [n, t]
         bounds = [n] if mode[1] else [n, t]
-    loads = [
-        [-(M_M + M_S) * G, -M_S * G * L_M, -M_S * G * L_G],
-        [mpf(0), -C_PHI, C_PHI],
-        [mpf(0), C_PHI, -C_PHI],
-    ]
+    loads = [[-(M_M + M_S) * G, -M_S * G * L_M, -M_S * G * L_G], [mpf(0), -C_PHI, C_PHI], [mpf(0), C_PHI, -C_PHI]]
     rates, forces = [], []
     for load in loads:
         free = by_mass(load)

@@ -25,7 +25,7 @@ ARROWS = {
     "engine/fmi": {"engine/model", "engine/step", "engine/events", "engine/tangents"},
     "engine/whole_run": {"engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi"},
     "engine/ensemble": {
-        *("engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi", "engine/whole_run"),
+        *("engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi", "engine/whole_run")
     },
     "importer/c": {"engine/model", "engine/step"},
     # beside the FMU: it knows the numbers of the model and the contract with ensembles

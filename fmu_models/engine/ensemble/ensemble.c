@@ -5,11 +5,13 @@
  *
  *     each run   reset; write its values; choose contact states
  *                step from section to section, with rows as journey.c fills them
- *     by the series of the engine (series_runs.c); strobes of a piecewise linear system in lanes (lane_runs.c)
+ *     by the series of the engine (series_runs.c); strobes of a piecewise linear system in lanes (lane_runs.c); a map by
+ *     its rule (map_runs.c)
  */
 #include "ensemble.h"
 
 #include "lane_runs.h"
+#include "map_runs.h"
 #include "series_runs.h"
 #include "../model/traps.h"
 
@@ -27,13 +29,11 @@ int stickslip_ensemble(void *instance, Ensemble *e)
     if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", __func__);
     if (e->n_directions < 0 || e->n_directions > EXTENDED || (e->n_directions > 0 && !e->room))
         return instance_refuse(m, "%s: %lld directions are not possible", __func__, (long long)e->n_directions);
-    if (lane_runs_possible(e)) {
-        return lane_runs(m, e);
-    }
+    if (lane_runs_possible(e)) return lane_runs(m, e);
     Job job = {.m = m, .e = e};
     for (; e->done < e->n_runs; e->done++) {
         Outcome outcome = journey_start(&job, e->done, e->memory);
-        if (outcome == OUTCOME_FINISHED) outcome = series_run(&job);
+        if (outcome == OUTCOME_FINISHED) outcome = MODEL_IS_MAP ? map_run(&job) : series_run(&job);
         journey_end(&job, outcome);
         if (outcome == OUTCOME_STOPPED) break;
     }

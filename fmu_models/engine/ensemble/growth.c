@@ -18,9 +18,8 @@ static const double MUCH_LEFT = 0.7;
 double growth_product(const double *a, const double *b, int length)
 {
     double sum = 0.0;
-    for (int i = 0; i < length; i++) {
+    for (int i = 0; i < length; i++)
         sum += a[i] * b[i];
-    }
     return sum;
 }
 
@@ -32,9 +31,8 @@ static void growth_beside(double *v, const double *before, int k, int apart, int
     for (int j = 0; j < k; j++) {
         const double *u = before + (long)j * apart;
         const double along = growth_product(u, v, length);
-        for (int i = 0; i < length; i++) {
+        for (int i = 0; i < length; i++)
             v[i] -= along * u[i];
-        }
     }
 }
 
@@ -57,8 +55,7 @@ void growth_orthonormalize(double *vectors, int n, int apart, int length, int al
         }
         const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
         growth[k] *= lost ? 0.0 : size;
-        for (int i = 0; i < length; i++) {
+        for (int i = 0; i < length; i++)
             v[i] = lost ? 0.0 : v[i] / size;
-        }
     }
 }

@@ -30,11 +30,10 @@ void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
     for (int k = 0; k < n; k++) {
         const int64_t along = job->e->along[k];
         memset(directions[k], 0, sizeof directions[k]);
-        if (chosen && along < MODEL_NX) {
+        if (chosen && along < MODEL_NX)
             tangents_read(job->e->room, k, directions[k]);
-        } else {
+        else
             directions[k][along] = 1.0;
-        }
     }
 }
 
@@ -44,16 +43,12 @@ static RunStatus journey_flow(Job *job)
     double rates[MODEL_ROOM(MODEL_NX)];
     double growth[EXTENDED] = {0.0};
     const int n = (int)job->e->n_directions;
-    if (exchange_derivatives(&job->m->core.run, rates) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (exchange_derivatives(&job->m->core.run, rates) == RUN_ERROR) return RUN_ERROR;
     int most = 0; /* the unit vector nearest to it makes room */
-    for (int i = 1; i < n && i < MODEL_NX; i++) {
+    for (int i = 1; i < n && i < MODEL_NX; i++)
         most = fabs(rates[i]) > fabs(rates[most]) ? i : most;
-    }
-    for (int k = most; k > 0; k--) {
+    for (int k = most; k > 0; k--)
         memcpy(job->directions[k], job->directions[k - 1], sizeof job->directions[k]);
-    }
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
     growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 1, 0, growth);
@@ -67,11 +62,19 @@ static void journey_add_growth(Job *job)
     const Ensemble *e = job->e;
     const int64_t row = journey_row(job);
     for (int k = 0; k < e->n_directions; k++) {
-        if (row >= 0 && e->growth) {
-            e->growth[row * e->n_directions + k] += log(job->grown[k]);
-        }
+        if (row >= 0 && e->growth) e->growth[row * e->n_directions + k] += log(job->grown[k]);
         job->grown[k] = 1.0;
     }
+}
+
+void journey_grow(Job *job, const double *factors)
+{
+    int far = 0;
+    for (int k = 0; k < job->e->n_directions; k++) {
+        job->grown[k] *= factors[k];
+        far |= !(job->grown[k] > 1.0 / FAR && job->grown[k] < FAR);
+    }
+    if (far) journey_add_growth(job);
 }
 
 void journey_differences(Job *job, double speed)
@@ -80,52 +83,42 @@ void journey_differences(Job *job, double speed)
     const int n = (int)e->n_directions;
     const int64_t row = journey_row(job);
     double unused[EXTENDED * EXTENDED];
+    double factors[EXTENDED];
     if (e->jacobians) {
         double *jacobian = row < 0 ? unused : e->jacobians + row * EXTENDED * n;
-        for (int k = 0; k < n; k++) {
-            for (int i = 0; i < EXTENDED; i++) {
+        for (int k = 0; k < n; k++)
+            for (int i = 0; i < EXTENDED; i++)
                 jacobian[i * n + k] = job->directions[k][i];
-            }
-        }
         journey_unit(job, 0, job->directions);
         return;
     }
+    for (int k = 0; k < n; k++)
+        factors[k] = 1.0;
     /* steps by series, and so motions to their last digits, depend on tangents; steps in lanes do not */
     growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->length == EXTENDED, job->walk.losing,
-                          job->grown);
+                          factors);
     if (e->flow) {
-        job->grown[0] /= speed / job->speed;
+        factors[0] /= speed / job->speed;
         job->speed = speed;
     }
-    int far = 0;
-    for (int k = 0; k < n; k++) {
-        far |= !(job->grown[k] > 1.0 / FAR && job->grown[k] < FAR);
-    }
-    if (far) {
-        journey_add_growth(job);
-    }
+    journey_grow(job, factors);
 }
 
 void journey_make_tangents(const Job *job)
 {
     const Ensemble *e = job->e;
-    if (e->n_directions == 0) {
-        return;
-    }
+    if (e->n_directions == 0 || MODEL_IS_MAP) return;
     tangents_start(e->room, &job->m->core.run, (int)e->n_directions);
-    for (int k = 0; k < e->n_directions; k++) {
+    for (int k = 0; k < e->n_directions; k++)
         tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
-    }
 }
 
 static Outcome journey_tangents(Job *job)
 {
     Ensemble *e = job->e;
-    tangents_choose(&job->m->core.run, e->room);
-    journey_unit(job, 1, job->directions);
-    if (e->flow && journey_flow(job) == RUN_ERROR) {
-        return OUTCOME_BROKEN;
-    }
+    if (!MODEL_IS_MAP) tangents_choose(&job->m->core.run, e->room);
+    journey_unit(job, !MODEL_IS_MAP, job->directions);
+    if (e->flow && journey_flow(job) == RUN_ERROR) return OUTCOME_BROKEN;
     return OUTCOME_FINISHED;
 }
 
@@ -134,12 +127,9 @@ static RunStatus journey_renew(Job *job)
 {
     const Ensemble *e = job->e;
     int lost = 0;
-    for (int k = 0; k < e->n_directions; k++) {
+    for (int k = 0; k < e->n_directions; k++)
         lost |= !(growth_norm(job->directions[k], EXTENDED) > 0.0);
-    }
-    if (!lost) {
-        return RUN_OK;
-    }
+    if (!lost) return RUN_OK;
     journey_unit(job, 0, job->directions);
     return e->flow ? journey_flow(job) : RUN_OK;
 }
@@ -172,9 +162,8 @@ static Outcome journey_place(Job *job, int64_t i)
     const int follows = e->follow && i > 0 && e->outcomes[i - 1] <= OUTCOME_ABSORBED;
     memcpy(x, r->at.x, sizeof x);
     memcpy(memory, r->at.memory, sizeof memory);
-    if (follows && e->kind != SECTION_STROBE && e->periods[i] > 0.0) {
+    if (follows && e->kind != SECTION_STROBE && e->periods[i] > 0.0)
         time = r->at.time / e->periods[i - 1] * e->periods[i]; /* the phase is part of the point */
-    }
     const RunStart start = {e->n_set, e->set, e->values + i * e->n_set, time, e->tolerance};
     if (whole_run_enter_initialization(m, __func__, &start)) {
         run_fail(r, "%s", "a value that cannot be set");
@@ -184,9 +173,7 @@ static Outcome journey_place(Job *job, int64_t i)
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
     }
-    if (follows || (e->resumed && i == 0)) {
-        journey_onto_walls(r);
-    }
+    if (follows || (e->resumed && i == 0)) journey_onto_walls(r);
     job->walk = (Walk){.e = e, .run = i};
     if (e->kind == SECTION_LEVEL) {
         if (variables_locate(e->state, &job->walk.state) != STATE) {
@@ -197,9 +184,8 @@ static Outcome journey_place(Job *job, int64_t i)
         *q = fabs(*q - e->level) * e->weights[job->walk.state] <= ON_LEVEL ? e->level : *q;
     }
     job->length = EXTENDED;
-    for (int k = 0; k < EXTENDED; k++) {
+    for (int k = 0; k < EXTENDED; k++)
         job->grown[k] = 1.0;
-    }
     journey_make_tangents(job);
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
     /* one step says nothing of the next, unless by its derivative */
@@ -217,9 +203,8 @@ static void journey_begin_row(Job *job)
     const int64_t row = journey_row(job);
     job->batched = 0;
     job->waited = 0.0;
-    if (row >= 0 && e->growth && e->n_rows > 0) {
+    if (row >= 0 && e->growth && e->n_rows > 0)
         memset(e->growth + row * e->n_directions, 0, (size_t)e->n_directions * sizeof(double));
-    }
 }
 
 Outcome journey_start(Job *job, int64_t i, double *memory)
@@ -256,12 +241,8 @@ static void journey_record(Job *job, const Place *at)
         point[MODEL_NX + MODEL_NC] = at->time;
         point[MODEL_NX + MODEL_NC + 1] = job->waited;
     }
-    if (row >= 0 && e->held) {
-        memcpy(e->held + row * MODEL_NC, w->held, MODEL_NC * sizeof(double));
-    }
-    if (row >= 0 && e->began) {
-        memcpy(e->began + row * MODEL_NC, w->began, MODEL_NC * sizeof(int32_t));
-    }
+    if (row >= 0 && e->held) memcpy(e->held + row * MODEL_NC, w->held, MODEL_NC * sizeof(double));
+    if (row >= 0 && e->began) memcpy(e->began + row * MODEL_NC, w->began, MODEL_NC * sizeof(int32_t));
     memset(w->held, 0, sizeof w->held);
     memset(w->began, 0, sizeof w->began);
 }
@@ -273,9 +254,7 @@ int journey_note(Job *job, const Place *at, double time, Outcome *outcome)
     const int recording = job->left == 0;
     job->waited += time;
     e->steps[i]++;
-    if (++job->batched < (recording ? e->batch : 1)) {
-        return 0;
-    }
+    if (++job->batched < (recording ? e->batch : 1)) return 0;
     journey_record(job, at);
     e->rows[i] += recording;
     job->left -= !recording;
@@ -293,9 +272,7 @@ int journey_note(Job *job, const Place *at, double time, Outcome *outcome)
         job->left = e->rows[i] = 0;
     }
     *outcome = e->recurs[i] > 0 ? OUTCOME_SETTLED : OUTCOME_FINISHED;
-    if (job->left == 0 && e->rows[i] >= job->wanted) {
-        return 1;
-    }
+    if (job->left == 0 && e->rows[i] >= job->wanted) return 1;
     journey_begin_row(job);
     return 0;
 }

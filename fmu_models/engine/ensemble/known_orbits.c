@@ -20,9 +20,15 @@ int64_t arrival_numbers(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1);
 void arrival_start(Arrival *a, const Ensemble *e, double *memory)
 {
     *a = (Arrival){e, memory, 0, -1, 0};
-    for (int64_t n = 0; n < e->longest; n++) {
+    for (int64_t n = 0; n < e->longest; n++)
         arrival_held(a)[n] = 0.0;
-    }
+}
+
+/* the shortest difference of two values of a number of a point */
+static double arrival_apart(const Ensemble *e, int i, double difference)
+{
+    if (i == MODEL_NX || !(e->turns[i] < INFINITY)) return difference;
+    return difference - nearbyint(difference / e->turns[i]) * e->turns[i];
 }
 
 int64_t arrival_period(Arrival *a, const double *x, double time)
@@ -30,9 +36,7 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
     const Ensemble *e = a->e;
     double point[ARRIVAL_WIDTH];
     int64_t found = 0;
-    if (e->longest == 0) {
-        return 0;
-    }
+    if (e->longest == 0) return 0;
     memcpy(point, x, MODEL_NX * sizeof *point);
     point[MODEL_NX] = time;
     const int64_t here = a->seen % e->longest;
@@ -42,13 +46,12 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
         const double *before = arrival_ring(a) + place * ARRIVAL_WIDTH;
         int same = 1;
         for (int i = 0; same && i < ARRIVAL_WIDTH; i++) {
-            same = e->weights[i] == 0.0 || fabs(point[i] - before[i]) * e->weights[i] <= e->settled;
+            same = e->weights[i] == 0.0
+                   || fabs(arrival_apart(e, i, point[i] - before[i])) * e->weights[i] <= e->settled;
         }
         double *held = arrival_held(a) + n - 1;
         *held = same ? *held + 1.0 : 0.0;
-        if (!found && *held > (double)(2 * n + 2)) {
-            found = n;
-        }
+        if (!found && *held > (double)(2 * n + 2)) found = n;
     }
     memcpy(arrival_ring(a) + here * ARRIVAL_WIDTH, point, sizeof point);
     a->seen++;
@@ -59,12 +62,13 @@ static int arrival_near(const Ensemble *e, const double *x, int64_t k)
 {
     const double *centre = e->known + k * MODEL_NX;
     const double *form = e->metric + k * MODEL_NX * MODEL_NX;
+    double apart[MODEL_ROOM(MODEL_NX)];
     double sum = 0.0;
-    for (int i = 0; i < MODEL_NX; i++) {
-        for (int j = 0; j < MODEL_NX; j++) {
-            sum += (x[i] - centre[i]) * form[i * MODEL_NX + j] * (x[j] - centre[j]);
-        }
-    }
+    for (int i = 0; i < MODEL_NX; i++)
+        apart[i] = arrival_apart(e, i, x[i] - centre[i]);
+    for (int i = 0; i < MODEL_NX; i++)
+        for (int j = 0; j < MODEL_NX; j++)
+            sum += apart[i] * form[i * MODEL_NX + j] * apart[j];
     return sum <= 1.0;
 }
 
@@ -72,12 +76,9 @@ int64_t arrival_orbit(Arrival *a, const double *x)
 {
     const Ensemble *e = a->e;
     int64_t here = a->expected >= 0 && arrival_near(e, x, a->expected) ? a->expected : -1;
-    if (here < 0) {
-        a->met = 0;
-    }
-    for (int64_t k = 0; here < 0 && k < e->n_known; k++) {
+    if (here < 0) a->met = 0;
+    for (int64_t k = 0; here < 0 && k < e->n_known; k++)
         here = arrival_near(e, x, k) ? k : -1;
-    }
     a->expected = here < 0 ? -1 : e->next[here];
     a->met += here >= 0;
     return here >= 0 && a->met >= e->passes[here] ? e->orbit[here] : -1;

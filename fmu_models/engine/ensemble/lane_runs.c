@@ -51,9 +51,8 @@ static const LaneStepper *stepper_of(const void *stepper)
 static int beside_states(const Ensemble *e)
 {
     int found = e->n_directions > MODEL_NX;
-    for (int64_t k = 0; k < e->n_directions; k++) {
+    for (int64_t k = 0; k < e->n_directions; k++)
         found |= e->along[k] >= MODEL_NX;
-    }
     return found;
 }
 
@@ -65,9 +64,7 @@ int lane_runs_possible(const Ensemble *e)
 int64_t lane_runs_room(const void *stepper, int64_t longest)
 {
     const LaneStepper *s = stepper_of(stepper);
-    if (!s) {
-        return 0;
-    }
+    if (!s) return 0;
     return in_lines(sizeof(Together))
            + in_lines(LANE_RUNS_TOGETHER * arrival_numbers(longest) * (int64_t)sizeof(double))
            + in_lines(LANE_RUNS_TOGETHER * TANGENTS * (int64_t)sizeof(double)) + s->room(LANE_RUNS_TOGETHER);
@@ -95,9 +92,8 @@ static RunStatus give(Together *t, int64_t slot, const LaneMotion *motion, doubl
     Run *r = &job->m->core.run;
     if (t->loaded != job->run) {
         job->m->core.phase = PHASE_INITIALIZATION;
-        if (variables_set(job->m, __func__, e->set, (size_t)e->n_set, e->values + job->run * e->n_set)) {
+        if (variables_set(job->m, __func__, e->set, (size_t)e->n_set, e->values + job->run * e->n_set))
             return run_fail(r, "%s", "a value that cannot be set");
-        }
         job->m->core.phase = PHASE_STEP;
         job->m->core.settled = 1;
         t->loaded = job->run;
@@ -127,11 +123,8 @@ static RunStatus give(Together *t, int64_t slot, const LaneMotion *motion, doubl
 /* the outcome of a step as section_step.c has it */
 static Outcome bounded(const Ensemble *e, const double *x)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
-        if (!(fabs(x[i]) <= e->bound)) {
-            return OUTCOME_ESCAPED;
-        }
-    }
+    for (int i = 0; i < MODEL_NX; i++)
+        if (!(fabs(x[i]) <= e->bound)) return OUTCOME_ESCAPED;
     return OUTCOME_FINISHED;
 }
 
@@ -139,9 +132,8 @@ static Outcome bounded(const Ensemble *e, const double *x)
 static Outcome step_by_series(Together *t, int slot)
 {
     Job *job = &t->job[slot];
-    if (give(t, slot, &t->motion[slot], 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR) {
+    if (give(t, slot, &t->motion[slot], 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR)
         return OUTCOME_BROKEN;
-    }
     const Outcome outcome = series_step(job);
     take(&job->m->core.run, job, &t->motion[slot], &t->kept[slot]);
     t->series[slot] = 1;
@@ -151,11 +143,8 @@ static Outcome step_by_series(Together *t, int slot)
 /* whether a step in lanes begins with these states: the last bounces of a chatter are none of its modes */
 static int is_settled(const Run *r)
 {
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (r->at.state[c] == CONTACT_CHATTERING) {
-            return 0;
-        }
-    }
+    for (int c = 0; c < MODEL_NC; c++)
+        if (r->at.state[c] == CONTACT_CHATTERING) return 0;
     return 1;
 }
 
@@ -167,22 +156,13 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
     Run *r = &job->m->core.run;
     const double begin = job->e->origin + event->time;
     const double end = job->e->origin + job->e->periods[job->run];
-    if (give(t, slot, motion, event->time, t->asked[slot] ? &t->met[slot] : NULL) == RUN_ERROR) {
-        return 0;
-    }
+    if (give(t, slot, motion, event->time, t->asked[slot] ? &t->met[slot] : NULL) == RUN_ERROR) return 0;
     memcpy(r->falling, event->falls, sizeof r->falling);
-    if (transition_resolve(r, section_step_note, &job->walk) == RUN_ERROR) {
-        return 0;
-    }
+    if (transition_resolve(r, section_step_note, &job->walk) == RUN_ERROR) return 0;
     r->goal = end;
-    while (!is_settled(r) && r->at.time < end) {
-        if (run_advance(r, end, 1, section_step_note, &job->walk) == RUN_ERROR) {
-            return 0;
-        }
-    }
-    if (!is_settled(r)) {
-        return 0;
-    }
+    while (!is_settled(r) && r->at.time < end)
+        if (run_advance(r, end, 1, section_step_note, &job->walk) == RUN_ERROR) return 0;
+    if (!is_settled(r)) return 0;
     take(r, job, motion, &t->met[slot]);
     t->asked[slot] = 1;
     memcpy(event->known, r->at.known, sizeof event->known);
@@ -193,23 +173,18 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
 /* differences of a motion into the room of the stepper, and back after a step that it has made */
 static void give_tangents(const Job *job, double *tangents)
 {
-    for (int64_t k = 0; k < job->e->n_directions; k++) {
+    for (int64_t k = 0; k < job->e->n_directions; k++)
         memcpy(tangents + k * MODEL_NX, job->directions[k], MODEL_NX * sizeof *tangents);
-    }
 }
 
 static void take_tangents(Job *job, const LaneMotion *motion, const double *tangents)
 {
-    if (job->e->n_directions == 0) {
-        return;
-    }
-    for (int64_t k = 0; k < job->e->n_directions; k++) {
+    if (job->e->n_directions == 0) return;
+    for (int64_t k = 0; k < job->e->n_directions; k++)
         memcpy(job->directions[k], tangents + k * MODEL_NX, MODEL_NX * sizeof *tangents);
-    }
     job->walk.losing = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         job->walk.losing |= motion->began[c] != job->walk.began[c] && !model_contact_compliant[c];
-    }
     journey_differences(job, motion->speed);
 }
 
@@ -222,18 +197,12 @@ static int step_made(Together *t, int slot, const double *tangents, Outcome *out
     if (motion->decided) {
         t->series[slot] = 0;
         *outcome = bounded(e, motion->x);
-        if (e->in_lanes) {
-            e->in_lanes[job->run]++;
-        }
+        if (e->in_lanes) e->in_lanes[job->run]++;
     } else {
         *outcome = step_by_series(t, slot);
     }
-    if (*outcome != OUTCOME_FINISHED) {
-        return 1;
-    }
-    if (motion->decided) {
-        take_tangents(job, motion, tangents);
-    }
+    if (*outcome != OUTCOME_FINISHED) return 1;
+    if (motion->decided) take_tangents(job, motion, tangents);
     memcpy(job->walk.held, motion->held, sizeof motion->held);
     memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
     memcpy(job->walk.began, motion->began, sizeof motion->began);
@@ -260,18 +229,13 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
         const int64_t i = e->done++;
         job->m = m;
         job->e = e;
-        if (e->in_lanes) {
-            e->in_lanes[i] = 0;
-        }
+        if (e->in_lanes) e->in_lanes[i] = 0;
         t->loaded = i;
         Outcome outcome = journey_start(job, i, memory);
         int steady = 1;
-        for (int k = 0; k < MODEL_NU; k++) {
+        for (int k = 0; k < MODEL_NU; k++)
             steady &= r->at.du[k] == 0.0;
-        }
-        if (outcome == OUTCOME_FINISHED) {
-            outcome = bounded(e, r->at.x);
-        }
+        if (outcome == OUTCOME_FINISHED) outcome = bounded(e, r->at.x);
         steady &= e->starts[i] == e->origin;
         if (outcome == OUTCOME_FINISHED
             && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
@@ -303,32 +267,24 @@ Status lane_runs(Instance *m, Ensemble *e)
     const int64_t each = e->n_directions * MODEL_NX;
     int going = 0;
     s->open(room, together);
-    for (int slot = 0; slot < together; slot++) {
+    for (int slot = 0; slot < together; slot++)
         going += next_run(t, slot, m, e, memory + slot * numbers, room);
-    }
     while (going > 0) {
         if (e->stop && *(const volatile int32_t *)e->stop) {
-            for (int slot = 0; slot < together; slot++) {
-                if (t->motion[slot].wanted) {
-                    journey_end(&t->job[slot], OUTCOME_STOPPED);
-                }
-            }
+            for (int slot = 0; slot < together; slot++)
+                if (t->motion[slot].wanted) journey_end(&t->job[slot], OUTCOME_STOPPED);
             break;
         }
         memset(t->asked, 0, sizeof t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
-            if (!t->motion[slot].wanted) {
-                continue;
-            }
+            if (!t->motion[slot].wanted) continue;
             t->motion[slot].speed = (double)e->flow;
             give_tangents(&t->job[slot], tangents + slot * each);
         }
         s->step(room, t->motion, e->n_directions, tangents, resolve, t);
         for (int slot = 0; slot < together; slot++) {
             Outcome outcome;
-            if (!t->motion[slot].wanted || !step_made(t, slot, tangents + slot * each, &outcome)) {
-                continue;
-            }
+            if (!t->motion[slot].wanted || !step_made(t, slot, tangents + slot * each, &outcome)) continue;
             journey_end(&t->job[slot], outcome);
             if (e->follow) {
                 /* the next begins where this one ended */

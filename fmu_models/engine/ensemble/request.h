@@ -5,8 +5,15 @@
 
 #include <stdint.h>
 
-/* where a motion is looked at: once per period; where a state crosses a level; where a contact begins or ends */
-typedef enum { SECTION_STROBE = 0, SECTION_LEVEL = 1, SECTION_BEGIN = 2, SECTION_END = 3 } SectionKind;
+/* where a motion is looked at: once per period; where a state crosses a level; where a contact begins or ends; a map at
+   every step */
+typedef enum {
+    SECTION_STROBE = 0,
+    SECTION_LEVEL = 1,
+    SECTION_BEGIN = 2,
+    SECTION_END = 3,
+    SECTION_STEP = 4
+} SectionKind;
 
 /* how a run ended: after all its steps; on a motion that repeats itself; on a known orbit; beyond the bound; without
    meeting the section in time; by an error of the engine, which has a message; because the caller said so; not at all: a
@@ -52,6 +59,8 @@ typedef struct {
     int64_t longest;
     const double *weights;
     double settled;
+    /* after how much of itself each state is the same, INFINITY for one that is no angle */
+    const double *turns;
     /* points of known orbits, MODEL_NX each, and quadratic forms, below 1 near them; the point that follows each; its
        orbit; how many points in a row must be met */
     int64_t n_known;

@@ -34,12 +34,8 @@ void section_step_note(void *context, const ContactEvent *event)
     const int before = walk_holds(c, event->before);
     const int after = walk_holds(c, event->after);
     const int begins = model_contact_impulsive[c] ? !before : after && !before;
-    if (before && !after) {
-        w->held[c] += event->time - w->contact_since[c];
-    }
-    if (after && !before) {
-        w->contact_since[c] = event->time;
-    }
+    if (before && !after) w->held[c] += event->time - w->contact_since[c];
+    if (after && !before) w->contact_since[c] = event->time;
     w->began[c] += begins;
     w->losing |= begins && !model_contact_compliant[c];
     w->met |= c == w->e->contact && (w->e->kind == SECTION_BEGIN ? begins : before && !after);
@@ -58,9 +54,7 @@ void section_step_start(const Run *r, Walk *w)
 void section_step_close_row(const signed char *state, double time, Walk *w)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (walk_holds(c, state[c])) {
-            w->held[c] += time - w->contact_since[c];
-        }
+        if (walk_holds(c, state[c])) w->held[c] += time - w->contact_since[c];
         w->contact_since[c] = time;
     }
 }
@@ -70,14 +64,11 @@ static void walk_wrap(Run *r, Walk *w)
 {
     const double period = w->e->periods[w->run];
     double back = 0.0;
-    if (w->e->kind == SECTION_STROBE) {
+    if (w->e->kind == SECTION_STROBE)
         back = r->at.time - w->e->origin;
-    } else if (period > 0.0) {
+    else if (period > 0.0)
         back = period * floor((r->at.time - w->e->origin) / period);
-    }
-    if (back == 0.0) {
-        return;
-    }
+    if (back == 0.0) return;
     run_shift_time(r, -back);
     if (w->e->kind == SECTION_STROBE) {
         signed char closed[NC];
@@ -86,18 +77,14 @@ static void walk_wrap(Run *r, Walk *w)
         placement_closed_on_walls(r, closed);
     }
     w->since -= back;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         w->contact_since[c] -= back;
-    }
 }
 
 static Outcome walk_check(const Run *r, const Walk *w)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
-        if (!(fabs(r->at.x[i]) <= w->e->bound)) {
-            return OUTCOME_ESCAPED;
-        }
-    }
+    for (int i = 0; i < MODEL_NX; i++)
+        if (!(fabs(r->at.x[i]) <= w->e->bound)) return OUTCOME_ESCAPED;
     return OUTCOME_FINISHED;
 }
 
@@ -106,17 +93,13 @@ static Outcome walk_check(const Run *r, const Walk *w)
 static void walk_on_level(Run *r, const Walk *w)
 {
     r->section.watched = 0;
-    if (w->crossed && !r->section.jumped) {
-        r->at.x[w->state] = w->e->level;
-    }
+    if (w->crossed && !r->section.jumped) r->at.x[w->state] = w->e->level;
 }
 
 /* until when to wait */
 static double walk_end(const Run *r, const Walk *w)
 {
-    if (w->e->kind == SECTION_STROBE) {
-        return r->at.time + w->e->periods[w->run];
-    }
+    if (w->e->kind == SECTION_STROBE) return r->at.time + w->e->periods[w->run];
     return r->at.time + w->e->patience[w->run];
 }
 
@@ -124,9 +107,7 @@ static Outcome walk_begin(Run *r, Walk *w)
 {
     w->met = w->losing = 0;
     w->since = r->at.time;
-    if (w->e->kind == SECTION_LEVEL && !w->crossed) {
-        section_watch(r, w->state, w->e->level, w->e->direction);
-    }
+    if (w->e->kind == SECTION_LEVEL && !w->crossed) section_watch(r, w->state, w->e->level, w->e->direction);
     /* on from a crossing with its side known: looked for anew, the rounding of its time would let it count once more */
     r->section.watched = w->e->kind == SECTION_LEVEL;
     w->crossed = 0;
@@ -138,25 +119,15 @@ Outcome section_step(Run *r, Walk *w)
     const double end = walk_end(r, w);
     const int by_event = w->e->kind == SECTION_BEGIN || w->e->kind == SECTION_END;
     Outcome outcome = walk_begin(r, w);
-    if (outcome != OUTCOME_FINISHED) {
-        return outcome;
-    }
+    if (outcome != OUTCOME_FINISHED) return outcome;
     r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
     while (1) {
         const RunStatus status = run_advance(r, end, by_event, section_step_note, w);
-        if (status == RUN_ERROR) {
-            return OUTCOME_BROKEN;
-        }
+        if (status == RUN_ERROR) return OUTCOME_BROKEN;
         w->crossed = status == RUN_CROSSING;
-        if (w->crossed || w->met) {
-            break;
-        }
-        if (status == RUN_EVENT) {
-            continue;
-        }
-        if (w->e->kind == SECTION_STROBE) {
-            break;
-        }
+        if (w->crossed || w->met) break;
+        if (status == RUN_EVENT) continue;
+        if (w->e->kind == SECTION_STROBE) break;
         outcome = walk_check(r, w);
         return outcome == OUTCOME_FINISHED ? OUTCOME_LOST : outcome;
     }
@@ -168,9 +139,7 @@ Outcome section_step(Run *r, Walk *w)
 /* the next crossing on the step in use, as a time; INFINITY if none */
 static double walk_crossing(Run *r, const Walk *w, double until)
 {
-    if (w->e->kind != SECTION_LEVEL) {
-        return INFINITY;
-    }
+    if (w->e->kind != SECTION_LEVEL) return INFINITY;
     const double length = (until - r->segment_start) - r->jets.time_rest;
     const double s = section_next(r, r->segment_rooted ? sqrt(length) : length);
     return s < 0.0 ? INFINITY : r->segment_start + (r->segment_rooted ? s * s : s);
@@ -181,32 +150,23 @@ static RunStatus walk_project(Run *r, const Walk *w, Tangents *tangents, int n, 
 {
     double rates[MODEL_ROOM(MODEL_NX)];
     const int forced = w->e->periods[w->run] > 0.0;
-    if (w->e->kind == SECTION_STROBE || w->e->kind == SECTION_LEVEL) {
-        tangents_hold(tangents);
-    }
-    if (w->e->kind == SECTION_LEVEL && exchange_derivatives(r, rates) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (w->e->kind == SECTION_STROBE || w->e->kind == SECTION_LEVEL) tangents_hold(tangents);
+    if (w->e->kind == SECTION_LEVEL && exchange_derivatives(r, rates) == RUN_ERROR) return RUN_ERROR;
     for (int k = 0; k < n; k++) {
         double *d = directions + (size_t)k * EXTENDED;
         tangents_read(tangents, k, d);
         double *time = &d[MODEL_NX + MODEL_NC];
         if (w->e->kind == SECTION_LEVEL) {
             *time = -d[w->state] / rates[w->state];
-            for (int i = 0; i < MODEL_NX; i++) {
+            for (int i = 0; i < MODEL_NX; i++)
                 d[i] += rates[i] * *time;
-            }
             d[w->state] = 0.0;
         }
         for (int c = 0; c < MODEL_NC; c++) {
             /* what a contact remembers counts while it lasts */
-            if (!model_contact_remembers[c] || r->at.state[c] == CONTACT_AWAY) {
-                d[MODEL_NX + c] = 0.0;
-            }
+            if (!model_contact_remembers[c] || r->at.state[c] == CONTACT_AWAY) d[MODEL_NX + c] = 0.0;
         }
-        if (!forced || w->e->kind == SECTION_STROBE) {
-            *time = 0.0;
-        }
+        if (!forced || w->e->kind == SECTION_STROBE) *time = 0.0;
     }
     return RUN_OK;
 }
@@ -215,17 +175,12 @@ static RunStatus walk_project(Run *r, const Walk *w, Tangents *tangents, int n, 
 static RunStatus walk_beside_motion(Run *r, const Walk *w, double *d)
 {
     double rates[MODEL_ROOM(MODEL_NX)];
-    if (w->e->kind == SECTION_STROBE || w->e->periods[w->run] > 0.0) {
-        return RUN_OK;
-    }
-    if (exchange_derivatives(r, rates) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (w->e->kind == SECTION_STROBE || w->e->periods[w->run] > 0.0) return RUN_OK;
+    if (exchange_derivatives(r, rates) == RUN_ERROR) return RUN_ERROR;
     const double square = growth_product(rates, rates, MODEL_NX);
     const double along = square > 0.0 ? growth_product(rates, d, MODEL_NX) / square : 0.0;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         d[i] -= along * rates[i];
-    }
     return RUN_OK;
 }
 
@@ -239,22 +194,15 @@ static RunStatus walk_part(Run *r, Walk *w, Tangents *tangents, int n, double *d
     for (int k = 0; k < n; k++) {
         double *d = directions + (size_t)k * EXTENDED;
         tangents_read(tangents, k, d);
-        if (d[MODEL_NX + MODEL_NC] != 0.0) {
-            return RUN_OK;
-        }
+        if (d[MODEL_NX + MODEL_NC] != 0.0) return RUN_OK;
         sizes[k] = growth_norm(d, EXTENDED);
         factors[k] = 1.0;
-        if (walk_beside_motion(r, w, d) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
+        if (walk_beside_motion(r, w, d) == RUN_ERROR) return RUN_ERROR;
     }
     growth_orthonormalize(directions, n, EXTENDED, EXTENDED, 1, w->losing, factors);
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++)
         near |= factors[k] < LOST_LENGTH * sizes[k];
-    }
-    if (!near) {
-        return RUN_OK;
-    }
+    if (!near) return RUN_OK;
     w->losing = 0;
     for (int k = 0; k < n; k++) {
         grown[k] *= factors[k];
@@ -267,40 +215,27 @@ Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double
 {
     const double end = walk_end(r, w);
     Outcome outcome = walk_begin(r, w);
-    if (outcome != OUTCOME_FINISHED) {
-        return outcome;
-    }
+    if (outcome != OUTCOME_FINISHED) return outcome;
     r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++)
         tangents_place(r, tangents, k, directions + (size_t)k * EXTENDED);
-    }
     while (r->at.time < end && !w->met) {
         double until;
         const int fresh = !r->segment_valid;
-        if (tangents_expand(r, tangents, end, &until) == RUN_ERROR) {
-            return OUTCOME_BROKEN;
-        }
-        if (fresh) {
-            r->section.searched = 0.0;
-        }
+        if (tangents_expand(r, tangents, end, &until) == RUN_ERROR) return OUTCOME_BROKEN;
+        if (fresh) r->section.searched = 0.0;
         const double crossing = walk_crossing(r, w, until);
-        if (tangents_move(r, tangents, fmin(end, crossing), section_step_note, w) == RUN_ERROR) {
-            return OUTCOME_BROKEN;
-        }
+        if (tangents_move(r, tangents, fmin(end, crossing), section_step_note, w) == RUN_ERROR) return OUTCOME_BROKEN;
         w->crossed = crossing < INFINITY;
         w->met |= w->crossed;
-        if (grown && !w->met && walk_part(r, w, tangents, n, directions, grown) == RUN_ERROR) {
-            return OUTCOME_BROKEN;
-        }
+        if (grown && !w->met && walk_part(r, w, tangents, n, directions, grown) == RUN_ERROR) return OUTCOME_BROKEN;
     }
     if (!w->met && w->e->kind != SECTION_STROBE) {
         outcome = walk_check(r, w);
         return outcome == OUTCOME_FINISHED ? OUTCOME_LOST : outcome;
     }
     walk_on_level(r, w);
-    if (walk_project(r, w, tangents, n, directions) == RUN_ERROR) {
-        return OUTCOME_BROKEN;
-    }
+    if (walk_project(r, w, tangents, n, directions) == RUN_ERROR) return OUTCOME_BROKEN;
     walk_wrap(r, w);
     return walk_check(r, w);
 }

@@ -33,9 +33,7 @@ static int accumulate(Run *r)
 RunStatus accumulation_check_pace(Run *r, int c)
 {
     const double STEADY = 1.5;
-    if (++r->paced_events < r->paced_at) {
-        return RUN_OK;
-    }
+    if (++r->paced_events < r->paced_at) return RUN_OK;
     const double span = r->at.time - r->paced_time;
     const int steady = span > STEADY * r->paced_span;
     const double left = r->goal - r->at.time;
@@ -66,18 +64,12 @@ static int is_unseen(const Run *r, int c)
 int accumulation_note(Run *r)
 {
     int bounds = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        if (model_contact_tangential[c] && r->falling[c][SLOT_NORMAL]) r->unseen = is_unseen(r, c) ? r->unseen + 1 : 0;
+    if (r->stalled == 0 && r->unseen == 0) memset(r->stalls, 0, sizeof r->stalls);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_tangential[c] && r->falling[c][SLOT_NORMAL]) {
-            r->unseen = is_unseen(r, c) ? r->unseen + 1 : 0;
-        }
-    }
-    if (r->stalled == 0 && r->unseen == 0) {
-        memset(r->stalls, 0, sizeof r->stalls);
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
+        for (int slot = 0; slot < SLOTS; slot++)
             r->stalls[c][slot] |= r->falling[c][slot];
-        }
         bounds |= model_contact_tangential[c] && r->stalls[c][SLOT_NORMAL];
     }
     return bounds;
@@ -92,17 +84,15 @@ int accumulation_ends(const Run *r)
 /* what a correction leaves of a number that it takes is rounding */
 static void drop_rounding(const Run *r, const double *before, double *x, int from, int to)
 {
-    for (int i = from; i < to; i++) {
+    for (int i = from; i < to; i++)
         x[i] = fabs(x[i]) <= r->tolerances.slip * fabs(before[i]) ? 0.0 : x[i];
-    }
 }
 
 /* move the coordinates by this much along what the force of c moves */
 static void shift_along(Run *r, int c, double way)
 {
-    for (int i = 0; i < MODEL_NQ; i++) {
+    for (int i = 0; i < MODEL_NQ; i++)
         r->at.x[i] += r->scratch.W[i][c][0] * way;
-    }
     placement_load(r);
 }
 
@@ -130,9 +120,7 @@ void accumulation_place(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         const int region = model_contact_tangential[c];
         held[c] = (signed char)(region && r->stalls[c][SLOT_TANGENTIAL] && placement_has_lever(r, c));
-        if (region && r->stalls[c][SLOT_NORMAL] && r->scratch.depth[c][0] != 0.0) {
-            place_on_bound(r, c);
-        }
+        if (region && r->stalls[c][SLOT_NORMAL] && r->scratch.depth[c][0] != 0.0) place_on_bound(r, c);
     }
     contact_project(&r->at, &r->scratch, held);
     drop_rounding(r, before, r->at.x, MODEL_NQ, MODEL_NQ + MODEL_NV);
@@ -146,9 +134,7 @@ RunStatus accumulation_check(Run *r, int last, int bounds)
             r, "contact '%s' switches ever faster at t = %.17g: %d events since t = %.17g, without an end in sight",
             model_contact_names[last], r->at.time, r->accumulated_events, r->accumulation_start);
     }
-    if (++r->stalled <= r->tolerances.max_iterations && r->unseen <= r->tolerances.max_iterations) {
-        return RUN_OK;
-    }
+    if (++r->stalled <= r->tolerances.max_iterations && r->unseen <= r->tolerances.max_iterations) return RUN_OK;
     if (bounds) {
         return run_fail(r,
                         "contact '%s' switches ever faster up to t = %.17g: the pauses between its crossings shrink to "

@@ -29,18 +29,13 @@ static int disturbed(const Run *r, int c, double wait, int *tail)
     const Jets *j = &r->scratch;
     *tail = -1;
     for (int e = 0; e < MODEL_NC; e++) {
-        if (e == c || !model_contact_impulsive[e] || r->at.state[e] != CONTACT_AWAY || j->G[c][e][0] == 0.0) {
-            continue;
-        }
+        if (e == c || !model_contact_impulsive[e] || r->at.state[e] != CONTACT_AWAY || j->G[c][e][0] == 0.0) continue;
         double gap[ORDER + 1];
         const int known = r->at.known[e][SLOT_NORMAL] < ORDER ? r->at.known[e][SLOT_NORMAL] : ORDER;
-        for (int k = known; k <= ORDER; k++) {
+        for (int k = known; k <= ORDER; k++)
             gap[k - known] = -j->depth[e][k];
-        }
         if (first_fall(gap, ORDER - known, wait) >= 0.0) {
-            if (!(fabs(j->slip[e][0]) <= r->tolerances.chatter * r->at.memory[e])) {
-                return 1;
-            }
+            if (!(fabs(j->slip[e][0]) <= r->tolerances.chatter * r->at.memory[e])) return 1;
             *tail = e;
         }
     }
@@ -58,20 +53,14 @@ static int bounces_end(Run *r, int c, double *wait, int *other)
     const double e = model_restitution(r->at.p, r->at.d, c);
     const double speed = j->slip[c][0];
     const int slow = speed <= r->tolerances.chatter * r->at.memory[c];
-    if (!(e < 1.0) || !(slow || r->tolerances.drift > 0.0)) {
-        return 0;
-    }
+    if (!(e < 1.0) || !(slow || r->tolerances.drift > 0.0)) return 0;
     taylor_series(r, j, ORDER, INFINITY);
     const double P = 2.0 * j->depth[c][2];
     const double rate = 6.0 * j->depth[c][3];
     const double u = speed / (1.0 - e);
     /* an importer cannot follow bounces lower than its own errors */
-    if (!slow && !(speed * speed <= 2.0 * P * gap_resolution(r, j, c))) {
-        return 0;
-    }
-    if (!(P > 0.0) || !(u * fabs(rate) <= SLOW * P * P)) {
-        return 0;
-    }
+    if (!slow && !(speed * speed <= 2.0 * P * gap_resolution(r, j, c))) return 0;
+    if (!(P > 0.0) || !(u * fabs(rate) <= SLOW * P * P)) return 0;
     *wait = 2.0 * u / P - 4.0 / 3.0 * rate * u * u / (P * P * P);
     return !disturbed(r, c, *wait, other);
 }
@@ -83,18 +72,14 @@ static RunStatus hold_until(Run *r, const signed char *member, int *moved)
     signed char candidate[NC];
     for (int c = 0; c < MODEL_NC; c++) {
         candidate[c] = member[c];
-        if (member[c]) {
-            r->at.state[c] = r->at.settles[c] > r->at.time ? CONTACT_CHATTERING : CONTACT_TOUCHING;
-        }
+        if (member[c]) r->at.state[c] = r->at.settles[c] > r->at.time ? CONTACT_CHATTERING : CONTACT_TOUCHING;
     }
     placement_load(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (member[c]) {
+    for (int c = 0; c < MODEL_NC; c++)
+        if (member[c])
             placement_friction(r, c, candidate);
-        } else if (contact_is_held(r->at.state, c)) {
+        else if (contact_is_held(r->at.state, c))
             candidate[c] = 1;
-        }
-    }
     return selection_make(r, candidate, at_limit, moved);
 }
 
@@ -106,9 +91,7 @@ static RunStatus settle_bounces(Run *r, int *moved)
     for (int c = 0; c < MODEL_NC; c++) {
         double wait;
         int other;
-        if (!r->struck[c] || r->at.state[c] != CONTACT_AWAY || !bounces_end(r, c, &wait, &other)) {
-            continue;
-        }
+        if (!r->struck[c] || r->at.state[c] != CONTACT_AWAY || !bounces_end(r, c, &wait, &other)) continue;
         for (int e = c; e >= 0; e = e == c ? other : -1) {
             r->at.settles[e] = r->at.time + wait;
             member[e] = 1;
@@ -143,9 +126,7 @@ static int mark_open(Run *r, int c, double pause, signed char *member)
         }
         const double speed = fabs(r->scratch.slip[e][0]);
         const int low = r->tolerances.drift > 0.0 && speed * pause <= gap_resolution(r, &r->scratch, e);
-        if (!low && !(speed <= r->tolerances.chatter * r->closings[e].fastest)) {
-            return 0;
-        }
+        if (!low && !(speed <= r->tolerances.chatter * r->closings[e].fastest)) return 0;
         member[e] = 1;
         any = 1;
     }
@@ -159,49 +140,34 @@ static RunStatus settle_together(Run *r, int c, double pause, double wait, int *
     signed char member[NC];
     int all = 1;
     placement_load(r);
-    if (!mark_open(r, c, pause, member)) {
-        return RUN_OK;
-    }
+    if (!mark_open(r, c, pause, member)) return RUN_OK;
     const Point before = r->at;
-    for (int e = 0; e < MODEL_NC; e++) {
-        if (member[e]) {
-            r->at.settles[e] = r->at.time + wait;
-        }
-    }
+    for (int e = 0; e < MODEL_NC; e++)
+        if (member[e]) r->at.settles[e] = r->at.time + wait;
     const RunStatus status = hold_until(r, member, moved);
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int e = 0; e < MODEL_NC; e++)
         all &= !member[e] || contact_is_held(r->at.state, e);
-    }
     if (status == RUN_ERROR || !all) {
         r->at = before;
         placement_load(r);
         return RUN_OK;
     }
-    for (int e = 0; e < MODEL_NC; e++) {
-        if (member[e]) {
-            r->closings[e] = (Closings){0};
-        }
-    }
+    for (int e = 0; e < MODEL_NC; e++)
+        if (member[e]) r->closings[e] = (Closings){0};
     return RUN_OK;
 }
 
 RunStatus chatter_settle(Run *r, int *moved)
 {
     const int exhausted = r->stalled >= r->tolerances.max_iterations / 2;
-    if (settle_bounces(r, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (settle_bounces(r, moved) == RUN_ERROR) return RUN_ERROR;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!r->struck[c]) {
-            continue;
-        }
+        if (!r->struck[c]) continue;
         double wait = 0.0;
         r->closings[c].struck = r->at.time;
         const int steady = contact_is_held(r->at.state, c) && closings_end(r, c, &wait);
         if (steady || exhausted) {
-            if (settle_together(r, c, steady ? r->closings[c].pause : 0.0, wait, moved) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
+            if (settle_together(r, c, steady ? r->closings[c].pause : 0.0, wait, moved) == RUN_ERROR) return RUN_ERROR;
         }
     }
     return RUN_OK;

@@ -77,14 +77,11 @@ static int assemble_held(Group *g)
     }
     for (int k = 0; k < g->count; k++) {
         const int i = g->member[k];
-        if (g->place[i] < 0) {
-            continue;
-        }
+        if (g->place[i] < 0) continue;
         double *row = g->matrix + (ptrdiff_t)g->place[i] * held;
         double right = -p->b[i];
-        for (int e = 0; e < held; e++) {
+        for (int e = 0; e < held; e++)
             row[e] = 0.0;
-        }
         for (int m = 0; m < g->count; m++) {
             const int e = g->member[m];
             const double effect = p->G[i * p->n + e];
@@ -111,12 +108,9 @@ static int eliminate(double *A, double *b, int n)
 {
     for (int k = 0; k < n; k++) {
         int pivot = k;
-        for (int i = k + 1; i < n; i++) {
+        for (int i = k + 1; i < n; i++)
             pivot = fabs(A[i * n + k]) > fabs(A[pivot * n + k]) ? i : pivot;
-        }
-        if (!(fabs(A[pivot * n + k]) > 64.0 * n * DBL_EPSILON)) {
-            return 0;
-        }
+        if (!(fabs(A[pivot * n + k]) > 64.0 * n * DBL_EPSILON)) return 0;
         for (int j = k; j < n && pivot != k; j++) {
             const double swap = A[k * n + j];
             A[k * n + j] = A[pivot * n + j];
@@ -127,16 +121,14 @@ static int eliminate(double *A, double *b, int n)
         b[pivot] = swap;
         for (int i = k + 1; i < n; i++) {
             const double f = A[i * n + k] / A[k * n + k];
-            for (int j = k + 1; j < n && f != 0.0; j++) {
+            for (int j = k + 1; j < n && f != 0.0; j++)
                 A[i * n + j] -= f * A[k * n + j];
-            }
             b[i] -= f * b[k];
         }
     }
     for (int i = n - 1; i >= 0; i--) {
-        for (int j = i + 1; j < n; j++) {
+        for (int j = i + 1; j < n; j++)
             b[i] -= A[i * n + j] * b[j];
-        }
         b[i] /= A[i * n + i];
     }
     return 1;
@@ -147,18 +139,14 @@ static int answer_to_states(Group *g)
 {
     const BoxProblem *p = g->of;
     double largest = 0.0;
-    if (!eliminate(g->matrix, g->right, assemble_held(g))) {
-        return 0;
-    }
+    if (!eliminate(g->matrix, g->right, assemble_held(g))) return 0;
     for (int k = 0; k < g->count; k++) {
         const int i = g->member[k];
         g->force[i] = g->place[i] >= 0 ? g->scale[i] * g->right[g->place[i]] : own_bound(g, i);
     }
     for (int k = 0; k < g->count; k++) {
         const int i = g->member[k];
-        if (g->place[i] < 0 && p->mu[i] > 0.0) {
-            g->force[i] = force_bound(g, i, g->state[i]);
-        }
+        if (g->place[i] < 0 && p->mu[i] > 0.0) g->force[i] = force_bound(g, i, g->state[i]);
     }
     for (int k = 0; k < g->count; k++) {
         const int i = g->member[k];
@@ -183,18 +171,13 @@ static int answer_to_states(Group *g)
 static signed char state_wanted(const Group *g, int i)
 {
     const BoxProblem *p = g->of;
-    if (p->fixed && p->fixed[i]) {
-        return g->state[i];
-    }
+    if (p->fixed && p->fixed[i]) return g->state[i];
     const double zero = p->tolerance * g->magnitude[i];
     const int side = g->rate[i] > zero ? -1 : g->rate[i] < -zero ? 1 : 0;
     const int idle = p->mu[i] > 0.0 && g->state[p->partner[i]] == -1 && p->lower[p->partner[i]] == 0.0;
-    if (idle || !holdable(p, i)) {
+    if (idle || !holdable(p, i))
         return (signed char)(side == 0 && g->state[i] != 0 ? g->state[i] : side == 0 ? -1 : side);
-    }
-    if (g->state[i] != 0) {
-        return (signed char)(side == -g->state[i] ? 0 : g->state[i]);
-    }
+    if (g->state[i] != 0) return (signed char)(side == -g->state[i] ? 0 : g->state[i]);
     const double below = force_bound(g, i, -1);
     const double above = force_bound(g, i, 1);
     const double slack = zero * g->scale[i] * g->scale[i];
@@ -209,30 +192,22 @@ static int change_states(Group *g, int rounds)
     for (int round = 0; round < rounds; round++) {
         int misfits = 0;
         int last = -1;
-        if (!answer_to_states(g)) {
-            return -1;
-        }
+        if (!answer_to_states(g)) return -1;
         for (int k = 0; k < g->count; k++) {
             if (state_wanted(g, g->member[k]) != g->state[g->member[k]]) {
                 misfits++;
                 last = g->member[k];
             }
         }
-        if (misfits == 0) {
-            return 1;
-        }
+        if (misfits == 0) return 1;
         patience = misfits < least ? PATIENCE : patience - 1;
         least = misfits < least ? misfits : least;
         /* rates and bounds that the others are judged by are those of this round */
-        for (int k = 0; k < g->count && patience > 0; k++) {
+        for (int k = 0; k < g->count && patience > 0; k++)
             g->matrix[k] = state_wanted(g, g->member[k]);
-        }
-        for (int k = 0; k < g->count && patience > 0; k++) {
+        for (int k = 0; k < g->count && patience > 0; k++)
             g->state[g->member[k]] = (signed char)g->matrix[k];
-        }
-        if (patience <= 0) {
-            g->state[last] = state_wanted(g, last);
-        }
+        if (patience <= 0) g->state[last] = state_wanted(g, last);
     }
     return 0;
 }
@@ -279,17 +254,12 @@ static int solve_redundant(Group *g, int rounds)
     double before = INFINITY;
     set_ridge(g);
     for (int step = 0; step < PROXIMAL_STEPS; step++) {
-        if (change_states(g, rounds) != 1) {
-            return 0;
-        }
+        if (change_states(g, rounds) != 1) return 0;
         const double added = added_by_ridge(g);
-        if (added <= 1.0 && added <= SHRINKS * before) {
-            return 1;
-        }
+        if (added <= 1.0 && added <= SHRINKS * before) return 1;
         before = added;
-        for (int k = 0; k < g->count; k++) {
+        for (int k = 0; k < g->count; k++)
             g->origin[g->member[k]] = g->force[g->member[k]];
-        }
     }
     return 0;
 }
@@ -308,18 +278,11 @@ static int solve_group(Group *g, double *lemke_room)
     }
     const int rounds = lemke_room ? 30 + 2 * g->count : 100 + 20 * g->count;
     int found = change_states(g, rounds);
-    if (found < 0) {
-        found = solve_redundant(g, rounds);
-    }
-    if (found == 1 || lemke_room == NULL) {
-        return found;
-    }
-    if (!lemke_solve(p, g->member, g->count, g->scale, g->state, lemke_room)) {
-        return 0;
-    }
-    for (int k = 0; k < g->count; k++) {
+    if (found < 0) found = solve_redundant(g, rounds);
+    if (found == 1 || lemke_room == NULL) return found;
+    if (!lemke_solve(p, g->member, g->count, g->scale, g->state, lemke_room)) return 0;
+    for (int k = 0; k < g->count; k++)
         g->ridge[g->member[k]] = 0.0;
-    }
     /* rounding may have spoilt what was eliminated so often: the last word is the equations' */
     found = change_states(g, rounds);
     return found < 0 ? solve_redundant(g, rounds) : found;
@@ -364,15 +327,12 @@ int complementarity_solve(const BoxProblem *problem, signed char *state, double 
                .right = part + 5 * n,
                .state = state,
                .force = force};
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         seen[i] = 0;
-    }
     for (int seed = 0; seed < n; seed++) {
         if (!seen[seed]) {
             g.count = gather_group(problem, seed, g.member, seen);
-            if (!solve_group(&g, lemke_room)) {
-                return 0;
-            }
+            if (!solve_group(&g, lemke_room)) return 0;
         }
     }
     return 1;

@@ -22,9 +22,8 @@ enum { TIE_ORDER = 8 };
 static double largest_term(const double *c, int from, int order, double length)
 {
     double largest = 0.0;
-    for (int k = from; k <= order; k++) {
+    for (int k = from; k <= order; k++)
         largest = fmax(largest, fabs(c[k]) * pow(length, k));
-    }
     return largest;
 }
 
@@ -70,9 +69,7 @@ double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude)
     }
     double sum = j->slip_rate[c][0];
     *magnitude = fabs(sum);
-    if (MODEL_IMPACTS > 0) {
-        *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
-    }
+    if (MODEL_IMPACTS > 0) *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
     for (int e = 0; e < MODEL_NC; e++) {
         const double term = j->G[c][e][0] * j->force[e][0];
         sum += term;
@@ -96,20 +93,15 @@ static int stick_starts_unloaded(Run *r, Trial *trial, int c)
 {
     Jets *j = &r->scratch;
     double magnitude;
-    if (fabs(fit_slip_rate(r, j, c, &magnitude)) > r->tolerances.margin * magnitude) {
-        return 0;
-    }
+    if (fabs(fit_slip_rate(r, j, c, &magnitude)) > r->tolerances.margin * magnitude) return 0;
     const double floor = r->tolerances.slip * magnitude / j->G[c][c][0];
     expand(r, trial);
     for (int side = -1; side <= 1; side += 2) {
         double series[TIE_ORDER];
-        for (int k = 0; k < TIE_ORDER; k++) {
+        for (int k = 0; k < TIE_ORDER; k++)
             series[k] = stick_bound(j, c, side)[k] - side * j->force[c][k];
-        }
         int zeros = 0;
-        if (first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros) <= 0) {
-            return 0;
-        }
+        if (first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros) <= 0) return 0;
         trial->zeros[c] = (signed char)(zeros > trial->zeros[c] ? zeros : trial->zeros[c]);
     }
     return 1;
@@ -131,28 +123,19 @@ static int stick_holds(Run *r, Trial *trial, int c)
     double magnitude;
     trial->zeros[c] = 0;
     /* a rigid contact about to push has no load yet */
-    if (model_contact_partner[c] >= 0 && unloaded(r, c)) {
-        return stick_starts_unloaded(r, trial, c);
-    }
+    if (model_contact_partner[c] >= 0 && unloaded(r, c)) return stick_starts_unloaded(r, trial, c);
     /* without load nothing holds; where the force would drive the slip away from zero nothing holds for long */
-    if (!fit_can_stick(r, c)) {
-        return 0;
-    }
+    if (!fit_can_stick(r, c)) return 0;
     /* contacts that constrain the same motion in different ways cannot all stick */
-    if (fabs(fit_slip_rate(r, j, c, &magnitude)) > tolerance * magnitude) {
-        return 0;
-    }
+    if (fabs(fit_slip_rate(r, j, c, &magnitude)) > tolerance * magnitude) return 0;
     const int side = stick_side(j, c);
     const double *bound = stick_bound(j, c, side);
     const double margin = bound[0] - side * j->force[c][0];
-    if (!trial->at_limit[c] && fabs(margin) > trial->tie * capacity) {
-        return margin > 0.0;
-    }
+    if (!trial->at_limit[c] && fabs(margin) > trial->tie * capacity) return margin > 0.0;
     expand(r, trial);
     double series[TIE_ORDER];
-    for (int k = 0; k < TIE_ORDER; k++) {
+    for (int k = 0; k < TIE_ORDER; k++)
         series[k] = bound[k] - side * j->force[c][k];
-    }
     const double floor = r->tolerances.slip * capacity + rounding_of_time(r, series);
     int zeros = zeros_at_fall(series, floor);
     const int sign = first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros);
@@ -167,13 +150,9 @@ static int closed_holds(Run *r, Trial *trial, int c)
     Jets *j = &r->scratch;
     double magnitude;
     trial->zeros[c] = 0;
-    if (fabs(fit_slip_rate(r, j, c, &magnitude)) > r->tolerances.margin * magnitude) {
-        return 0;
-    }
+    if (fabs(fit_slip_rate(r, j, c, &magnitude)) > r->tolerances.margin * magnitude) return 0;
     const double scale = magnitude / j->G[c][c][0];
-    if (!trial->at_limit[c] && fabs(j->force[c][0]) > r->tolerances.margin * scale) {
-        return j->force[c][0] > 0.0;
-    }
+    if (!trial->at_limit[c] && fabs(j->force[c][0]) > r->tolerances.margin * scale) return j->force[c][0] > 0.0;
     expand(r, trial);
     const double floor = r->tolerances.slip * scale + rounding_of_time(r, j->force[c]);
     int zeros = zeros_at_fall(j->force[c], floor);
@@ -188,9 +167,8 @@ static int closed_holds(Run *r, Trial *trial, int c)
 static int rides(const Run *r, int c)
 {
     int others = 0;
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int e = 0; e < MODEL_NC; e++)
         others |= e != c && contact_is_held(r->at.state, e);
-    }
     return others || r->scratch.force[c][0] == 0.0 || !placement_has_lever(r, c);
 }
 
@@ -199,9 +177,8 @@ static int rides(const Run *r, int c)
 static double speed_of_forces(const Run *r, const Trial *trial, int c, double magnitude)
 {
     double sum = magnitude;
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int e = 0; e < MODEL_NC; e++)
         sum += fabs(r->scratch.G[c][e][0]) * largest_term(r->scratch.force[e], 1, TIE_ORDER - 1, trial->length);
-    }
     return sum * trial->length;
 }
 
@@ -213,9 +190,7 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     const double rate = sign * fit_slip_rate(r, j, c, &magnitude);
     const int decides = fabs(rate) > r->tolerances.margin * magnitude;
     trial->zeros[c] = 1;
-    if (decides && !trial->at_limit[c]) {
-        return rate > 0.0;
-    }
+    if (decides && !trial->at_limit[c]) return rate > 0.0;
     expand(r, trial);
     /* what held it has just fallen to its bound. Of a rigid contact a single term can do that: what it leaves is
        rounding */
@@ -223,13 +198,10 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
                             ? r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)
                                   / trial->length
                             : rounding_of_time(r, j->slip[c] + 1);
-    if (decides && fabs(rate) > rest) {
-        return rate > 0.0;
-    }
+    if (decides && fabs(rate) > rest) return rate > 0.0;
     double series[TIE_ORDER + 1];
-    for (int k = 0; k <= TIE_ORDER; k++) {
+    for (int k = 0; k <= TIE_ORDER; k++)
         series[k] = sign * j->slip[c][k];
-    }
     int zeros = 2;
     const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
     const double terms = fmax(model_slip_magnitude(r->at.p, r->at.d, j, c), speed_of_forces(r, trial, c, magnitude));
@@ -255,9 +227,7 @@ static signed char yields_to(Run *r, int c)
     Jets *j = &r->scratch;
     double magnitude;
     const double rate = fit_slip_rate(r, j, c, &magnitude);
-    if (fabs(rate) > r->tolerances.margin * magnitude) {
-        return rate > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
-    }
+    if (fabs(rate) > r->tolerances.margin * magnitude) return rate > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
     return j->force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
 }
 
@@ -266,20 +236,12 @@ signed char fit_wanted_state(Run *r, Trial *trial, int c)
     const signed char state = r->at.state[c];
     if (model_contact_impulsive[c]) {
         const int closed = trial->before[c] == CONTACT_CHATTERING ? CONTACT_CHATTERING : CONTACT_TOUCHING;
-        if (contact_is_held(r->at.state, c)) {
-            return closed_holds(r, trial, c) ? state : CONTACT_AWAY;
-        }
+        if (contact_is_held(r->at.state, c)) return closed_holds(r, trial, c) ? state : CONTACT_AWAY;
         return (signed char)(leaves_zero(r, trial, c, 1.0) ? state : closed);
     }
-    if (state == CONTACT_AWAY) {
-        return state; /* with the rigid contact whose friction it is */
-    }
-    if (state == CONTACT_STICK) {
-        return stick_holds(r, trial, c) ? state : yields_to(r, c);
-    }
-    if (leaves_zero(r, trial, c, r->scratch.sign[c])) {
-        return state;
-    }
+    if (state == CONTACT_AWAY) return state; /* with the rigid contact whose friction it is */
+    if (state == CONTACT_STICK) return stick_holds(r, trial, c) ? state : yields_to(r, c);
+    if (leaves_zero(r, trial, c, r->scratch.sign[c])) return state;
     const int loaded = model_contact_partner[c] >= 0 || fit_can_stick(r, c);
     return (signed char)(loaded && placement_has_lever(r, c) ? CONTACT_STICK : -state);
 }

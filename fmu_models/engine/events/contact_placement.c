@@ -44,17 +44,13 @@ void placement_load(Run *r)
 {
     taylor_load(r, &r->scratch);
     model_slip(r->at.p, r->at.d, &r->scratch, 0);
-    if (MODEL_BOUNDED) {
-        model_depth(r->at.p, r->at.d, &r->scratch, 0);
-    }
+    if (MODEL_BOUNDED) model_depth(r->at.p, r->at.d, &r->scratch, 0);
 }
 
 /* W and G at r's instant, in scratch */
 void placement_load_inertia(Run *r)
 {
-    if (!MODEL_CONSTANT_INERTIA) {
-        model_inertia(r->at.p, r->at.d, &r->scratch, 0);
-    }
+    if (!MODEL_CONSTANT_INERTIA) model_inertia(r->at.p, r->at.d, &r->scratch, 0);
 }
 
 /* a contact of friction that is inside slips as its slip speed says */
@@ -78,12 +74,10 @@ static double depth_rate(Run *r, int c)
 {
     Jets *j = &r->scratch;
     taylor_field(r, j, 0);
-    for (int i = 0; i < MODEL_NQ; i++) {
+    for (int i = 0; i < MODEL_NQ; i++)
         j->x[i][1] = j->x[MODEL_NQ + i][0];
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         j->x[MODEL_NQ + i][1] = contact_rate(j, i, 0);
-    }
     model_depth(r->at.p, r->at.d, j, 1);
     return j->depth[c][1];
 }
@@ -94,9 +88,7 @@ int placement_at_wall(Run *r, int c)
     const double depth = r->scratch.depth[c][0];
     const double terms = model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
     const double rounding = r->tolerances.slip * fmax(terms, r->largest_gap[c]);
-    if (r->starting) {
-        return fabs(depth) <= rounding || (depth > 0.0 && depth <= gap_rounding(r, c));
-    }
+    if (r->starting) return fabs(depth) <= rounding || (depth > 0.0 && depth <= gap_rounding(r, c));
     const double located = r->tolerances.drift > 0.0 ? gap_shift(r, &r->scratch, c) : 0.0;
     return fabs(depth) <= fmax(rounding, located);
 }
@@ -115,9 +107,7 @@ void placement_friction(Run *r, int normal, signed char *candidate)
 void placement_open(Run *r, int c)
 {
     r->at.state[c] = CONTACT_AWAY;
-    if (model_contact_partner[c] >= 0) {
-        r->at.state[(int)model_contact_partner[c]] = CONTACT_AWAY;
-    }
+    if (model_contact_partner[c] >= 0) r->at.state[(int)model_contact_partner[c]] = CONTACT_AWAY;
 }
 
 /* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below
@@ -137,9 +127,7 @@ int placement_rigid(Run *r, int c, signed char *candidate)
         placement_open(r, c);
         return 0;
     }
-    if (!held && !placement_at_wall(r, c) && depth < 0.0) {
-        return 0;
-    }
+    if (!held && !placement_at_wall(r, c) && depth < 0.0) return 0;
     r->at.known[c][SLOT_NORMAL] = 1;
     if (!held && !placement_at_zero_slip(r, c)) {
         placement_open(r, c);
@@ -159,9 +147,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1;
         resting[c] = 0;
-        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) {
-            continue;
-        }
+        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
         candidate[c] = 0;
         if (model_contact_bounded[c]) {
             const double depth = r->scratch.depth[c][0];
@@ -199,18 +185,15 @@ void placement_on_walls(Run *r, const signed char *at_walls)
 {
     Jets *j = &r->scratch;
     Sticking s;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         stick_unweighted(j, c);
-    }
     contact_factor(&r->at, j, at_walls, NULL, &s);
     for (int i = 0; i < s.count; i++) {
         double push = 0.0;
-        for (int e = s.first[i]; e < s.last[i]; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++)
             push += s.inverse[i][e] * j->depth[s.contact[e]][0];
-        }
-        for (int v = 0; v < MODEL_NQ; v++) {
+        for (int v = 0; v < MODEL_NQ; v++)
             r->at.x[v] += j->W[v][s.contact[i]][0] * push;
-        }
     }
 }
 
@@ -218,9 +201,7 @@ void placement_on_walls(Run *r, const signed char *at_walls)
 void placement_others(Run *r, signed char *candidate)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
-            continue;
-        }
+        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) continue;
         if (model_contact_compliant[c]) {
             r->at.state[c] = inside_state(r, c);
         } else {

@@ -36,11 +36,9 @@ static double energy_of_step(Run *r)
 {
     double v[MODEL_ROOM(MODEL_NV)] = {0.0};
     const double s = r->segment_rooted ? sqrt(r->segment_length) : r->segment_length;
-    for (int i = 0; i < MODEL_NV; i++) {
-        for (int k = r->segment_order; k >= 0; k--) {
+    for (int i = 0; i < MODEL_NV; i++)
+        for (int k = r->segment_order; k >= 0; k--)
             v[i] = v[i] * s + fabs(r->jets.x[MODEL_NQ + i][k]);
-        }
-    }
     return kinetic_energy_at(r, v);
 }
 
@@ -51,9 +49,7 @@ static const double STEPS = 100.0;
 static int is_rounding(Run *r, double change, double before, double after)
 {
     const double tolerance = fmax(r->tolerances.energy, STEPS * r->tolerances.step);
-    if (fabs(change) <= tolerance * (before + after)) {
-        return 1;
-    }
+    if (fabs(change) <= tolerance * (before + after)) return 1;
     const double typical = energy_of_step(r) + fabs(r->impact_work)
                            + kinetic_energy_at(r, model_nominal_states + MODEL_NQ);
     return fabs(change) <= tolerance * tolerance * typical;
@@ -64,22 +60,15 @@ static int is_watched(const Run *r) { return MODEL_NQ > 0 && !(r->tolerances.dri
 
 RunStatus energy_check_projection(Run *r, const Velocities *before)
 {
-    if (!is_watched(r) || memcmp(before->v, r->at.x + MODEL_NQ, MODEL_NV * sizeof before->v[0]) == 0) {
-        return RUN_OK;
-    }
+    if (!is_watched(r) || memcmp(before->v, r->at.x + MODEL_NQ, MODEL_NV * sizeof before->v[0]) == 0) return RUN_OK;
     const double was = kinetic_energy_at(r, before->v);
     const double is = model_kinetic_energy(&r->at);
-    if (is_rounding(r, is - was, was, is)) {
-        return RUN_OK;
-    }
+    if (is_rounding(r, is - was, was, is)) return RUN_OK;
     int contact[NC];
     int count = 0;
     char names[64];
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (r->projected[c] || contact_is_held(r->at.state, c)) {
-            contact[count++] = c;
-        }
-    }
+    for (int c = 0; c < MODEL_NC; c++)
+        if (r->projected[c] || contact_is_held(r->at.state, c)) contact[count++] = c;
     run_name_contacts(contact, count, names, sizeof names);
     return run_fail(r,
                     "energy is not kept at t = %.17g: holding %s would change the kinetic energy from %.6g to %.6g J, "
@@ -94,15 +83,12 @@ static double work_of_impulses(Run *r, const Velocities *before, double *size)
     Jets *j = &r->scratch;
     double work = 0.0;
     j->t[1] = 0.0;
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         j->u[i][1] = j->du[i][1] = 0.0;
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         j->x[i][1] = 0.0;
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         j->x[MODEL_NQ + i][1] = 0.5 * (before->v[i] + r->at.x[MODEL_NQ + i]);
-    }
     model_slip(r->at.p, r->at.d, j, 1);
     for (int c = 0; c < MODEL_NC; c++) {
         work += r->impulse[c] * j->slip[c][1];
@@ -113,16 +99,12 @@ static double work_of_impulses(Run *r, const Velocities *before, double *size)
 
 RunStatus energy_check_impact(Run *r, const Velocities *before)
 {
-    if (!is_watched(r)) {
-        return RUN_OK;
-    }
+    if (!is_watched(r)) return RUN_OK;
     const double was = kinetic_energy_at(r, before->v);
     const double is = model_kinetic_energy(&r->at);
     double size = was;
     const double work = work_of_impulses(r, before, &size);
-    if (is_rounding(r, is - was - work, size, is)) {
-        return RUN_OK;
-    }
+    if (is_rounding(r, is - was - work, size, is)) return RUN_OK;
     return run_fail(
         r,
         "energy is not kept at t = %.17g: an impact changes the kinetic energy from %.6g to %.6g J, but its "

@@ -8,25 +8,20 @@ void gap_measure_nominal(Run *r)
 {
     Jets *j = &r->scratch;
     memset(r->nominal_gap, 0, sizeof r->nominal_gap);
-    if (MODEL_IMPACTS == 0 || r->tolerances.drift == 0.0) {
-        return;
-    }
+    if (MODEL_IMPACTS == 0 || r->tolerances.drift == 0.0) return;
     taylor_load(r, j);
     model_slip(r->at.p, r->at.d, j, 0);
     model_depth(r->at.p, r->at.d, j, 0);
     j->t[1] = 0.0;
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         j->u[i][1] = 0.0;
-    }
     for (int k = 0; k < MODEL_NQ; k++) {
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             j->x[i][1] = i == k ? model_nominal_states[k] : 0.0;
-        }
         model_slip(r->at.p, r->at.d, j, 1);
         model_depth(r->at.p, r->at.d, j, 1);
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < MODEL_NC; c++)
             r->nominal_gap[c] += model_contact_impulsive[c] ? fabs(j->depth[c][1]) : 0.0;
-        }
     }
 }
 

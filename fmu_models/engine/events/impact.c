@@ -75,15 +75,12 @@ static void set_impulses(const Run *r, const Problem *problem, int coarser, Cont
     for (int i = 0; i < problem->count; i++) {
         const int c = problem->contact[i];
         add_impulse(r, problem, o, n++, c, -1);
-        if (model_contact_partner[c] >= 0) {
-            add_impulse(r, problem, o, n++, model_contact_partner[c], c);
-        }
+        if (model_contact_partner[c] >= 0) add_impulse(r, problem, o, n++, model_contact_partner[c], c);
     }
     contact_box_close(o, n, r->tolerances.margin);
     for (int i = 0; i < n; i++) {
-        for (int e = 0; e < n; e++) {
+        for (int e = 0; e < n; e++)
             o->G[i * n + e] = r->scratch.G[o->contact[i]][o->contact[e]][0];
-        }
         o->size[i] = fabs(o->b[i]) + floor * speed_of(problem, o, i);
     }
 }
@@ -118,17 +115,14 @@ static int rates_fit(const Run *r, const Problem *problem, const ContactBox *o, 
     for (int i = 0; i < o->problem.n; i++) {
         const int c = o->contact[i];
         double change = 0.0;
-        for (int e = 0; e < o->problem.n; e++) {
+        for (int e = 0; e < o->problem.n; e++)
             change += o->G[i * o->problem.n + e] * s->impulse[o->contact[e]];
-        }
         const double rate = o->b[i] + change;
         const double zero = r->tolerances.margin * speed_of(problem, o, i);
         s->load += o->G[i * o->problem.n + i] * s->impulse[c] * s->impulse[c];
         s->work += s->impulse[c] * (r->scratch.slip[c][0] + 0.5 * change);
         /* not a number fits nowhere */
-        if (!(o->state[i] == 0 ? fabs(rate) <= zero : has_no_load(o, i) || -o->state[i] * rate >= -zero)) {
-            return 0;
-        }
+        if (!(o->state[i] == 0 ? fabs(rate) <= zero : has_no_load(o, i) || -o->state[i] * rate >= -zero)) return 0;
     }
     return 1;
 }
@@ -137,16 +131,13 @@ static int rates_fit(const Run *r, const Problem *problem, const ContactBox *o, 
 static int impulses_fit(const Run *r, const Problem *problem, const ContactBox *o, const Solution *s)
 {
     double largest = 0.0;
-    for (int i = 0; i < o->problem.n; i++) {
+    for (int i = 0; i < o->problem.n; i++)
         largest = fmax(largest, fabs(s->impulse[o->contact[i]]));
-    }
     const double zero = r->tolerances.margin * largest;
     for (int i = 0; i < problem->count; i++) {
         const int c = problem->contact[i];
         const int friction = model_contact_partner[c];
-        if (s->impulse[c] < problem->given[c] - zero) {
-            return 0;
-        }
+        if (s->impulse[c] < problem->given[c] - zero) return 0;
         if (friction >= 0 && s->phase.friction[friction] == CONTACT_STICK
             && fabs(s->impulse[friction]) > o->mu[o->unknown[friction]] * s->impulse[c] + zero) {
             return 0;
@@ -159,12 +150,8 @@ static int impulses_fit(const Run *r, const Problem *problem, const ContactBox *
 static int is_better(const Run *r, const Solution *s, const Solution *best)
 {
     const double even = r->tolerances.margin * fabs(best->work);
-    if (!best->found || s->lawful != best->lawful) {
-        return !best->found || s->lawful;
-    }
-    if (fabs(s->work - best->work) > even) {
-        return s->work < best->work;
-    }
+    if (!best->found || s->lawful != best->lawful) return !best->found || s->lawful;
+    if (fabs(s->work - best->work) > even) return s->work < best->work;
     return s->held != best->held ? s->held > best->held : s->load < (1.0 - r->tolerances.margin) * best->load;
 }
 
@@ -175,25 +162,17 @@ static void take_states(const Run *r, const Problem *problem, const ContactBox *
     Solution s = {.found = 1};
     write_phase(problem, o, &s.phase);
     contact_impulse(&r->at, &r->scratch, &s.phase, problem->given, problem->target, s.impulse);
-    if (!rates_fit(r, problem, o, &s)) {
-        return;
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
+    if (!rates_fit(r, problem, o, &s)) return;
+    for (int c = 0; c < MODEL_NC; c++)
         s.held += s.phase.held[c];
-    }
     s.lawful = impulses_fit(r, problem, o, &s);
     if (solved && !s.lawful) {
-        for (int i = 0; i < o->problem.n; i++) {
+        for (int i = 0; i < o->problem.n; i++)
             s.impulse[o->contact[i]] = o->force[i];
-        }
-        if (!rates_fit(r, problem, o, &s)) {
-            return;
-        }
+        if (!rates_fit(r, problem, o, &s)) return;
     }
     memcpy(s.state, o->state, sizeof s.state);
-    if ((solved || s.lawful) && is_better(r, &s, best)) {
-        *best = s;
-    }
+    if ((solved || s.lawful) && is_better(r, &s, best)) *best = s;
 }
 
 /* state number of friction i and its contact, kept while the others are solved for */
@@ -210,23 +189,19 @@ static void try_fixed(const Run *r, const Problem *problem, ContactBox *o, const
                       Solution *best)
 {
     int numbers = 1;
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < count; k++)
         numbers *= STATES;
-    }
     for (int number = 0; number < numbers; number++) {
         signed char fixed[NC] = {0};
         memcpy(o->state, best->state, sizeof o->state);
-        for (int k = 0, rest = number; k < count; k++, rest /= STATES) {
+        for (int k = 0, rest = number; k < count; k++, rest /= STATES)
             keep_state(o, fixed, friction[k], rest % STATES);
-        }
         o->problem.fixed = fixed;
         const int others = contact_box_solve(o, 0);
         o->problem.fixed = NULL;
         if (others) {
             take_states(r, problem, o, 0, best);
-            if (contact_box_solve(o, !best->found)) {
-                take_states(r, problem, o, 1, best);
-            }
+            if (contact_box_solve(o, !best->found)) take_states(r, problem, o, 1, best);
         }
     }
 }
@@ -245,23 +220,16 @@ static void try_others(const Run *r, const Problem *problem, ContactBox *o, Solu
     int friction[NC];
     int count = 0;
     int better = 1;
-    for (int i = 0; i < o->problem.n; i++) {
-        if (o->mu[i] > 0.0) {
-            friction[count++] = i;
-        }
-    }
-    if (best->found && best->lawful && count > FEW) {
-        return;
-    }
+    for (int i = 0; i < o->problem.n; i++)
+        if (o->mu[i] > 0.0) friction[count++] = i;
+    if (best->found && best->lawful && count > FEW) return;
     for (int pass = 0; better && pass < o->problem.n; pass++) {
         const Solution before = *best;
         for (int i = 0; i < count; i++) {
             try_fixed(r, problem, o, friction + i, 1, best);
-            for (int e = i + 1; e < NC && e < (count > FEW ? 0 : count); e++) {
-                if (meets(o, friction[i], friction[e])) {
+            for (int e = i + 1; e < NC && e < (count > FEW ? 0 : count); e++)
+                if (meets(o, friction[i], friction[e]))
                     try_fixed(r, problem, o, (int[2]){friction[i], friction[e]}, 2, best);
-                }
-            }
         }
         better = best->found && is_better(r, best, &before);
     }
@@ -275,14 +243,10 @@ static int solve_phase(const Run *r, const Problem *problem, ImpactPhase *phase,
     for (int coarser = 0; !best.found && coarser < 2; coarser++) {
         set_impulses(r, problem, coarser, &o);
         memset(o.state, 0, sizeof o.state);
-        if (contact_box_solve(&o, 1)) {
-            take_states(r, problem, &o, 1, &best);
-        }
+        if (contact_box_solve(&o, 1)) take_states(r, problem, &o, 1, &best);
         try_others(r, problem, &o, &best);
     }
-    if (!best.found) {
-        return 0;
-    }
+    if (!best.found) return 0;
     *work = best.work;
     *phase = best.phase;
     memcpy(impulse, best.impulse, sizeof best.impulse);
@@ -308,9 +272,7 @@ RunStatus impact_resolve(Run *r, const signed char *takes_part)
     r->impact_work = 0.0;
     memset(r->impulse, 0, sizeof r->impulse);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!takes_part[c]) {
-            continue;
-        }
+        if (!takes_part[c]) continue;
         problem.contact[problem.count++] = c;
         poisson |= model_contact_poisson[c];
         for (int e = c; e >= 0; e = e == c ? model_contact_partner[c] : -1) {
@@ -322,14 +284,11 @@ RunStatus impact_resolve(Run *r, const signed char *takes_part)
     for (int number = 0; number < r->impact_phases; number++) {
         contact_targets(&r->at, &r->scratch, number, impulse, problem.given, problem.target);
         double work;
-        if (!solve_phase(r, &problem, &r->impact[number], impulse, &work)) {
-            return no_solution(r, &problem);
-        }
+        if (!solve_phase(r, &problem, &r->impact[number], impulse, &work)) return no_solution(r, &problem);
         r->impact_work += work;
         contact_apply(&r->at, &r->scratch, impulse);
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < MODEL_NC; c++)
             r->impulse[c] += impulse[c];
-        }
     }
     return RUN_OK;
 }

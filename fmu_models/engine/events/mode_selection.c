@@ -24,14 +24,11 @@ static void follow_rigid(Run *r, const Trial *trial)
 {
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_impulsive[c]) {
-            continue;
-        }
-        if (r->at.state[normal] == CONTACT_AWAY) {
+        if (normal < 0 || model_contact_impulsive[c]) continue;
+        if (r->at.state[normal] == CONTACT_AWAY)
             r->at.state[c] = CONTACT_AWAY;
-        } else if (r->at.state[c] == CONTACT_AWAY) {
+        else if (r->at.state[c] == CONTACT_AWAY)
             r->at.state[c] = trial->slip[c] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-        }
     }
 }
 
@@ -70,9 +67,8 @@ static double effect_with_drag(const Run *r, const ContactBox *o, int c, int e)
 static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
 {
     int n = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         o->unknown[c] = -1;
-    }
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
         if (model_contact_sticks[c] || model_contact_impulsive[c]) {
@@ -85,14 +81,12 @@ static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
     }
     taylor_load(r, &r->scratch);
     taylor_field(r, &r->scratch, 0);
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         o->b[i] = fit_slip_rate(r, &r->scratch, o->contact[i], &o->size[i]);
-    }
     for (int i = 0; i < n; i++) {
         set_bounds(r, trial, o, i);
-        for (int e = 0; e < n; e++) {
+        for (int e = 0; e < n; e++)
             o->G[i * n + e] = effect_with_drag(r, o, o->contact[i], o->contact[e]);
-        }
     }
     contact_box_close(o, n, r->tolerances.margin);
 }
@@ -136,14 +130,11 @@ static int settle_ties(Run *r, Trial *trial)
                 last = c;
             }
         }
-        if (misfits == 0) {
-            return 1;
-        }
+        if (misfits == 0) return 1;
         patience = misfits < least ? PATIENCE : patience - 1;
         least = misfits < least ? misfits : least;
-        for (int i = 0; i < trial->count && patience > 0; i++) {
+        for (int i = 0; i < trial->count && patience > 0; i++)
             r->at.state[trial->contact[i]] = wanted[trial->contact[i]];
-        }
         r->at.state[last] = wanted[last];
         follow_rigid(r, trial);
     }
@@ -173,9 +164,7 @@ static int project(Run *r, const Trial *trial)
         member[c] = contact_is_held(r->at.state, c) ? placement_has_lever(r, c) : beyond && lever > r->tolerances.lever;
         any |= member[c];
         r->projected[c] |= member[c];
-        if (r->at.state[c] != CONTACT_STICK) {
-            stick_unweighted(&r->scratch, c);
-        }
+        if (r->at.state[c] != CONTACT_STICK) stick_unweighted(&r->scratch, c);
     }
     return any && contact_project(&r->at, &r->scratch, member);
 }
@@ -218,9 +207,7 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
         }
         trial.slip[c] = r->scratch.slip[c][0];
     }
-    if (trial.count == 0) {
-        return RUN_OK;
-    }
+    if (trial.count == 0) return RUN_OK;
     int found = search(r, &trial);
     if (!found && rigid) {
         trial.tie *= COARSER;
@@ -228,12 +215,9 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
     }
     if (!found) {
         memcpy(r->at.state, trial.before, sizeof trial.before);
-        if (rigid) {
-            return no_state(r, &trial);
-        }
-        for (int i = 0; i < trial.count; i++) {
+        if (rigid) return no_state(r, &trial);
+        for (int i = 0; i < trial.count; i++)
             trial.zeros[trial.contact[i]] = 1;
-        }
     }
     for (int i = 0; i < trial.count; i++) {
         const int c = trial.contact[i];

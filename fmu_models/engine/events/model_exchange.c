@@ -27,15 +27,12 @@ RunStatus exchange_derivatives(Run *r, double *dx)
     Jets *j = &r->scratch;
     taylor_load(r, j);
     taylor_field(r, j, 0);
-    for (int i = 0; i < MODEL_NQ; i++) {
+    for (int i = 0; i < MODEL_NQ; i++)
         dx[i] = j->x[MODEL_NQ + i][0];
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         dx[MODEL_NQ + i] = contact_rate(j, i, 0);
-    }
-    for (int i = 0; i < MODEL_NZ; i++) {
+    for (int i = 0; i < MODEL_NZ; i++)
         dx[MODEL_NQ + MODEL_NV + i] = j->zrate[i][0];
-    }
     return run_check_finite(r, "derivative of state", dx, MODEL_NX);
 }
 
@@ -51,19 +48,13 @@ static double watched(Run *r, int c, Slot slot)
 {
     const Jets *j = &r->scratch;
     const int sign = location_indicator(r, c, slot);
-    if (sign == 0) {
-        return 1.0;
-    }
+    if (sign == 0) return 1.0;
     if (model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY) {
         return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time
                                                     : j->force[c][0] + force_shift(r, j, c);
     }
-    if (slot == SLOT_NORMAL) {
-        return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
-    }
-    if (model_contact_compliant[c]) {
-        return sign * j->release[c][0];
-    }
+    if (slot == SLOT_NORMAL) return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
+    if (model_contact_compliant[c]) return sign * j->release[c][0];
     const double shift = r->tolerances.importer;
     if (r->at.state[c] == CONTACT_STICK) {
         const double unloaded = model_contact_partner[c] >= 0 ? force_shift(r, j, c) : 0.0;
@@ -79,11 +70,8 @@ static void load_indicators(Run *r)
 {
     taylor_load(r, &r->scratch);
     taylor_field(r, &r->scratch, 0);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_releases[c]) {
-            model_release(r->at.p, r->at.d, &r->scratch, 0, c);
-        }
-    }
+    for (int c = 0; c < MODEL_NC; c++)
+        if (model_contact_releases[c]) model_release(r->at.p, r->at.d, &r->scratch, 0, c);
 }
 
 RunStatus exchange_indicators(Run *r, double *z)
@@ -91,12 +79,9 @@ RunStatus exchange_indicators(Run *r, double *z)
     int i = 0;
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_bounded[c]) {
-            z[i++] = watched(r, c, SLOT_NORMAL);
-        }
-        if (!model_contact_impulsive[c] && (!model_contact_compliant[c] || model_contact_releases[c])) {
+        if (model_contact_bounded[c]) z[i++] = watched(r, c, SLOT_NORMAL);
+        if (!model_contact_impulsive[c] && (!model_contact_compliant[c] || model_contact_releases[c]))
             z[i++] = watched(r, c, SLOT_TANGENTIAL);
-        }
     }
     return run_check_finite(r, "event indicator", z, MODEL_NI);
 }
@@ -118,12 +103,9 @@ static int has_fallen(Run *r, int c, Slot slot)
     const Jets *j = &r->scratch;
     const double shift = r->tolerances.importer;
     const double value = watched(r, c, slot);
-    if (slot == SLOT_NORMAL) {
+    if (slot == SLOT_NORMAL)
         return model_contact_impulsive[c] ? rigid_has_fallen(r, c, value) : value <= gap_shift(r, j, c);
-    }
-    if (r->at.state[c] == CONTACT_STICK) {
-        return 0; /* a candidate anyway; whether it holds is for its force to say */
-    }
+    if (r->at.state[c] == CONTACT_STICK) return 0; /* a candidate anyway; whether it holds is for its force to say */
     return value <= (model_contact_compliant[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
@@ -131,15 +113,9 @@ static int has_fallen(Run *r, int c, Slot slot)
 static double landing(const Run *r, const Jets *j, int c, Slot slot)
 {
     const double shift = r->tolerances.importer;
-    if (model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY) {
-        return force_shift(r, j, c);
-    }
-    if (slot == SLOT_NORMAL) {
-        return gap_shift(r, j, c) + gap_resolution(r, j, c);
-    }
-    if (model_contact_compliant[c]) {
-        return 0.0;
-    }
+    if (model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY) return force_shift(r, j, c);
+    if (slot == SLOT_NORMAL) return gap_shift(r, j, c) + gap_resolution(r, j, c);
+    if (model_contact_compliant[c]) return 0.0;
     return shift * (r->at.state[c] == CONTACT_STICK ? stick_scale(j, c) : model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
@@ -165,9 +141,7 @@ static RunStatus blame_location(Run *r, int c, double times)
 {
     const double far = 1e4;
     char said[sizeof r->message];
-    if (times < far) {
-        return RUN_ERROR;
-    }
+    if (times < far) return RUN_ERROR;
     memcpy(said, r->message, sizeof said);
     return run_fail(r,
                     "the event of contact '%s' was never located: its indicator is %.1g times further below zero than "
@@ -203,25 +177,18 @@ static double go_back(Run *r)
     const double limit = taylor_time_scale(r, j, ORDER);
     for (int c = 0; c < MODEL_NC; c++) {
         ago[c] = 0.0;
-        if (!model_contact_impulsive[c] || r->at.state[c] != CONTACT_AWAY || !r->falling[c][SLOT_NORMAL]) {
-            continue;
-        }
+        if (!model_contact_impulsive[c] || r->at.state[c] != CONTACT_AWAY || !r->falling[c][SLOT_NORMAL]) continue;
         double past[ORDER + 1];
-        for (int k = 0; k <= ORDER; k++) {
+        for (int k = 0; k <= ORDER; k++)
             past[k] = k % 2 ? -j->depth[c][k] : j->depth[c][k];
-        }
         ago[c] = past[0] > 0.0 ? fmax(first_fall(past, ORDER, limit), 0.0) : 0.0;
         longest = fmax(longest, ago[c]);
     }
-    if (longest == 0.0) {
-        return 0.0;
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
+    if (longest == 0.0) return 0.0;
+    for (int i = 0; i < MODEL_NX; i++)
         r->at.x[i] = polynomial_value(j->x[i], ORDER, -longest);
-    }
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         r->at.u[i] -= r->at.du[i] * longest;
-    }
     r->at.time -= longest;
     for (int c = 0; c < MODEL_NC; c++) {
         r->falling[c][SLOT_NORMAL] = ago[c] == longest;
@@ -242,16 +209,13 @@ static void give_leeway(Run *r, const signed char *leaves)
     for (int c = 0; c < MODEL_NC; c++) {
         const double before = r->leeway[c];
         r->leeway[c] = 0.0;
-        if (!model_contact_impulsive[c] || r->at.state[c] != CONTACT_AWAY) {
-            continue;
-        }
+        if (!model_contact_impulsive[c] || r->at.state[c] != CONTACT_AWAY) continue;
         const double least = ERRORS * gap_resolution(r, j, c);
         const double speed = j->slip[c][0];
-        if (leaves[c]) {
+        if (leaves[c])
             r->leeway[c] = fmax(least, GROWTH * before);
-        } else if (-j->depth[c][0] <= fmax(least, before) && speed * speed <= least * fabs(j->depth[c][2])) {
+        else if (-j->depth[c][0] <= fmax(least, before) && speed * speed <= least * fabs(j->depth[c][2]))
             r->leeway[c] = fmax(least, before);
-        }
     }
 }
 
@@ -261,22 +225,15 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
     double u[MODEL_ROOM(MODEL_NU)];
     signed char struck[MODEL_ROOM(MODEL_NC)];
     memcpy(u, r->at.u, sizeof u);
-    if (go_back(r) == 0.0) {
-        return transition_make(r, moved);
-    }
+    if (go_back(r) == 0.0) return transition_make(r, moved);
     *moved = 1;
     r->stalled = 0;
-    if (transition_make(r, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (transition_make(r, moved) == RUN_ERROR) return RUN_ERROR;
     memcpy(struck, r->struck, sizeof struck);
     const double work = r->impact_work;
-    if (run_advance(r, now, 0, NULL, NULL) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
+    if (run_advance(r, now, 0, NULL, NULL) == RUN_ERROR) return RUN_ERROR;
+    for (int c = 0; c < MODEL_NC; c++)
         r->struck[c] |= struck[c];
-    }
     r->impact_work += work;
     memcpy(r->at.u, u, sizeof u);
     r->at.time = now;
@@ -293,11 +250,9 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
 static void let_go(Run *r)
 {
     load_indicators(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_tangential[c] && r->at.state[c] == CONTACT_STICK && watched(r, c, SLOT_TANGENTIAL) <= 0.0) {
+    for (int c = 0; c < MODEL_NC; c++)
+        if (model_contact_tangential[c] && r->at.state[c] == CONTACT_STICK && watched(r, c, SLOT_TANGENTIAL) <= 0.0)
             r->at.state[c] = r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-        }
-    }
 }
 
 RunStatus exchange_event(Run *r, int *changed)
@@ -310,9 +265,8 @@ RunStatus exchange_event(Run *r, int *changed)
     *changed = undo_drift(r);
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
+        for (int slot = 0; slot < SLOTS; slot++)
             r->falling[c][slot] = (signed char)has_fallen(r, c, (Slot)slot);
-        }
         if (model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY && r->falling[c][SLOT_NORMAL]) {
             arrives = 1;
             leaves[c] = r->scratch.slip[c][0] >= 0.0;
@@ -320,9 +274,7 @@ RunStatus exchange_event(Run *r, int *changed)
     }
     const int latest = furthest(r, &times);
     const RunStatus status = arrives ? resolve_earlier(r, r->at.time, changed) : transition_make(r, changed);
-    if (status == RUN_ERROR) {
-        return blame_location(r, latest, times);
-    }
+    if (status == RUN_ERROR) return blame_location(r, latest, times);
     let_go(r);
     if (MODEL_IMPACTS > 0) {
         *changed = 1;

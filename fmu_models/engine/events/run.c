@@ -44,24 +44,19 @@ RunStatus run_initialize(Run *r)
 {
     run_parameters_changed(r);
     const char *violation = model_violation(r->at.p);
-    if (violation) {
-        return run_fail(r, "%s", violation);
-    }
+    if (violation) return run_fail(r, "%s", violation);
     if (run_check_finite(r, "start value of state", r->at.x, MODEL_NX)
         || run_check_finite(r, "input", r->at.u, MODEL_NU)
         || run_check_finite(r, "rate of input", r->at.du, MODEL_NU)) {
         return RUN_ERROR;
     }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         r->at.state[c] = CONTACT_AWAY;
-    }
     memset(r->closings, 0, sizeof r->closings);
     if (MODEL_NM > 0) {
         taylor_load(r, &r->scratch);
         model_inertia(r->at.p, r->at.d, &r->scratch, 0);
-        if (run_check_mass(r, &r->scratch) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
+        if (run_check_mass(r, &r->scratch) == RUN_ERROR) return RUN_ERROR;
     }
     run_resume(r);
     memset(r->at.settles, 0, sizeof r->at.settles);
@@ -71,9 +66,7 @@ RunStatus run_initialize(Run *r)
     r->starting = 1;
     const RunStatus status = run_reconsider(r, NULL);
     r->starting = 0;
-    if (status == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (status == RUN_ERROR) return RUN_ERROR;
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_remembers[c] && r->at.state[c] != CONTACT_AWAY && !(r->at.memory[c] > 0.0)) {
             return run_fail(
@@ -91,9 +84,7 @@ RunStatus run_reconsider(Run *r, int *changed)
     int moved = 0;
     run_touched(r);
     const RunStatus status = transition_reconsider(r, &moved);
-    if (changed) {
-        *changed = moved;
-    }
+    if (changed) *changed = moved;
     return status;
 }
 
@@ -101,12 +92,10 @@ RunStatus run_reconsider(Run *r, int *changed)
 static void evaluate_segment(Run *r, double time, double since_start)
 {
     const double s = r->segment_rooted ? sqrt(since_start) : since_start;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         r->at.x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
-    }
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         r->at.u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
-    }
     r->at.time = time;
 }
 
@@ -120,17 +109,13 @@ RunStatus run_keep_without_slip(Run *r)
         held[c] = (signed char)contact_is_held(r->at.state, c);
         any |= held[c];
     }
-    if (!any) {
-        return RUN_OK;
-    }
+    if (!any) return RUN_OK;
     const Velocities before = energy_velocities(r);
     taylor_load(r, j);
     taylor_field(r, j, 0);
     for (int c = 0; c < MODEL_NC; c++) {
         held[c] = (signed char)(held[c] && placement_has_lever(r, c));
-        if (r->at.state[c] != CONTACT_STICK) {
-            stick_unweighted(j, c);
-        }
+        if (r->at.state[c] != CONTACT_STICK) stick_unweighted(j, c);
     }
     contact_project(&r->at, j, held);
     return energy_check_projection(r, &before);
@@ -164,9 +149,8 @@ void run_finish_segment(Run *r)
     r->segment_valid = 0;
     if (MODEL_IMPACTS > 0) {
         signed char closed[NC];
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < MODEL_NC; c++)
             r->largest_gap[c] = fmax(r->largest_gap[c], fabs(r->jets.depth[c][0]));
-        }
         placement_closed_on_walls(r, closed);
     }
 }
@@ -192,9 +176,7 @@ double run_step_limit(const Run *r, double end)
 static int reach_crossing(Run *r, double until)
 {
     const double s = section_next(r, r->segment_rooted ? sqrt(until) : until);
-    if (s < 0.0) {
-        return 0;
-    }
+    if (s < 0.0) return 0;
     const double since = r->segment_rooted ? s * s : s;
     run_move_inside(r, r->segment_start + since, since);
     return 1;
@@ -206,16 +188,12 @@ RunStatus run_check_pace(Run *r)
     const long steps = r->steps - r->pace_first_step;
     const double passed = r->at.time - r->pace_start;
     const double left = r->goal - r->at.time;
-    if (steps < r->tolerances.pace_steps) {
-        return RUN_OK;
-    }
+    if (steps < r->tolerances.pace_steps) return RUN_OK;
     const long events = r->events - r->pace_first_event;
     r->pace_start = r->at.time;
     r->pace_first_step = r->steps;
     r->pace_first_event = r->events;
-    if (left <= r->tolerances.most_paces_left * passed) {
-        return RUN_OK;
-    }
+    if (left <= r->tolerances.most_paces_left * passed) return RUN_OK;
     if (2 * events > steps) {
         return run_fail(
             r,
@@ -232,48 +210,32 @@ RunStatus run_check_pace(Run *r)
 
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
-    if (!(t >= r->at.time)) {
-        return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
-    }
+    if (!(t >= r->at.time)) return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
     double rest;
     while (r->at.time < t || (r->segment_valid && r->segment_event && run_segment_end(r, &rest) <= t)) {
         if (!r->segment_valid) {
-            if (r->pause_at && r->steps >= r->pause_at) {
-                return RUN_PAUSED;
-            }
-            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t)) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
+            if (r->pause_at && r->steps >= r->pause_at) return RUN_PAUSED;
+            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t)) == RUN_ERROR) return RUN_ERROR;
             r->section.searched = 0.0;
         }
         const double end = run_segment_end(r, &rest);
         const double since = (t - r->segment_start) - r->jets.time_rest;
-        if (r->section.watched && reach_crossing(r, end > t ? since : r->segment_length)) {
-            return RUN_CROSSING;
-        }
+        if (r->section.watched && reach_crossing(r, end > t ? since : r->segment_length)) return RUN_CROSSING;
         if (end > t) {
             run_move_inside(r, t, since);
             break;
         }
-        if (end > r->at.time) {
-            r->stalled = 0;
-        }
+        if (end > r->at.time) r->stalled = 0;
         run_finish_segment(r);
         if (!r->segment_event) {
             memset(r->at.known, 0, sizeof r->at.known);
-            if (run_keep_without_slip(r) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
+            if (run_keep_without_slip(r) == RUN_ERROR) return RUN_ERROR;
             continue;
         }
         r->segment_event = 0;
         const long events = r->events;
-        if (transition_resolve(r, sink, context) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
-        if (stop_at_event && r->events > events) {
-            return RUN_EVENT;
-        }
+        if (transition_resolve(r, sink, context) == RUN_ERROR) return RUN_ERROR;
+        if (stop_at_event && r->events > events) return RUN_EVENT;
     }
     return run_check_finite(r, "state", r->at.x, MODEL_NX);
 }
@@ -284,9 +246,8 @@ RunStatus run_outputs(Run *r, double *y)
     taylor_load(r, j);
     taylor_field(r, j, 0);
     model_outputs(r->at.p, r->at.d, j, 0);
-    for (int i = 0; i < MODEL_NY; i++) {
+    for (int i = 0; i < MODEL_NY; i++)
         y[i] = j->y[i][0];
-    }
     return RUN_OK;
 }
 
@@ -299,7 +260,6 @@ void run_output_derivatives(Run *r, int order, double *y)
         model_outputs(r->at.p, r->at.d, j, k);
         factorial *= k > 0 ? k : 1;
     }
-    for (int i = 0; i < MODEL_NY; i++) {
+    for (int i = 0; i < MODEL_NY; i++)
         y[i] = factorial * j->y[i][order];
-    }
 }

@@ -60,16 +60,12 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     }
     placement_load_inertia(r);
     const Velocities before = energy_velocities(r);
-    if (impact_resolve(r, takes_part) == RUN_ERROR || energy_check_impact(r, &before) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (impact_resolve(r, takes_part) == RUN_ERROR || energy_check_impact(r, &before) == RUN_ERROR) return RUN_ERROR;
     *moved = 1;
     placement_on_walls(r, takes_part);
     const ImpactPhase *last = &r->impact[r->impact_phases - 1];
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!takes_part[c]) {
-            continue;
-        }
+        if (!takes_part[c]) continue;
         const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c])))
                           || placement_at_zero_slip(r, c);
         r->at.known[c][SLOT_NORMAL] = 1;
@@ -85,9 +81,7 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         r->at.state[c] = contact_is_held(r->at.state, c) ? r->at.state[c] : CONTACT_TOUCHING;
         placement_friction(r, c, candidate);
         const int friction = model_contact_partner[c];
-        if (friction >= 0 && last->friction[friction] == CONTACT_STICK) {
-            candidate[friction] = 1;
-        }
+        if (friction >= 0 && last->friction[friction] == CONTACT_STICK) candidate[friction] = 1;
     }
     placement_others(r, candidate);
     return RUN_OK;
@@ -112,9 +106,8 @@ static void leaving_signs(Run *r, const signed char *resting, signed char *sign)
         if (resting[c]) {
             const double floor = r->tolerances.margin * model_depth_magnitude(r->at.p, r->at.d, j, c);
             int k = 2;
-            while (k < ORDER && !(fabs(j->depth[c][k]) * pow(length, k) > floor)) {
+            while (k < ORDER && !(fabs(j->depth[c][k]) * pow(length, k) > floor))
                 k++;
-            }
             sign[c] = (signed char)(k == ORDER ? 0 : j->depth[c][k] > 0.0 ? 1 : -1);
             r->at.known[c][SLOT_NORMAL] = (signed char)(k == ORDER ? MODEL_TERMS : k);
         }
@@ -140,16 +133,10 @@ static RunStatus leave_regions(Run *r, signed char *candidate, const signed char
             r->at.state[c] = CONTACT_AWAY;
         }
     }
-    if (!leaves) {
-        return RUN_OK;
-    }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (!leaves) return RUN_OK;
+    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) return RUN_ERROR;
     leaving_signs(r, resting, without);
-    if (memcmp(sign, without, sizeof sign) != 0) {
-        r->at = touching;
-    }
+    if (memcmp(sign, without, sizeof sign) != 0) r->at = touching;
     return RUN_OK;
 }
 
@@ -181,27 +168,18 @@ RunStatus transition_reconsider(Run *r, int *moved)
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_impulsive[c]) {
             const int arrival = placement_rigid(r, c, candidate);
-            if (arrival == RUN_ERROR) {
-                return RUN_ERROR;
-            }
+            if (arrival == RUN_ERROR) return RUN_ERROR;
             arrives[c] = (signed char)(arrival != 0);
             any |= arrival;
         }
     }
-    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) return RUN_ERROR;
     /* at a wall that an input moves closed contacts take its new speed */
     const int driven = MODEL_IMPACTS > 0 && !r->starting;
-    if ((driven ? selection_make : select_watched)(r, candidate, at_limit, moved) == RUN_ERROR) {
+    if ((driven ? selection_make : select_watched)(r, candidate, at_limit, moved) == RUN_ERROR) return RUN_ERROR;
+    if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR)
         return RUN_ERROR;
-    }
-    if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
-    if (!r->starting) {
-        restart_clocks(r, before, moved);
-    }
+    if (!r->starting) restart_clocks(r, before, moved);
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
@@ -209,9 +187,7 @@ RunStatus transition_reconsider(Run *r, int *moved)
 static void jump(Run *r, int c, int *moved)
 {
     const int side = r->at.state[c] == CONTACT_SLIP_PLUS ? 1 : r->at.state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
-    if (!(model_contact_resets[c] & side)) {
-        return;
-    }
+    if (!(model_contact_resets[c] & side)) return;
     model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
     placement_load(r);
     r->jumped[c] = 1;
@@ -224,16 +200,12 @@ static void make_jumps(Run *r, double *reached, int *moved)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         reached[c] = fabs(r->scratch.slip[c][0]);
-        if (model_contact_tangential[c] && r->falling[c][SLOT_TANGENTIAL]) {
-            jump(r, c, moved);
-        }
+        if (model_contact_tangential[c] && r->falling[c][SLOT_TANGENTIAL]) jump(r, c, moved);
     }
     const int any = memchr(r->jumped, 1, sizeof r->jumped) != NULL;
     for (int c = 0; any && c < MODEL_NC; c++) {
         const int slides = model_contact_tangential[c] && r->at.state[c] != CONTACT_AWAY;
-        if (slides && !r->jumped[c] && !placement_at_zero_slip(r, c)) {
-            r->at.state[c] = placement_slipping(r, c);
-        }
+        if (slides && !r->jumped[c] && !placement_at_zero_slip(r, c)) r->at.state[c] = placement_slipping(r, c);
     }
 }
 
@@ -323,17 +295,11 @@ RunStatus transition_make(Run *r, int *moved)
         } else {
             const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached[c];
             candidate[c] = sticks || placement_at_zero_slip(r, c) || still_zero || placement_at_rest_by_others(r, c);
-            if (r->jumped[c] && !candidate[c]) {
-                r->at.state[c] = placement_slipping(r, c);
-            }
+            if (r->jumped[c] && !candidate[c]) r->at.state[c] = placement_slipping(r, c);
         }
     }
-    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
-    if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) return RUN_ERROR;
+    if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) return RUN_ERROR;
     restart_clocks(r, before, moved);
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
@@ -345,14 +311,10 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
     int last = 0;
     memcpy(before, r->at.state, sizeof before);
     const int bounds = accumulation_note(r);
-    if (transition_make(r, &moved) == RUN_ERROR) {
-        return RUN_ERROR;
-    }
+    if (transition_make(r, &moved) == RUN_ERROR) return RUN_ERROR;
     if (bounds && accumulation_ends(r)) {
         accumulation_place(r);
-        if (transition_reconsider(r, &moved) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
+        if (transition_reconsider(r, &moved) == RUN_ERROR) return RUN_ERROR;
     }
     double work = r->impact_work;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -366,9 +328,7 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
         }
         if (r->at.state[c] != before[c] || r->struck[c]) {
             r->events++;
-            if (!model_contact_impulsive[c] && accumulation_check_pace(r, c) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
+            if (!model_contact_impulsive[c] && accumulation_check_pace(r, c) == RUN_ERROR) return RUN_ERROR;
             if (sink) {
                 const ContactEvent event = {r->at.time, c, before[c], r->at.state[c], r->struck[c] ? work : 0.0};
                 sink(context, &event);

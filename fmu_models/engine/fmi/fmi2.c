@@ -25,11 +25,6 @@ const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging_on, size_t n, const fmi2String categories[])
-{
-    return (fmi2Status)instance_log(c, __func__, logging_on, n, categories);
-}
-
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on)
 {
@@ -39,8 +34,6 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     void *environment = functions ? functions->componentEnvironment : NULL;
     return instance_new(name, guid, type == fmi2CoSimulation, say, logger, environment, logging_on, 0);
 }
-
-void fmi2FreeInstance(fmi2Component c) { instance_free(c); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
                                fmi2Boolean stop_defined, fmi2Real stop_time)
@@ -57,25 +50,18 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
     return fmi2OK;
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    if (instance_enter(c, PHASE_INITIALIZATION, __func__)) return fmi2Error;
-    return (fmi2Status)instance_exit_initialization(c, __func__);
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    Instance *m = c;
-    if (instance_enter(m, PHASES_RUNNING, __func__)) return fmi2Error;
-    m->core.phase = PHASE_TERMINATED;
-    return fmi2OK;
-}
-
 fmi2Status fmi2Reset(fmi2Component c)
 {
     if (instance_enter(c, PHASES_ALL, __func__)) return fmi2Error;
     return (fmi2Status)instance_reset(c);
 }
+
+#define FMI_NAME(name) fmi2##name
+#define FMI_STATE(before, after) fmi2##before##FMUstate##after
+#define FMI_INSTANCE fmi2Component
+#define FMI_DESERIALIZE fmi2DeSerializeFMUstate
+#define DERIVATIVES fmi2GetDerivatives
+#include "shared_calls.h"
 
 /* variables */
 
@@ -129,38 +115,6 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return (fmi2Status)variables_none(c, __func__, n, "of type String");
 }
 
-/* FMU states and directional derivatives */
-
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
-{
-    return (fmi2Status)fmu_state_get(c, __func__, state);
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
-{
-    return (fmi2Status)fmu_state_set(c, __func__, state);
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
-{
-    return (fmi2Status)fmu_state_free(c, __func__, state);
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
-{
-    return (fmi2Status)fmu_state_serialized_size(c, __func__, state, size);
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
-{
-    return (fmi2Status)fmu_state_serialize(c, __func__, state, (unsigned char *)bytes, size);
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
-{
-    return (fmi2Status)fmu_state_deserialize(c, __func__, (const unsigned char *)bytes, size, state);
-}
-
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
                                         const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],
                                         fmi2Real sensitivity[])
@@ -169,8 +123,6 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 }
 
 /* Model Exchange */
-
-fmi2Status fmi2EnterEventMode(fmi2Component c) { return (fmi2Status)instance_enter_event(c, __func__); }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
@@ -192,11 +144,6 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
     m->core.phase = PHASE_CONTINUOUS;
     return fmi2OK;
 }
-
-#define FMI_NAME(name) fmi2##name
-#define FMI_INSTANCE fmi2Component
-#define DERIVATIVES fmi2GetDerivatives
-#include "exchange_calls.h"
 
 /* Co-Simulation */
 

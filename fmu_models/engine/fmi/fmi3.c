@@ -25,11 +25,6 @@ static int show(Instance *m, int can_return, double *until)
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging_on, size_t n, const fmi3String categories[])
-{
-    return (fmi3Status)instance_log(c, __func__, logging_on, n, categories);
-}
-
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback logger)
@@ -83,7 +78,12 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
     return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance c) { instance_free(c); }
+#define FMI_NAME(name) fmi3##name
+#define FMI_STATE(before, after) fmi3##before##FMUState##after
+#define FMI_INSTANCE fmi3Instance
+#define FMI_DESERIALIZE fmi3DeserializeFMUState
+#define DERIVATIVES fmi3GetContinuousStateDerivatives
+#include "shared_calls.h"
 
 /* life */
 
@@ -95,22 +95,6 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
     if (instance_set_up(m, __func__, tolerance_defined, tolerance, start_time, stop_defined, stop_time))
         return fmi3Error;
     m->core.phase = PHASE_INITIALIZATION;
-    return fmi3OK;
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
-{
-    if (instance_enter(c, PHASE_INITIALIZATION, __func__)) return fmi3Error;
-    return (fmi3Status)instance_exit_initialization(c, __func__);
-}
-
-fmi3Status fmi3EnterEventMode(fmi3Instance c) { return (fmi3Status)instance_enter_event(c, __func__); }
-
-fmi3Status fmi3Terminate(fmi3Instance c)
-{
-    Instance *m = c;
-    if (instance_enter(m, PHASES_RUNNING, __func__)) return fmi3Error;
-    m->core.phase = PHASE_TERMINATED;
     return fmi3OK;
 }
 
@@ -158,33 +142,4 @@ fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, 
     (void)clock;
     (void)time;
     return (fmi3Status)instance_not_provided(c, __func__, "the model has no input clocks");
-}
-
-/* FMU states */
-
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
-{
-    return (fmi3Status)fmu_state_get(c, __func__, state);
-}
-
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return (fmi3Status)fmu_state_set(c, __func__, state); }
-
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
-{
-    return (fmi3Status)fmu_state_free(c, __func__, state);
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
-{
-    return (fmi3Status)fmu_state_serialized_size(c, __func__, state, size);
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
-{
-    return (fmi3Status)fmu_state_serialize(c, __func__, state, bytes, size);
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
-{
-    return (fmi3Status)fmu_state_deserialize(c, __func__, bytes, size, state);
 }

@@ -19,11 +19,6 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
     return fmi3OK;
 }
 
-#define FMI_NAME(name) fmi3##name
-#define FMI_INSTANCE fmi3Instance
-#define DERIVATIVES fmi3GetContinuousStateDerivatives
-#include "exchange_calls.h"
-
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
 {
     if (instance_enter(c, PHASES_ALL, __func__) || instance_array(c, n, 1, __func__, "the number")) return fmi3Error;

@@ -46,32 +46,28 @@ static inline double disc_log_ratio(double t)
 
 static CALLED void disc_zero(double *r)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         r[m] = 0.0;
-    }
 }
 
 /* r = c s */
 static CALLED void disc_multiple(double *r, double c, const double *s)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         r[m] = disc_bounded(c * s[m]);
-    }
 }
 
 /* r += c s */
 static CALLED void disc_add(double *r, double c, const double *s)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         r[m] = disc_bounded(r[m] + c * s[m]);
-    }
 }
 
 static CALLED void disc_product(double *y, double a, const double *r, double b, const double *s)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = disc_bounded(fabs(a) * s[m] + fabs(b) * r[m] + r[m] * s[m]);
-    }
 }
 
 /* q = a/b where the disc of b is c s; r: of a, or NULL where a is constant */
@@ -86,9 +82,8 @@ static CALLED void disc_quotient(double *y, const double *r, double b, double c,
 
 static CALLED void disc_exp(double *y, double a, const double *r, double value)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = r[m] < 1.0 ? disc_bounded(fabs(value) * disc_growth(r[m])) : disc_power_of_e(a + r[m]);
-    }
 }
 
 /* sine and cosine, circular or hyperbolic, of which this is one and `partner` the other */
@@ -120,41 +115,36 @@ static CALLED void disc_tanh(double *y, double a, const double *r, double value)
 
 static CALLED void disc_sqrt(double *y, double a, const double *r, double part)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = r[m] < part * a ? r[m] / (sqrt(a) + sqrt(a - r[m])) : DISC_LARGEST;
-    }
 }
 
 /* the root of a depth has its own place where it begins, which its series shows: bounded across it */
 static CALLED void disc_root(double *y, double a, const double *r)
 {
     disc_sqrt(y, a, r, 0.9);
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = y[m] < DISC_LARGEST ? y[m] : sqrt(fabs(a) + r[m]);
-    }
 }
 
 static CALLED void disc_log(double *y, double a, const double *r)
 {
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = r[m] < DISC_NEAR * a ? disc_log_ratio(r[m] / a) : DISC_LARGEST;
-    }
 }
 
 static CALLED void disc_power(double *y, double a, const double *r, double exponent, double value)
 {
     disc_log(y, a, r);
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = y[m] < DISC_LARGEST ? disc_bounded(fabs(value) * disc_growth(fabs(exponent) * y[m])) : DISC_LARGEST;
-    }
 }
 
 static CALLED void disc_atan(double *y, double a, const double *r)
 {
     const double distance = sqrt(1.0 + a * a); /* to its poles */
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         y[m] = r[m] < DISC_NEAR * distance ? r[m] / (distance * (distance - r[m])) : DISC_LARGEST;
-    }
 }
 
 /*
@@ -168,24 +158,20 @@ static CALLED void disc_atan(double *y, double a, const double *r)
 static inline double disc_ratio(double *y, const double *change, int n, int more)
 {
     double ratio = 0.0;
-    for (int i = 0; i < n; i++) {
-        if (change[i] > DISC_NEAR * y[i]) {
+    for (int i = 0; i < n; i++)
+        if (change[i] > DISC_NEAR * y[i])
             ratio = 1.0;
-        } else if (change[i] > 0.0) {
+        else if (change[i] > 0.0)
             ratio = fmax(ratio, change[i] / y[i]);
-        }
-    }
-    for (int i = 0; more && ratio > 0.75 && i < n; i++) {
+    for (int i = 0; more && ratio > 0.75 && i < n; i++)
         y[i] = disc_bounded(y[i] + 4.0 * change[i]);
-    }
     return ratio;
 }
 
 static inline void disc_solution(const double *y, double ratio, int n, double *x, int stride)
 {
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         x[i * stride] = ratio < 1.0 ? disc_bounded(y[i] / (1.0 - ratio)) : DISC_LARGEST;
-    }
 }
 
 #define MASS_PLACE(i, c) (model_mass_row[i] + (c))
@@ -200,18 +186,14 @@ static inline void disc_mass_inverse(const double *factor, double inverse[DISC_M
         double *x = inverse[e];
         for (int i = 0; i < MODEL_NV; i++) {
             x[i] = i == e;
-            for (int c = model_mass_first[i]; c < i; c++) {
+            for (int c = model_mass_first[i]; c < i; c++)
                 x[i] -= factor[MASS_PLACE(i, c)] * x[c];
-            }
         }
-        for (int i = 0; i < MODEL_NV; i++) {
+        for (int i = 0; i < MODEL_NV; i++)
             x[i] *= factor[MASS_PLACE(i, i)];
-        }
-        for (int i = MODEL_NV - 1; i >= 0; i--) {
-            for (int c = model_mass_first[i]; c < i; c++) {
+        for (int i = MODEL_NV - 1; i >= 0; i--)
+            for (int c = model_mass_first[i]; c < i; c++)
                 x[c] -= factor[MASS_PLACE(i, c)] * x[i];
-            }
-        }
     }
 }
 
@@ -219,27 +201,19 @@ static inline void disc_mass_inverse(const double *factor, double inverse[DISC_M
 static inline void disc_mass_images(double inverse[DISC_MOVED][DISC_MOVED], const double *factor, double *x)
 {
     double y[MODEL_ROOM(MODEL_NV)] = {0.0};
-    for (int e = 0; !MODEL_CONSTANT_INERTIA && e < MODEL_NV; e++) {
-        for (int i = 0; i < MODEL_NV; i++) {
+    for (int e = 0; !MODEL_CONSTANT_INERTIA && e < MODEL_NV; e++)
+        for (int i = 0; i < MODEL_NV; i++)
             y[i] = disc_bounded(y[i] + fabs(inverse[e][i]) * x[e]);
-        }
-    }
-    for (int i = 0; !MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++) {
+    for (int i = 0; !MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++)
         x[i] = y[i];
-    }
-    for (int i = 0; MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++) {
-        for (int c = model_mass_first[i]; c < i; c++) {
+    for (int i = 0; MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++)
+        for (int c = model_mass_first[i]; c < i; c++)
             x[i] = disc_bounded(x[i] + fabs(factor[MASS_PLACE(i, c)]) * x[c]);
-        }
-    }
-    for (int i = 0; MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++) {
+    for (int i = 0; MODEL_CONSTANT_INERTIA && i < MODEL_NV; i++)
         x[i] = disc_bounded(x[i] * fabs(factor[MASS_PLACE(i, i)]));
-    }
-    for (int i = MODEL_NV - 1; MODEL_CONSTANT_INERTIA && i >= 0; i--) {
-        for (int c = model_mass_first[i]; c < i; c++) {
+    for (int i = MODEL_NV - 1; MODEL_CONSTANT_INERTIA && i >= 0; i--)
+        for (int c = model_mass_first[i]; c < i; c++)
             x[c] = disc_bounded(x[c] + fabs(factor[MASS_PLACE(i, c)]) * x[i]);
-        }
-    }
 }
 
 /* y += |dM| |x|, disc m of M */

@@ -26,9 +26,8 @@ JET Real jet_convolution(const Real *a, const Real *b, int k, int first, int las
         one += a[i] * b[k - i] + a[i + 1] * b[k - i - 1];
         two += a[i + 2] * b[k - i - 2] + a[i + 3] * b[k - i - 3];
     }
-    for (; i <= last; i++) {
+    for (; i <= last; i++)
         one += a[i] * b[k - i];
-    }
     return one + two;
 }
 
@@ -36,9 +35,8 @@ JET Real jet_convolution(const Real *a, const Real *b, int k, int first, int las
 JET Real jet_integral(const Real *a, const Real *b, int k, int last)
 {
     Real sum = 0.0;
-    for (int i = 1; i <= last; i++) {
+    for (int i = 1; i <= last; i++)
         sum += i * a[i] * b[k - i];
-    }
     return sum / k;
 }
 
@@ -78,24 +76,17 @@ JET Real jet_sqrt(const Real *a, const Real *y, int k)
  */
 JET Real jet_root(const Real *a, const Real *y, int k)
 {
-    if (PART(a[0]) > 0.0) {
-        return jet_sqrt(a, y, k);
-    }
-    if (k == 0 || PART(a[0]) < 0.0) {
-        return 0.0;
-    }
-    if (k > 0 && PART(a[1]) == 0.0) {
+    if (PART(a[0]) > 0.0) return jet_sqrt(a, y, k);
+    if (k == 0 || PART(a[0]) < 0.0) return 0.0;
+    if (k > 0 && PART(a[1]) == 0.0)
         return k == 1 ? sqrt(a[2]) : (a[k + 1] - jet_convolution(y, y, k + 1, 2, k - 1)) / (2.0 * y[1]);
-    }
     return k == 1 ? 0.0 : NAN;
 }
 
 /* rate t + offset for the sine, with rate t reduced by whole turns; the time is t[0] + rest */
 JET Real jet_angle(Real rate, Real offset, const Real *t, double rest, int k)
 {
-    if (k > 0) {
-        return rate * t[k];
-    }
+    if (k > 0) return rate * t[k];
     /* two pi in two parts; every product with its rounding error */
     const double turn = 6.283185307179586, turn_rest = 2.4492935982947064e-16;
     const double angle = PART(rate) * PART(t[0]);
@@ -111,9 +102,7 @@ JET Real jet_angle(Real rate, Real offset, const Real *t, double rest, int k)
 JET Real jet_turns(Real frequency, Real offset, const Real *t, double rest, int k)
 {
     const double turn = 6.283185307179586;
-    if (k > 0) {
-        return turn * frequency * t[k];
-    }
+    if (k > 0) return turn * frequency * t[k];
     const double turns = PART(frequency) * PART(t[0]);
     const double turns_rest = fma(PART(frequency), PART(t[0]), -turns) + PART(frequency) * rest;
     const Real tangent = frequency * t[0] - turns; /* zero but for the tangent */
@@ -123,13 +112,10 @@ JET Real jet_turns(Real frequency, Real offset, const Real *t, double rest, int 
 /* y = a^e for a constant exponent: a y' = e a' y */
 JET Real jet_power(const Real *a, Real e, const Real *y, int k)
 {
-    if (k == 0) {
-        return pow(a[0], e);
-    }
+    if (k == 0) return pow(a[0], e);
     Real sum = 0.0;
-    for (int i = 1; i <= k; i++) {
+    for (int i = 1; i <= k; i++)
         sum += ((e + 1.0) * i - k) * a[i] * y[k - i];
-    }
     return sum / (k * a[0]);
 }
 

@@ -23,9 +23,8 @@ static inline void mass_factor(const InertiaSeries *M, Real *factor)
         for (int c = model_mass_first[i]; c < i; c++) {
             const int from = model_mass_first[i] > model_mass_first[c] ? model_mass_first[i] : model_mass_first[c];
             Real sum = M[MASS_PLACE(i, c)][0]; /* L D until the row is complete */
-            for (int e = from; e < c; e++) {
+            for (int e = from; e < c; e++)
                 sum -= factor[MASS_PLACE(i, e)] * factor[MASS_PLACE(c, e)];
-            }
             factor[MASS_PLACE(i, c)] = sum;
         }
         for (int c = model_mass_first[i]; c < i; c++) {
@@ -42,29 +41,20 @@ static inline void mass_solve(const InertiaSeries *M, const Real *factor, Real *
 {
     for (int i = 0; i < MODEL_NV && k > 0; i++) {
         for (int c = model_mass_first[i]; c <= i; c++) {
-            if (!model_mass_moves[MASS_PLACE(i, c)]) {
-                continue;
-            }
+            if (!model_mass_moves[MASS_PLACE(i, c)]) continue;
             const Real *entry = M[MASS_PLACE(i, c)];
             x[i * stride + k] -= jet_convolution(entry, x + c * stride, k, 1, k);
-            if (c < i) {
-                x[c * stride + k] -= jet_convolution(entry, x + i * stride, k, 1, k);
-            }
+            if (c < i) x[c * stride + k] -= jet_convolution(entry, x + i * stride, k, 1, k);
         }
     }
-    for (int i = 0; i < MODEL_NV; i++) {
-        for (int c = model_mass_first[i]; c < i; c++) {
+    for (int i = 0; i < MODEL_NV; i++)
+        for (int c = model_mass_first[i]; c < i; c++)
             x[i * stride + k] -= factor[MASS_PLACE(i, c)] * x[c * stride + k];
-        }
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         x[i * stride + k] *= factor[MASS_PLACE(i, i)];
-    }
-    for (int i = MODEL_NV - 1; i >= 0; i--) {
-        for (int c = model_mass_first[i]; c < i; c++) {
+    for (int i = MODEL_NV - 1; i >= 0; i--)
+        for (int c = model_mass_first[i]; c < i; c++)
             x[c * stride + k] -= factor[MASS_PLACE(i, c)] * x[i * stride + k];
-        }
-    }
 }
 
 #undef MASS_PLACE

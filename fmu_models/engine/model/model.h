@@ -83,9 +83,7 @@ typedef struct {
 /* the side, +1 or -1, on which a force in stick is nearer to its bound */
 static inline int nearer_side(double force, double plus, double minus)
 {
-    if (MODEL_DIRECTED) {
-        return plus - force < minus + force ? 1 : -1;
-    }
+    if (MODEL_DIRECTED) return plus - force < minus + force ? 1 : -1;
     return force > 0.0 ? 1 : -1;
 }
 
@@ -122,9 +120,7 @@ extern const unsigned char
 /* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
 static inline int contact_is_held(const signed char *state, int c)
 {
-    if (MODEL_IMPACTS > 0 && model_contact_impulsive[c]) {
-        return state[c] != CONTACT_AWAY;
-    }
+    if (MODEL_IMPACTS > 0 && model_contact_impulsive[c]) return state[c] != CONTACT_AWAY;
     return state[c] == CONTACT_STICK;
 }
 
@@ -132,9 +128,7 @@ static inline int contact_is_held(const signed char *state, int c)
    one */
 static inline int contact_has_law(const signed char *state, int c)
 {
-    if (MODEL_IMPACTS > 0 && (model_contact_impulsive[c] || model_contact_partner[c] >= 0)) {
-        return 0;
-    }
+    if (MODEL_IMPACTS > 0 && (model_contact_impulsive[c] || model_contact_partner[c] >= 0)) return 0;
     return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;
 }
 
@@ -160,6 +154,8 @@ extern const int model_joined[];
 
 /* of a map: the states after a step, angles within their modulus, and the time between two steps, s */
 void model_iterate(const double *p, const double *x, double *next);
+/* the derivative of the next states, row by row; its determinant */
+double model_iterate_derivative(const double *p, const double *x, double *jacobian);
 double model_period(const double *p);
 
 /* NULL, or a sentence that says which requirement of the model the parameters violate */

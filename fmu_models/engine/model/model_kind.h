@@ -46,9 +46,7 @@ static inline const Real *KIND(stick_bound)(const Jets *j, int c, int side)
 /* the same bound on both sides */
 static inline void KIND(stick_mirror)(Jets *j, int c, int k)
 {
-    if (MODEL_DIRECTED) {
-        j->capacity_minus[c][k] = j->capacity[c][k];
-    }
+    if (MODEL_DIRECTED) j->capacity_minus[c][k] = j->capacity[c][k];
 }
 
 /* what the matrix of held contacts weighs contact c by, and scales of its force go by: the larger bound */

@@ -22,9 +22,7 @@ static inline double rough_log2(double x)
 
 static inline double rough_exp2(double x)
 {
-    if (!(x > -1022.0 && x < 1023.0)) {
-        return x < 0.0 ? 0.0 : INFINITY;
-    }
+    if (!(x > -1022.0 && x < 1023.0)) return x < 0.0 ? 0.0 : INFINITY;
     const int64_t whole = (int64_t)(x + 1023.0); /* of a positive number: its floor */
     const double f = x + 1023.0 - (double)whole;
     const int64_t bits = whole << 52;

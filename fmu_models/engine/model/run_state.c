@@ -58,9 +58,8 @@ void run_shift_time(Run *r, double by)
 {
     double *const times[] = {&r->at.time,    &r->horizon,    &r->segment_start, &r->accumulation_start,
                              &r->last_event, &r->paced_time, &r->pace_start,    &r->goal};
-    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++)
         *times[i] += by;
-    }
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.settles[c] += by;
         r->closings[c].struck += by;
@@ -82,11 +81,8 @@ void run_reset(Run *r)
 
 RunStatus run_check_finite(Run *r, const char *what, const double *values, int n)
 {
-    for (int i = 0; i < n; i++) {
-        if (!isfinite(values[i])) {
-            return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->at.time);
-        }
-    }
+    for (int i = 0; i < n; i++)
+        if (!isfinite(values[i])) return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->at.time);
     return RUN_OK;
 }
 

@@ -20,18 +20,14 @@ static inline Traps traps_rest(void)
 {
     const unsigned NONE = 0x1f80; /* the mask bits of all six exceptions */
     const Traps before = _mm_getcsr();
-    if ((before & NONE) != NONE) {
-        _mm_setcsr(before | NONE);
-    }
+    if ((before & NONE) != NONE) _mm_setcsr(before | NONE);
     return before;
 }
 
 static inline void traps_return(const Traps *before)
 {
     const unsigned NONE = 0x1f80;
-    if ((*before & NONE) != NONE) {
-        _mm_setcsr(*before);
-    }
+    if ((*before & NONE) != NONE) _mm_setcsr(*before);
 }
 
 #define TRAPS_REST const Traps traps __attribute__((cleanup(traps_return), unused)) = traps_rest()

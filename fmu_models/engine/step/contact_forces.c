@@ -17,9 +17,8 @@
 static Real KIND(product)(const Real *a, const Real *b, int k)
 {
     Real sum = 0.0;
-    for (int i = 0; i <= k; i++) {
+    for (int i = 0; i <= k; i++)
         sum += a[i] * b[k - i];
-    }
     return sum;
 }
 
@@ -31,9 +30,7 @@ static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
         const int e = model_joined[n];
         /* what is still unknown at this order acts through its lower orders only */
         const int silent = MODEL_CONSTANT_INERTIA && !contact_has_law(at->state, e);
-        if (silent || at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED) {
-            continue;
-        }
+        if (silent || at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED) continue;
         sum += MODEL_CONSTANT_INERTIA ? j->G[c][e][0] * j->force[e][k] : KIND(product)(j->G[c][e], j->force[e], k);
     }
     return sum;
@@ -45,14 +42,10 @@ static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_impulsive[c] || at->state[c] == CONTACT_AWAY) {
-            continue;
-        }
+        if (normal < 0 || model_contact_impulsive[c] || at->state[c] == CONTACT_AWAY) continue;
         j->capacity[c][k] = model_friction(at->p, at->d, c) * j->force[normal][k];
         stick_mirror(j, c, k);
-        if (at->state[c] != CONTACT_STICK) {
-            j->force[c][k] = contact_drag(at, at->state, normal) * j->force[normal][k];
-        }
+        if (at->state[c] != CONTACT_STICK) j->force[c][k] = contact_drag(at, at->state, normal) * j->force[normal][k];
     }
 }
 
@@ -70,15 +63,12 @@ void contact_forces(Point *at, Jets *j, int k)
             j->force[c][k] = 0.0;
         }
     }
-    if (!any) {
-        return;
-    }
+    if (!any) return;
     Sticking *s = &at->sticking;
     if (k == 0) {
         signed char member[NC];
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < MODEL_NC; c++)
             member[c] = (signed char)contact_is_held(at->state, c);
-        }
         contact_factor(at, j, member, at->state, s);
     }
     Real rest[NC];
@@ -88,14 +78,11 @@ void contact_forces(Point *at, Jets *j, int k)
     }
     for (int i = 0; i < s->count; i++) {
         Real force = 0.0;
-        for (int e = s->first[i]; e < s->last[i]; e++) {
+        for (int e = s->first[i]; e < s->last[i]; e++)
             force -= s->inverse[i][e] * rest[e];
-        }
         j->force[s->contact[i]][k] = force;
     }
-    if (MODEL_IMPACTS > 0) {
-        KIND(friction_of_rigid)(at, j, k);
-    }
+    if (MODEL_IMPACTS > 0) KIND(friction_of_rigid)(at, j, k);
 }
 
 Real contact_rate(const Jets *j, int i, int k)
@@ -115,14 +102,12 @@ int contact_project(Point *at, Jets *j, const signed char *member)
     int moved = 0;
     for (int i = 0; i < s.count; i++) {
         Real impulse = 0.0;
-        for (int e = s.first[i]; e < s.last[i]; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++)
             impulse -= s.inverse[i][e] * j->slip[s.contact[e]][0];
-        }
         if (impulse != 0.0) {
             moved = 1;
-            for (int v = 0; v < MODEL_NV; v++) {
+            for (int v = 0; v < MODEL_NV; v++)
                 at->x[MODEL_NQ + v] += j->W[v][s.contact[i]][0] * impulse;
-            }
         }
     }
     return moved;
@@ -133,34 +118,28 @@ void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, c
 {
     Sticking s;
     contact_factor(at, j, phase->held, phase->friction, &s);
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         impulse[c] = 0.0;
-    }
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_impulsive[c] && !phase->held[c] && given[c] != 0.0) {
             impulse[c] = given[c];
-            if (model_contact_partner[c] >= 0 && !phase->held[(int)model_contact_partner[c]]) {
+            if (model_contact_partner[c] >= 0 && !phase->held[(int)model_contact_partner[c]])
                 impulse[(int)model_contact_partner[c]] = contact_drag(at, phase->friction, c) * given[c];
-            }
         }
     }
     Real rest[NC] = {0};
     for (int i = 0; i < s.count; i++) {
         const int c = s.contact[i];
         rest[i] = j->slip[c][0] - target[c];
-        for (int e = 0; e < MODEL_NC; e++) {
+        for (int e = 0; e < MODEL_NC; e++)
             rest[i] += j->G[c][e][0] * impulse[e];
-        }
     }
     for (int i = 0; i < s.count; i++) {
         Real sum = 0.0;
-        for (int e = s.first[i]; e < s.last[i]; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++)
             sum -= s.inverse[i][e] * rest[e];
-        }
         impulse[s.contact[i]] = sum;
-        if (s.drag[i] != 0.0) {
-            impulse[(int)model_contact_partner[s.contact[i]]] = s.drag[i] * sum;
-        }
+        if (s.drag[i] != 0.0) impulse[(int)model_contact_partner[s.contact[i]]] = s.drag[i] * sum;
     }
 }
 
@@ -169,29 +148,21 @@ void contact_targets(const Point *at, const Jets *j, int number, const Real *bef
     for (int c = 0; c < MODEL_NC; c++) {
         given[c] = 0.0;
         target[c] = 0.0;
-        if (!model_contact_impulsive[c]) {
-            continue;
-        }
-        if (number > 0) {
+        if (!model_contact_impulsive[c]) continue;
+        if (number > 0)
             given[c] = model_restitution(at->p, at->d, c) * before[c];
-        } else if (!model_contact_poisson[c] && PART(j->slip[c][0]) < 0.0) {
+        else if (!model_contact_poisson[c] && PART(j->slip[c][0]) < 0.0)
             target[c] = -model_restitution(at->p, at->d, c) * j->slip[c][0];
-        }
     }
 }
 
 void contact_apply(Point *at, Jets *j, const Real *impulse)
 {
     for (int v = 0; v < MODEL_NV; v++) {
-        for (int c = 0; c < MODEL_NC; c++) {
-            if (impulse[c] != 0.0) {
-                at->x[MODEL_NQ + v] += j->W[v][c][0] * impulse[c];
-            }
-        }
+        for (int c = 0; c < MODEL_NC; c++)
+            if (impulse[c] != 0.0) at->x[MODEL_NQ + v] += j->W[v][c][0] * impulse[c];
     }
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int e = 0; e < MODEL_NC; e++) {
+    for (int c = 0; c < MODEL_NC; c++)
+        for (int e = 0; e < MODEL_NC; e++)
             j->slip[c][0] += j->G[c][e][0] * impulse[e];
-        }
-    }
 }

@@ -9,35 +9,27 @@ int location_indicator(const Run *r, int c, Slot slot)
 {
     const int state = r->at.state[c];
     if (slot == SLOT_NORMAL) {
-        if (!model_contact_bounded[c]) {
-            return 0;
-        }
+        if (!model_contact_bounded[c]) return 0;
         return state == CONTACT_AWAY ? -1 : 1;
     }
-    if (model_contact_impulsive[c]) {
-        return 0;
-    }
-    if (model_contact_compliant[c]) {
+    if (model_contact_impulsive[c]) return 0;
+    if (model_contact_compliant[c])
         return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
-    }
     return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
 }
 
 /* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none */
 static double fall_of(const double *series, double sign, int known, int order, double h)
 {
-    if (known >= order) {
-        return -1.0; /* all its terms vanish over this step */
-    }
+    if (known >= order) return -1.0; /* all its terms vanish over this step */
     return signed_first_fall(series + known, order - known, sign, h);
 }
 
 /* the same for a function of a body at a bound: what starts at rest there has more zeros than the event knows */
 static double fall_from_bound(const double *series, double sign, int known, int order, double h)
 {
-    while (known < order && series[known] == 0.0) {
+    while (known < order && series[known] == 0.0)
         known++;
-    }
     return fall_of(series, sign, known, order, h);
 }
 
@@ -47,9 +39,8 @@ static double fall_from_bound(const double *series, double sign, int known, int 
  */
 static double fall_of_gap(const Jets *j, int c, int known, int order, double h, double exact, double *end)
 {
-    while (known < order && j->depth[c][known] == 0.0) {
+    while (known < order && j->depth[c][known] == 0.0)
         known++;
-    }
     if (h > exact && known < order) {
         /* divided by s^known, like the series */
         const double error = (fabs(j->depth[c][order]) * h + fabs(j->depth[c][order - 1])) * pow(h, order - 1 - known);
@@ -71,14 +62,11 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     double first = -1.0;
     for (int side = -1; side <= 1; side += 2) {
         double margin[POLYNOMIAL_TERMS];
-        for (int k = 0; k < order; k++) {
+        for (int k = 0; k < order; k++)
             margin[k] = stick_bound(j, c, side)[k] - side * j->force[c][k];
-        }
         /* a margin that starts at zero does so on one side only */
         const double fall = fall_of(margin, 1.0, both || side == stick_side(j, c) ? known : 0, order - 1, h);
-        if (fall >= 0.0 && (first < 0.0 || fall < first)) {
-            first = fall;
-        }
+        if (fall >= 0.0 && (first < 0.0 || fall < first)) first = fall;
     }
     return first;
 }
@@ -88,9 +76,7 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
 {
     const int sign = location_indicator(r, c, slot);
     const int known = r->at.known[c][slot] * time_power(r->segment_rooted);
-    if (sign == 0) {
-        return -1.0;
-    }
+    if (sign == 0) return -1.0;
     if (slot == SLOT_NORMAL && contact_is_closed(r, c)) {
         if (r->at.state[c] == CONTACT_CHATTERING) {
             const double wait = r->at.settles[c] - r->at.time;
@@ -103,9 +89,7 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
         return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end)
                                      : fall_from_bound(j->depth[c], sign, known, order, h);
     }
-    if (model_contact_compliant[c]) {
-        return fall_from_bound(j->release[c], sign, known, order, h);
-    }
+    if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h);
     return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
                                            : fall_of(j->slip[c], sign, known, order, h);
 }
@@ -118,9 +102,7 @@ double location_cut(Run *r, int order, double h, double exact)
         for (int slot = 0; slot < SLOTS; slot++) {
             /* over the whole step: cut at another's fall, one at the same instant could hide behind its rounding */
             falls[c][slot] = fall_in_slot(r, &r->jets, c, (Slot)slot, order, h, exact, &first);
-            if (falls[c][slot] >= 0.0) {
-                first = fmin(first, falls[c][slot]);
-            }
+            if (falls[c][slot] >= 0.0) first = fmin(first, falls[c][slot]);
         }
     }
     h = first;

@@ -29,9 +29,8 @@ void flow_load(const Point *at, Jets *j, int rooted)
         KIND(load_line)(j->u[i], at->u[i], at->du[i], rooted);
         KIND(load_line)(j->du[i], at->du[i], 0.0, rooted);
     }
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         j->x[i][0] = at->x[i];
-    }
     for (int c = 0; c < MODEL_NC; c++) {
         j->sign[c] = at->state[c] == CONTACT_SLIP_PLUS ? 1.0 : at->state[c] == CONTACT_SLIP_MINUS ? -1.0 : 0.0;
         j->memory[c] = at->memory[c];
@@ -43,40 +42,26 @@ void flow_load(const Point *at, Jets *j, int rooted)
 static void KIND(rooted_depths)(const Point *at, Jets *j, int k)
 {
     model_depth(at->p, at->d, j, k);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (at->state[c] == CONTACT_TOUCHING && k < 2 * at->known[c][SLOT_NORMAL]) {
-            j->depth[c][k] = 0.0;
-        }
-    }
+    for (int c = 0; c < MODEL_NC; c++)
+        if (at->state[c] == CONTACT_TOUCHING && k < 2 * at->known[c][SLOT_NORMAL]) j->depth[c][k] = 0.0;
 }
 
 /* order k of the release indicators of touching and released stops */
 static void KIND(flow_releases)(const Point *at, Jets *j, int k)
 {
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (contact_may_release(at->state, c)) {
-            model_release(at->p, at->d, j, k, c);
-        }
-    }
+    for (int c = 0; c < MODEL_NC; c++)
+        if (contact_may_release(at->state, c)) model_release(at->p, at->d, j, k, c);
 }
 
 void flow_field(Point *at, Jets *j, int k, int rooted)
 {
-    if (k < 2 || !j->apart) {
-        model_slip(at->p, at->d, j, k);
-    }
-    if (MODEL_BOUNDED && !rooted) {
-        model_depth(at->p, at->d, j, k);
-    }
-    if (!MODEL_CONSTANT_INERTIA) {
-        model_inertia(at->p, at->d, j, k);
-    }
+    if (k < 2 || !j->apart) model_slip(at->p, at->d, j, k);
+    if (MODEL_BOUNDED && !rooted) model_depth(at->p, at->d, j, k);
+    if (!MODEL_CONSTANT_INERTIA) model_inertia(at->p, at->d, j, k);
     model_acceleration(at->p, at->d, j, k);
     contact_forces(at, j, k);
     KIND(flow_releases)(at, j, k);
-    if (MODEL_NZ > 0) {
-        model_internal(at->p, at->d, j, k);
-    }
+    if (MODEL_NZ > 0) model_internal(at->p, at->d, j, k);
 }
 
 /* order n of the states from their rates: x' = rate in time, x' = 2 s rate in its root */
@@ -84,15 +69,12 @@ void flow_extend(Jets *j, int n, int rooted)
 {
     const int k = n - time_power(rooted);
     const double f = (double)time_power(rooted) / n;
-    for (int i = 0; i < MODEL_NQ; i++) {
+    for (int i = 0; i < MODEL_NQ; i++)
         j->x[i][n] = k < 0 ? 0.0 : f * j->x[MODEL_NQ + i][k];
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         j->x[MODEL_NQ + i][n] = k < 0 ? 0.0 : f * contact_rate(j, i, k);
-    }
-    for (int i = 0; i < MODEL_NZ; i++) {
+    for (int i = 0; i < MODEL_NZ; i++)
         j->x[MODEL_NQ + MODEL_NV + i][n] = k < 0 ? 0.0 : f * j->zrate[i][k];
-    }
 }
 
 /* the states, and all that the search for events reads, in the root of time; to the order given */
@@ -105,9 +87,7 @@ void flow_rooted_series(Point *at, Jets *j, int order)
     for (int k = 0; k < order; k++) {
         KIND(rooted_depths)(at, j, k + 1);
         flow_field(at, j, k, 1);
-        if (k + 2 <= order + 1) {
-            flow_extend(j, k + 2, 1);
-        }
+        if (k + 2 <= order + 1) flow_extend(j, k + 2, 1);
     }
     model_slip(at->p, at->d, j, order);
     KIND(flow_releases)(at, j, order);
@@ -127,11 +107,7 @@ void flow_series(Point *at, Jets *j, int order)
 /* what the search for events reads of the last order */
 void flow_finish(const Point *at, Jets *j, int order)
 {
-    if (!j->apart) {
-        model_slip(at->p, at->d, j, order);
-    }
-    if (MODEL_BOUNDED) {
-        model_depth(at->p, at->d, j, order);
-    }
+    if (!j->apart) model_slip(at->p, at->d, j, order);
+    if (MODEL_BOUNDED) model_depth(at->p, at->d, j, order);
     KIND(flow_releases)(at, j, order);
 }

@@ -57,9 +57,8 @@ typedef struct {
 static double size_over(const double *x, int order, double h)
 {
     double size = 0.0;
-    for (int k = order; k > 0; k--) {
+    for (int k = order; k > 0; k--)
         size = (size + fabs(x[k])) * h;
-    }
     return size + fabs(x[0]);
 }
 
@@ -76,11 +75,9 @@ static void radii_of(const double *x, int order, const double *H, double *radius
 {
     double sum[DISCS] = {0.0};
     int k = order;
-    for (; k % 4 != 0; k--) {
-        for (int m = 0; m < DISCS; m++) {
+    for (; k % 4 != 0; k--)
+        for (int m = 0; m < DISCS; m++)
             sum[m] = (sum[m] + fabs(x[k])) * H[m];
-        }
-    }
     for (; k > 0; k -= 4) {
         const double one = fabs(x[k - 3]), two = fabs(x[k - 2]), three = fabs(x[k - 1]), four = fabs(x[k]);
         for (int m = 0; m < DISCS; m++) {
@@ -88,9 +85,8 @@ static void radii_of(const double *x, int order, const double *H, double *radius
             sum[m] = (sum[m] + four) * (square * square) + (one + two * H[m] + three * square) * H[m];
         }
     }
-    for (int m = 0; m < DISCS; m++) {
+    for (int m = 0; m < DISCS; m++)
         radius[m] = disc_bounded(sum[m]);
-    }
 }
 
 /* beyond this a bound may be made of the largest, which is none */
@@ -116,9 +112,7 @@ static void require(Reach *a, double tail, double size) { a->shortage = fmax(a->
 static void require_series(Reach *a, const double *bound, const double *x, int order, int higher)
 {
     const double tail = least_tail(bound) / (higher ? a->gain[0] : 1.0);
-    if (tail > first_size(x, order, a->h)) {
-        require(a, tail, size_over(x, order, a->h));
-    }
+    if (tail > first_size(x, order, a->h)) require(a, tail, size_over(x, order, a->h));
 }
 
 /* the rate of state i, from what adds up to it at the start */
@@ -127,15 +121,12 @@ static void require_rate(Reach *a, const double *bound, int i, double parts)
     const double *x = a->along ? a->along[i] : a->j->x[i];
     const int power = time_power(a->r->segment_rooted);
     const double tail = least_tail(bound) / (a->order + power);
-    if (a->along) {
+    if (a->along)
         parts = 0.0; /* of the motion */
-    } else if (tail <= parts) {
+    else if (tail <= parts)
         return;
-    }
     const double time = power == 2 ? 0.5 * a->h * a->h : a->h;
-    if (tail > first_size(x, a->order, a->h) / time) {
-        require(a, tail, fmax(size_over(x, a->order, a->h) / time, parts));
-    }
+    if (tail > first_size(x, a->order, a->h) / time) require(a, tail, fmax(size_over(x, a->order, a->h) / time, parts));
 }
 
 /* of the force of each contact: radii that its law gives; of held ones what they stand up to */
@@ -144,11 +135,10 @@ static void law_discs(Reach *a)
     const Run *r = a->r;
     for (int c = 0; c < MODEL_NC; c++) {
         disc_zero(a->b->force[c]);
-        if (contact_is_held(r->at.state, c)) {
+        if (contact_is_held(r->at.state, c))
             model_stick_disc(r->at.p, r->at.d, a->j, a->b, c);
-        } else if (contact_has_law(r->at.state, c)) {
+        else if (contact_has_law(r->at.state, c))
             model_law_disc(r->at.p, r->at.d, a->j, a->b, c);
-        }
     }
 }
 
@@ -158,9 +148,7 @@ static void transmitted_discs(const Reach *a, int c, double *rest)
     const Jets *j = a->j;
     for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
         const int e = model_joined[n];
-        if (contact_has_law(a->r->at.state, e)) {
-            disc_add(rest, fabs(j->G[c][e][0]), a->b->force[e]);
-        }
+        if (contact_has_law(a->r->at.state, e)) disc_add(rest, fabs(j->G[c][e][0]), a->b->force[e]);
         for (int m = 0; !MODEL_CONSTANT_INERTIA && m < DISCS; m++) {
             const double entry = (&a->b->G[c][e][0])[m];
             rest[m] = disc_bounded(rest[m] + entry * disc_bounded(fabs(j->force[e][0]) + a->b->force[e][m]));
@@ -184,9 +172,8 @@ static void held_changes(const Reach *a, const double *x, int m, double *change)
     }
     for (int i = 0; i < s->count; i++) {
         change[i] = 0.0;
-        for (int e = s->first[i]; e < s->last[i]; e++) {
+        for (int e = s->first[i]; e < s->last[i]; e++)
             change[i] = disc_bounded(change[i] + fabs(s->inverse[i][e]) * disc_bounded(moved[e]));
-        }
     }
 }
 
@@ -197,12 +184,9 @@ static void held_discs(Reach *a)
     const Sticking *s = &r->at.sticking;
     double rest[NC][DISCS];
     int count = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         count += contact_is_held(r->at.state, c);
-    }
-    if (count == 0) {
-        return;
-    }
+    if (count == 0) return;
     for (int i = 0; i < s->count; i++) {
         disc_multiple(rest[i], 1.0, a->b->slip_rate[s->contact[i]]);
         transmitted_discs(a, s->contact[i], rest[i]);
@@ -213,9 +197,8 @@ static void held_discs(Reach *a)
         double radius[NC];
         for (int i = 0; i < s->count; i++) {
             base[i] = 0.0;
-            for (int e = s->first[i]; e < s->last[i]; e++) {
+            for (int e = s->first[i]; e < s->last[i]; e++)
                 base[i] = disc_bounded(base[i] + fabs(s->inverse[i][e]) * rest[e][m]);
-            }
         }
         double ratio = 1.0;
         for (int trial = 1; ratio > 0.75 && trial <= DISC_TRIALS; trial++) {
@@ -223,21 +206,17 @@ static void held_discs(Reach *a)
             ratio = disc_ratio(base, change, s->count, trial < DISC_TRIALS);
         }
         disc_solution(base, ratio, s->count, radius, 1);
-        for (int i = 0; i < s->count; i++) {
+        for (int i = 0; i < s->count; i++)
             a->b->force[s->contact[i]][m] = radius[i];
-        }
     }
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
-            continue;
-        }
+        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) continue;
         disc_multiple(a->b->capacity[c], fabs(model_friction(r->at.p, r->at.d, c)), a->b->force[normal]);
         memcpy(a->b->capacity_minus[MODEL_DIRECTED ? c : 0], a->b->capacity[c],
                sizeof(double) * DISCS * MODEL_DIRECTED);
-        if (r->at.state[c] != CONTACT_STICK) {
+        if (r->at.state[c] != CONTACT_STICK)
             disc_multiple(a->b->force[c], fabs(contact_drag(&r->at, r->at.state, normal)), a->b->force[normal]);
-        }
     }
 }
 
@@ -259,9 +238,8 @@ static void require_rates(Reach *a)
         }
         require_rate(a, bound, MODEL_NQ + i, parts);
     }
-    for (int i = 0; i < MODEL_NZ; i++) {
+    for (int i = 0; i < MODEL_NZ; i++)
         require_rate(a, a->b->zrate[i], MODEL_NQ + MODEL_NV + i, fabs(j->zrate[i][0]));
-    }
 }
 
 /* whether the slip of a contact decides its events; the same in step/taylor.c */
@@ -281,9 +259,7 @@ static void require_held(Reach *a, int c)
     }
     disc_multiple(bound, 1.0, a->b->force[c]);
     disc_add(bound, 1.0, a->b->capacity[c]);
-    if (MODEL_DIRECTED) {
-        disc_add(bound, 1.0, a->b->capacity_minus[c]);
-    }
+    if (MODEL_DIRECTED) disc_add(bound, 1.0, a->b->capacity_minus[c]);
     const double size = size_over(j->capacity[c], a->order - 1, a->h);
     require(a, least_tail(bound), size + size_over(force, a->order - 1, a->h));
 }
@@ -293,15 +269,10 @@ static void require_contacts(Reach *a)
     const Run *r = a->r;
     const Jets *j = a->j;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_slip_unseen[c] && slip_decides(r, c)) {
-            require_series(a, a->b->slip[c], j->slip[c], a->order, 1);
-        }
-        if (model_depth_unseen[c] && model_contact_bounded[c] && !contact_is_closed(r, c)) {
+        if (model_slip_unseen[c] && slip_decides(r, c)) require_series(a, a->b->slip[c], j->slip[c], a->order, 1);
+        if (model_depth_unseen[c] && model_contact_bounded[c] && !contact_is_closed(r, c))
             require_series(a, a->b->depth[c], j->depth[c], a->order, 1);
-        }
-        if (contact_is_held(r->at.state, c)) {
-            require_held(a, c);
-        }
+        if (contact_is_held(r->at.state, c)) require_held(a, c);
         if (model_release_unseen[c] && contact_may_release(r->at.state, c)) {
             model_release_disc(r->at.p, r->at.d, j, a->b, c);
             require_series(a, a->b->release[c], j->release[c], a->order, 1);
@@ -326,9 +297,8 @@ static int has_unseen(const Run *r)
 static int is_far(const Run *r)
 {
     int far = 0;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         far |= model_disc_states[i] && !(fabs(r->at.x[i]) < BEYOND);
-    }
     return far;
 }
 
@@ -349,16 +319,13 @@ static double shortage_of(Reach *a, double h)
         disc_multiple(a->b->u[i], fabs(r->at.du[i]), a->b->t);
     }
     for (int i = 0; i < MODEL_NX; i++) {
-        if (model_disc_states[i]) {
-            radii_of(j->x[i], a->order, H, a->b->x[i]);
-        }
+        if (model_disc_states[i]) radii_of(j->x[i], a->order, H, a->b->x[i]);
         if (model_disc_states[i] && a->along) {
             double radius[DISCS];
             radii_of(a->along[i], a->order, H, radius);
             disc_add(a->b->x[i], 1.0, radius);
-            for (int m = 0; m < DISCS; m++) {
+            for (int m = 0; m < DISCS; m++)
                 a->b->x[i][m] += fabs(a->along[i][0]);
-            }
         }
     }
     model_slip_disc(r->at.p, r->at.d, j, a->b);
@@ -371,57 +338,43 @@ static double shortage_of(Reach *a, double h)
     held_discs(a);
     model_internal_disc(r->at.p, r->at.d, j, a->b);
     require_rates(a);
-    if (!a->along) {
-        require_contacts(a);
-    }
+    if (!a->along) require_contacts(a);
     /* series of an instant take the orders above the rate for zero */
     disc_zero(a->b->t);
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         disc_zero(a->b->u[i]);
-    }
     return a->shortage;
 }
 
 static double proven_length(Run *r, const StateSeries *along, int order, double h, double least)
 {
-    if (!has_unseen(r) || !(h > 0.0)) {
-        return h;
-    }
-    if (is_far(r)) {
-        return 0.0;
-    }
+    if (!has_unseen(r) || !(h > 0.0)) return h;
+    if (is_far(r)) return 0.0;
     const double log_error = rough_log2(REACH * r->tolerances.step);
     Reach a = {.r = r, .j = &r->jets, .along = along, .b = &r->scratch, .order = order};
     const double rung = rough_exp2(-RUNG / order);
     a.gain[0] = rough_exp2(-(log_error + LADDER) / order);
-    for (int m = 1; m < DISCS; m++) {
+    for (int m = 1; m < DISCS; m++)
         a.gain[m] = a.gain[m - 1] * rung;
-    }
     double proven = least;
     for (double shorter = h; shorter > proven; shorter *= SHORTER) {
         const double shortage = shortage_of(&a, shorter);
-        if (shortage <= 1.0) {
-            return shorter;
-        }
-        if (isfinite(shortage)) {
-            proven = fmax(proven, shorter * rough_exp2(-rough_log2(shortage) / order));
-        }
+        if (shortage <= 1.0) return shorter;
+        if (isfinite(shortage)) proven = fmax(proven, shorter * rough_exp2(-rough_log2(shortage) / order));
     }
     return proven > least ? proven : 0.0;
 }
 
 double reach_of_step(Run *r, const Neighbour *neighbour, int order, double h, double least)
 {
-    if (neighbour == NULL || neighbour->weightless == NULL) {
+    if (neighbour == NULL || neighbour->weightless == NULL)
         return proven_length(r, neighbour ? neighbour->along : NULL, order, h, least);
-    }
     double p[MODEL_ROOM(MODEL_NP)];
     double d[MODEL_ROOM(MODEL_ND)];
     memcpy(p, r->at.p, sizeof p);
     memcpy(d, r->at.d, sizeof d);
-    for (int i = 0; i < MODEL_NP; i++) {
+    for (int i = 0; i < MODEL_NP; i++)
         r->at.p[i] += neighbour->weightless[i];
-    }
     model_prepare(r->at.p, r->at.d);
     const double length = proven_length(r, neighbour->along, order, h, least);
     memcpy(r->at.p, p, sizeof p);

@@ -52,9 +52,8 @@ static double value_and_slopes(const double *c, int n, double s, double *slope, 
 double polynomial_value(const double *c, int n, double s)
 {
     double value = c[n];
-    for (int k = n - 1; k >= 0; k--) {
+    for (int k = n - 1; k >= 0; k--)
         value = value * s + c[k];
-    }
     return value;
 }
 
@@ -68,11 +67,10 @@ static double refine(const double *c, int n, double low, double high, double s)
         double slope;
         double bend;
         const double value = value_and_slopes(c, n, s, &slope, &bend);
-        if (value > 0.0) {
+        if (value > 0.0)
             low = s;
-        } else {
+        else
             high = s;
-        }
         const double newton = -value / slope;
         const double ratio = bend / slope * newton;
         const double next = s + (fabs(ratio) < 0.25 ? newton * (1.0 - ratio) : newton);
@@ -98,9 +96,7 @@ static double guess(const double *c, int n, double low, double high, double s, d
         const double value = value_and_slopes(c, n, s, &slope, &bend);
         const double next = s - value / slope;
         s = next > low && next < high ? next : 0.5 * (low + high);
-        if (fabs(value) <= near) {
-            break;
-        }
+        if (fabs(value) <= near) break;
     }
     return s;
 }
@@ -120,11 +116,9 @@ UNROLLED void to_bernstein(const double *b, int n, double *beta)
         share *= k * RECIPROCAL[n - k + 1];
         beta[k] = b[k] * share;
     }
-    for (int k = 1; k <= n; k++) {
-        for (int i = n; i >= k; i--) {
+    for (int k = 1; k <= n; k++)
+        for (int i = n; i >= k; i--)
             beta[i] += beta[i - 1];
-        }
-    }
 }
 
 /* halves at the middle: beta becomes the right half, left gets the left one */
@@ -132,9 +126,8 @@ UNROLLED void halve(double *beta, int n, double *left)
 {
     left[0] = beta[0];
     for (int k = 1; k <= n; k++) {
-        for (int i = 0; i <= n - k; i++) {
+        for (int i = 0; i <= n - k; i++)
             beta[i] = 0.5 * (beta[i] + beta[i + 1]);
-        }
         left[k] = beta[0];
     }
 }
@@ -143,9 +136,8 @@ UNROLLED void halve(double *beta, int n, double *left)
 static int sign_changes(const double *beta, int n)
 {
     int changes = 0;
-    for (int i = 1; i <= n; i++) {
+    for (int i = 1; i <= n; i++)
         changes += (beta[i] > 0.0) != (beta[i - 1] > 0.0);
-    }
     return changes;
 }
 
@@ -154,14 +146,11 @@ static double tail_of(const double *b, int order, int n)
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
     int k = order + 1;
-    for (; k + 3 <= n; k += 4) {
-        for (int i = 0; i < 4; i++) {
+    for (; k + 3 <= n; k += 4)
+        for (int i = 0; i < 4; i++)
             sum[i] += fabs(b[k + i]);
-        }
-    }
-    for (; k <= n; k++) {
+    for (; k <= n; k++)
         sum[0] += fabs(b[k]);
-    }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
@@ -170,13 +159,10 @@ static int certainly_positive(const double *b, double tail, double slack)
 {
     const double MARGIN = 1e-9; /* far beyond rounding */
     double rest = tail;
-    for (int k = 3; k <= LOW; k++) {
+    for (int k = 3; k <= LOW; k++)
         rest -= b[k] < 0.0 ? b[k] : 0.0;
-    }
     double lowest = fmin(b[0], b[0] + b[1] + b[2]);
-    if (b[1] < 0.0 && -b[1] < 2.0 * b[2]) {
-        lowest = b[0] - b[1] * b[1] / (4.0 * b[2]);
-    }
+    if (b[1] < 0.0 && -b[1] < 2.0 * b[2]) lowest = b[0] - b[1] * b[1] / (4.0 * b[2]);
     return lowest - rest > slack + MARGIN * b[0];
 }
 
@@ -191,9 +177,7 @@ static double before_root(const double *b, int n, double slack, double low, doub
         const double value = value_and_slopes(b, n, s, &slope, &bend) - slack;
         double next = s - value / slope;
         if (value > 0.0) {
-            if (next - s <= NEAR * s) {
-                return s;
-            }
+            if (next - s <= NEAR * s) return s;
             low = s;
         } else {
             high = s;
@@ -237,15 +221,11 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
                 top--;
                 continue;
             }
-            if (slack > 0.0) {
-                return before_root(b, n, slack, start[top], end);
-            }
+            if (slack > 0.0) return before_root(b, n, slack, start[top], end);
             const double across = start[top] + width[top] * beta[0] / (beta[0] - beta[order]);
             return refine(b, n, start[top], end, guess(b, order, start[top], end, across, tail));
         }
-        if (width[top] < NARROW) {
-            return slack > 0.0 ? start[top] : -2.0;
-        }
+        if (width[top] < NARROW) return slack > 0.0 ? start[top] : -2.0;
         halve(beta, order, stack[top + 1]);
         width[top] *= 0.5;
         width[top + 1] = width[top];
@@ -260,9 +240,8 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
 static double quick_fall(const double *b, int n, double tail, double slack)
 {
     const double SLOW = 1e-2; /* the tail in parts of the first terms */
-    if (n > LOW && tail > SLOW * (fabs(b[0]) + fabs(b[1]) + fabs(b[2]))) {
+    if (n > LOW && tail > SLOW * (fabs(b[0]) + fabs(b[1]) + fabs(b[2])))
         return fall_by_order(b, n, 2 * LOW, tail_of(b, 2 * LOW, n), slack);
-    }
     return fall_by_order(b, n, LOW, tail, slack);
 }
 
@@ -278,12 +257,10 @@ static void scale(const double *c, int n, double sign, double h, double *b)
             power[i] *= stride;
         }
     }
-    for (int i = 0; k <= n; i++, k++) {
+    for (int i = 0; k <= n; i++, k++)
         b[k] = c[k] * power[i];
-    }
-    for (; k <= 2 * LOW; k++) {
+    for (; k <= 2 * LOW; k++)
         b[k] = 0.0;
-    }
 }
 
 double safe_length(const double *c, int n, double sign, double h, double slack)
@@ -291,12 +268,8 @@ double safe_length(const double *c, int n, double sign, double h, double slack)
     double b[POLYNOMIAL_TERMS];
     scale(c, n, sign, h, b);
     const double tail = tail_of(b, LOW, n);
-    if (certainly_positive(b, tail, slack)) {
-        return h;
-    }
-    if (!(b[0] > slack)) {
-        return 0.0;
-    }
+    if (certainly_positive(b, tail, slack)) return h;
+    if (!(b[0] > slack)) return 0.0;
     const double fall = quick_fall(b, n, tail, slack);
     return fall < 0.0 ? h : h * fall;
 }
@@ -306,16 +279,10 @@ double signed_first_fall(const double *c, int n, double sign, double h)
     double b[POLYNOMIAL_TERMS];
     scale(c, n, sign, h, b);
     const double tail = tail_of(b, LOW, n);
-    if (certainly_positive(b, tail, 0.0)) {
-        return -1.0;
-    }
-    if (b[0] <= 0.0) {
-        return 0.0;
-    }
+    if (certainly_positive(b, tail, 0.0)) return -1.0;
+    if (b[0] <= 0.0) return 0.0;
     const double quick = quick_fall(b, n, tail, 0.0);
-    if (quick != -2.0) {
-        return quick < 0.0 ? -1.0 : h * quick;
-    }
+    if (quick != -2.0) return quick < 0.0 ? -1.0 : h * quick;
     /* a stack of intervals still to be searched, the leftmost on top */
     double stack[HALVINGS + 1][POLYNOMIAL_TERMS];
     double start[HALVINGS + 1];
@@ -328,15 +295,10 @@ double signed_first_fall(const double *c, int n, double sign, double h)
         double *beta = stack[top];
         const double width = ldexp(1.0, -depth[top]);
         const int changes = sign_changes(beta, n);
-        if (changes == 1 && beta[0] > 0.0) {
+        if (changes == 1 && beta[0] > 0.0)
             return h * refine(b, n, start[top], start[top] + width, start[top] + 0.5 * width);
-        }
-        if (beta[0] <= 0.0) {
-            return h * start[top];
-        }
-        if (depth[top] >= HALVINGS && changes % 2 == 1) {
-            return h * (start[top] + width);
-        }
+        if (beta[0] <= 0.0) return h * start[top];
+        if (depth[top] >= HALVINGS && changes % 2 == 1) return h * (start[top] + width);
         if (changes == 0 || depth[top] >= HALVINGS) {
             top--;
             continue;
@@ -347,9 +309,8 @@ double signed_first_fall(const double *c, int n, double sign, double h)
         depth[top]++;
         start[top] = from + 0.5 * width;
         top++;
-        for (int i = 0; i <= n; i++) {
+        for (int i = 0; i <= n; i++)
             stack[top][i] = left[i];
-        }
         start[top] = from;
         depth[top] = depth[top - 1];
     }

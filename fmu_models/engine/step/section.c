@@ -17,11 +17,9 @@
 static void shift(const double *p, int order, double at, double *shifted)
 {
     memcpy(shifted, p, (size_t)(order + 1) * sizeof *p);
-    for (int i = 0; at > 0.0 && i < order; i++) {
-        for (int k = order - 1; k >= i; k--) {
+    for (int i = 0; at > 0.0 && i < order; i++)
+        for (int k = order - 1; k >= i; k--)
             shifted[k] += at * shifted[k + 1];
-        }
-    }
 }
 
 /* the size below which p is zero but for rounding: of its own terms, and of the forces that hold a body at rest */
@@ -38,9 +36,8 @@ static double rounding(const Run *r, double s)
     }
     if (v >= 0 && v < MODEL_NV) {
         double rate = fabs(j->a[v][0]);
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < MODEL_NC; c++)
             rate += fabs(j->W[v][c][0] * j->force[c][0]);
-        }
         size += rate * (r->segment_rooted ? s * s : s);
     }
     return 4.0 * DBL_EPSILON * size;
@@ -52,12 +49,9 @@ static double fall_beyond(const double *p, int order, int side, double zero, dou
     double beyond[POLYNOMIAL_TERMS];
     int known = 1;
     shift(p, order, zero, beyond);
-    while (known <= order && beyond[known] == 0.0) {
+    while (known <= order && beyond[known] == 0.0)
         known++;
-    }
-    if (known > order) {
-        return -1.0;
-    }
+    if (known > order) return -1.0;
     const double fall = signed_first_fall(beyond + known, order - known, side, to - zero);
     return fall < 0.0 ? -1.0 : zero + fall;
 }
@@ -71,9 +65,7 @@ static int side_beyond(const Run *r, const double *p, double zero, double to)
     shift(p, r->segment_order, zero, beyond);
     for (int k = 1; k <= r->segment_order; k++) {
         power *= to - zero;
-        if (fabs(beyond[k]) * power > floor) {
-            return beyond[k] > 0.0 ? 1 : -1;
-        }
+        if (fabs(beyond[k]) * power > floor) return beyond[k] > 0.0 ? 1 : -1;
     }
     return 0;
 }
@@ -95,12 +87,8 @@ static double next_crossing(const Run *r, const double *p, double from, int at_l
         const double back = fall_beyond(p, order, -side, root, to);
         const double seen = back < 0.0 ? to : 0.5 * (root + back);
         /* where it turns back at once rounding decides, and would do so for ever */
-        if (back != root && -side * polynomial_value(p, order, seen) > rounding(r, seen)) {
-            return root;
-        }
-        if (back < 0.0) {
-            return -1.0;
-        }
+        if (back != root && -side * polynomial_value(p, order, seen) > rounding(r, seen)) return root;
+        if (back < 0.0) return -1.0;
         root = fall_beyond(p, order, side, back, to);
     }
     return -1.0;
@@ -117,13 +105,9 @@ double section_next(Run *r, double to)
         const double here = polynomial_value(p, r->segment_order, from);
         const int jumped = from == 0.0 && q->side * here < 0.0 && fabs(here) > rounding(r, from);
         const int at_level = fabs(here) <= rounding(r, from) || q->side * here < 0.0;
-        if (q->side == 0) {
-            q->side = at_level ? side_beyond(r, p, from, to) : here > 0.0 ? 1 : -1;
-        }
+        if (q->side == 0) q->side = at_level ? side_beyond(r, p, from, to) : here > 0.0 ? 1 : -1;
         const double root = q->side == 0 ? -1.0 : jumped ? from : next_crossing(r, p, from, at_level, to);
-        if (root < 0.0) {
-            break;
-        }
+        if (root < 0.0) break;
         q->side = -q->side;
         from = root;
         if (q->direction == 0 || q->direction == q->side) {

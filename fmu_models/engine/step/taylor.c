@@ -69,29 +69,23 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
 {
     for (int i = 0; i < MODEL_NX; i++) {
         const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
-        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
+        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) /* not a number does not vanish */
             return 0;
-        }
     }
     for (int c = 0; c < MODEL_NC; c++) {
         const double plus = fabs(j->capacity[c][k - 1]);
         const double own = MODEL_DIRECTED ? fmax(plus, fabs(j->capacity_minus[c][k - 1])) : plus;
         const double larger = fmax(fabs(j->force[c][k - 1]), model_contact_partner[c] < 0 ? own : 0.0);
-        if (r->at.state[c] == CONTACT_STICK
-            && larger * power > 0.01 * r->tolerances.step * stick_scale(j, c) * length) {
+        if (r->at.state[c] == CONTACT_STICK && larger * power > 0.01 * r->tolerances.step * stick_scale(j, c) * length)
             return 0;
-        }
         if (contact_is_closed(r, c)) {
             const double force = fmax(fabs(j->force[c][0]), fabs(j->force[c][1]) * length);
-            if (fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * force * length) {
-                return 0;
-            }
+            if (fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * force * length) return 0;
             continue;
         }
         const double depth = fmax(fabs(j->depth[c][0]), fabs(j->depth[c][1]) * length);
-        if (model_contact_bounded[c] && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length) {
+        if (model_contact_bounded[c] && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length)
             return 0;
-        }
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
         if (watches_function(r, j, c)
             && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
@@ -112,18 +106,14 @@ static double likely_impact(const Run *r, const Jets *j)
 {
     double first = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!contact_is_open(r, c)) {
-            continue;
-        }
+        if (!contact_is_open(r, c)) continue;
         const double gap = r->at.known[c][SLOT_NORMAL] > 0 ? 0.0 : -j->depth[c][0];
         const double speed = j->depth[c][1];
         const double bend = j->depth[c][2];
         const double root = sqrt(fmax(speed * speed + 4.0 * gap * bend, 0.0));
         /* the larger root is stable where the body approaches slowly, the smaller one is not */
         const double fall = speed > 0.0 ? 2.0 * gap / (speed + root) : bend > 0.0 ? (root - speed) / (2.0 * bend) : 0.0;
-        if (fall > 0.0) {
-            first = fmin(first, fall);
-        }
+        if (fall > 0.0) first = fmin(first, fall);
     }
     return first;
 }
@@ -132,9 +122,8 @@ static double likely_impact(const Run *r, const Jets *j)
 static int all_open(const Run *r)
 {
     int open = MODEL_IMPACTS > 0;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         open &= r->at.state[c] == CONTACT_AWAY && (model_contact_impulsive[c] || model_contact_partner[c] >= 0);
-    }
     return open;
 }
 
@@ -152,9 +141,7 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
         flow_extend(j, k + 1, 0);
         if (k + 1 >= 3 && isfinite(*limit)) {
             vanished = vanishes(r, j, k + 1, power, *limit) ? vanished + 1 : 0;
-            if (vanished == 2) {
-                order = k + 1;
-            }
+            if (vanished == 2) order = k + 1;
         }
         if (MODEL_IMPACTS > 0 && k == 2 && isfinite(*limit)) {
             *limit = fmin(*limit, fmax(BEYOND * likely_impact(r, j), least));
@@ -175,22 +162,16 @@ int taylor_series(Run *r, Jets *j, int order, double limit) { return series_to(r
 static double shorter_length(double length, const double *x, int m, int order, double log_tolerance)
 {
     int first = m;
-    while (first < order && x[first] == 0.0) {
+    while (first < order && x[first] == 0.0)
         first++;
-    }
     int second = first + 1;
-    while (second < order && x[second] == 0.0) {
+    while (second < order && x[second] == 0.0)
         second++;
-    }
     const double one = first < order ? log_tolerance + rough_log2(x[first]) : 0.0;
     const double two = second < order ? log_tolerance + rough_log2(x[second]) : 0.0;
     for (int k = order - 1; k <= order; k++) {
-        if (!isfinite(x[k])) {
-            return -INFINITY; /* beyond the range of numbers: no length is short enough */
-        }
-        if (x[k] == 0.0 || k <= first) {
-            continue;
-        }
+        if (!isfinite(x[k])) return -INFINITY; /* beyond the range of numbers: no length is short enough */
+        if (x[k] == 0.0 || k <= first) continue;
         const double term = rough_log2(x[k]);
         double longest = (one - term) / (k - first);
         if (k > second) {
@@ -206,9 +187,8 @@ static double shorter_length(double length, const double *x, int m, int order, d
 static double state_length(const Jets *j, int order, double log_tolerance)
 {
     double length = INFINITY;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         length = shorter_length(length, j->x[i], 0, order, log_tolerance);
-    }
     return length;
 }
 
@@ -247,9 +227,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
             if (model_contact_partner[c] < 0) { /* what a rigid contact's friction may be goes with its force */
                 length = shorter_length(length, j->capacity[c], 0, order - 1, log_tolerance);
-                if (MODEL_DIRECTED) {
-                    length = shorter_length(length, j->capacity_minus[c], 0, order - 1, log_tolerance);
-                }
+                if (MODEL_DIRECTED) length = shorter_length(length, j->capacity_minus[c], 0, order - 1, log_tolerance);
             }
         }
         if (contact_is_closed(r, c)) {
@@ -264,9 +242,8 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
                 length = shorter_length(length, j->depth[c], known, order, log_tolerance);
             }
         }
-        if (MODEL_REACH && contact_may_release(r->at.state, c)) { /* otherwise it is a sum of what is kept */
+        if (MODEL_REACH && contact_may_release(r->at.state, c)) /* otherwise it is a sum of what is kept */
             length = shorter_length(length, j->release[c], 0, order, log_tolerance);
-        }
     }
     *exact = rough_exp2(near);
     return rough_exp2(length);
@@ -285,15 +262,9 @@ static int enters(Run *r, int c)
 int taylor_starts_rooted(Run *r)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) {
-            continue;
-        }
-        if (r->at.known[c][SLOT_NORMAL] == 0 && enters(r, c)) {
-            r->at.known[c][SLOT_NORMAL] = 1;
-        }
-        if (r->at.known[c][SLOT_NORMAL] > 0) {
-            return 1;
-        }
+        if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) continue;
+        if (r->at.known[c][SLOT_NORMAL] == 0 && enters(r, c)) r->at.known[c][SLOT_NORMAL] = 1;
+        if (r->at.known[c][SLOT_NORMAL] > 0) return 1;
     }
     return 0;
 }
@@ -333,9 +304,8 @@ static double cut_reach(Run *r, int order, double h, double natural)
 {
     static const double LONGER = 16.0, LONGEST = 0x1p32; /* natural may have no bound */
     double reach = reach_of_step(r, NULL, order, h, 0.0);
-    for (double length = LONGER * h; reach < h && length <= fmin(natural, LONGEST * h); length *= LONGER) {
+    for (double length = LONGER * h; reach < h && length <= fmin(natural, LONGEST * h); length *= LONGER)
         reach = reach_of_step(r, NULL, order, length, 0.99 * length) > 0.0 ? h : reach;
-    }
     return reach;
 }
 
@@ -357,19 +327,15 @@ RunStatus taylor_step(Run *r, double limit)
         double exact = INFINITY;
         h = ended ? end : taylor_length(r, &r->jets, order, &exact);
         /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
-        while (!(h > 0.0) && order > LEAST_ORDER) {
+        while (!(h > 0.0) && order > LEAST_ORDER)
             h = taylor_length(r, &r->jets, --order, &exact);
-        }
         const double natural = h;
         h = fmin(h, end);
-        if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
+        if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r)))
             return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
-        }
         h = location_cut(r, order, h, exact);
         reach = cut_reach(r, order, h, natural);
-        if (!ended || reach == h) {
-            break;
-        }
+        if (!ended || reach == h) break;
         /* there is more to come than the terms that did not vanish tell */
         complete(r, order, full);
         order = full;
@@ -377,9 +343,7 @@ RunStatus taylor_step(Run *r, double limit)
     if (reach < h) {
         h = reach;
         clear_events(r);
-        if (!((rooted ? h * h : h) > shortest_step(r))) {
-            return no_length(r);
-        }
+        if (!((rooted ? h * h : h) > shortest_step(r))) return no_length(r);
     }
     r->segment_order = order;
     r->segment_start = r->at.time;
@@ -392,20 +356,14 @@ RunStatus taylor_step(Run *r, double limit)
 void taylor_complete(Run *r)
 {
     const int full = taylor_order(r);
-    if (r->segment_order == full) {
-        return;
-    }
+    if (r->segment_order == full) return;
     complete(r, r->segment_order, full);
 }
 
 RunStatus taylor_shorten(Run *r, double length)
 {
-    if (!(length < r->segment_length)) {
-        return RUN_OK;
-    }
-    if (!(length > shortest_step(r))) {
-        return no_length(r);
-    }
+    if (!(length < r->segment_length)) return RUN_OK;
+    if (!(length > shortest_step(r))) return no_length(r);
     r->segment_length = length;
     clear_events(r);
     return RUN_OK;

@@ -22,9 +22,7 @@ static int falling_side(const Jets *j, int c, int order, double s)
 static int falling_series(const Run *r, const Variation *l, int lane, int c, int slot, double s, IndicatorSeries *f)
 {
     /* the end of a chatter changes nothing but the name of its state */
-    if (!r->falling[c][slot] || (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL)) {
-        return 0;
-    }
+    if (!r->falling[c][slot] || (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL)) return 0;
     const int side = indicator_is_margin(r, c, slot) ? falling_side(&r->jets, c, l->order - 1, s) : 1;
     indicator_series(r, l, lane, c, slot, side, f);
     return 1;
@@ -34,9 +32,8 @@ static int falling_series(const Run *r, const Variation *l, int lane, int c, int
 static int falls_with_speed(const Run *r, const IndicatorSeries *f, double s, double slope)
 {
     double size = 0.0;
-    for (int k = f->order; k > 0; k--) {
+    for (int k = f->order; k > 0; k--)
         size = size * s + fabs(f->value[k]);
-    }
     return fabs(slope) > r->tolerances.graze * size;
 }
 
@@ -59,15 +56,11 @@ int event_shift(const Run *r, const Variation *l, int lane, double s, double at,
     *shift = (Shift){.untimed = 1};
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
-            if (!falling_series(r, l, lane, c, slot, s, &f)) {
-                continue;
-            }
+            if (!falling_series(r, l, lane, c, slot, s, &f)) continue;
             const double slope = indicator_slope(f.value, f.order, s);
             const int has_speed = falls_with_speed(r, &f, s, slope);
             const double later = -polynomial_value(f.derivative, f.order, at) / slope;
-            if (shift->untimed && !has_speed) {
-                return 0;
-            }
+            if (shift->untimed && !has_speed) return 0;
             if (shift->untimed) {
                 shift->untimed = 0;
                 shift->later = later;

@@ -30,17 +30,15 @@ void indicator_series(const Run *r, const Variation *l, int lane, int c, int slo
 double indicator_slope(const double *series, int order, double s)
 {
     double slope = 0.0;
-    for (int k = order; k > 0; k--) {
+    for (int k = order; k > 0; k--)
         slope = slope * s + k * series[k];
-    }
     return slope;
 }
 
 double indicator_bend(const double *series, int order, double s)
 {
     double bend = 0.0;
-    for (int k = order; k > 1; k--) {
+    for (int k = order; k > 1; k--)
         bend = bend * s + k * (k - 1) * series[k];
-    }
     return bend;
 }

@@ -18,9 +18,7 @@ static double bracketed_minimum(const IndicatorSeries *f, double sign, double lo
 {
     for (int i = 0; i < MISS_BISECTIONS; i++) {
         const double middle = 0.5 * (low + high);
-        if (middle <= low || middle >= high) {
-            break;
-        }
+        if (middle <= low || middle >= high) break;
         *(sign * indicator_slope(f->value, f->order, middle) < 0.0 ? &low : &high) = middle;
     }
     return high;
@@ -32,9 +30,7 @@ static void keep_miss(const Run *r, Tangents *tangents, int c, int slot, int sid
 {
     const double length = r->segment_rooted ? s * s : s;
     const int64_t row = misses->count++;
-    if (row >= misses->capacity) {
-        return;
-    }
+    if (row >= misses->capacity) return;
     IndicatorSeries f;
     miss->time = r->segment_start + length;
     for (int k = 0; k < tangents->count; k++) {
@@ -59,9 +55,8 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
     for (int i = 1; i <= MISS_SAMPLES; i++) {
         const double high = end * i / MISS_SAMPLES;
         const double next = sign * indicator_slope(f.value, f.order, high);
-        if (slope < 0.0 && next >= 0.0) {
+        if (slope < 0.0 && next >= 0.0)
             keep_miss(r, tangents, c, slot, side, sign, bracketed_minimum(&f, sign, low, high), &miss, misses);
-        }
         low = high;
         slope = next;
     }
@@ -81,9 +76,7 @@ static void keep_falling(const Run *r, Tangents *tangents, int c, int slot, int 
     const int64_t row = misses->count + misses->pending;
     indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
     const double slope = sign * slope_in_time(r, &f, end);
-    if (r->falling[c][slot] || !(slope < 0.0) || row >= misses->capacity) {
-        return;
-    }
+    if (r->falling[c][slot] || !(slope < 0.0) || row >= misses->capacity) return;
     misses->list[row] = (NearMiss){.time = r->segment_start + r->segment_length,
                                    .value = sign * polynomial_value(f.value, f.order, end),
                                    .slope = slope,
@@ -105,9 +98,7 @@ static void keep_falling(const Run *r, Tangents *tangents, int c, int slot, int 
 static int turned(const Run *r, Tangents *tangents, const NearMiss *miss)
 {
     IndicatorSeries f;
-    if (r->at.state[miss->contact] != miss->state || r->segment_rooted) {
-        return 0;
-    }
+    if (r->at.state[miss->contact] != miss->state || r->segment_rooted) return 0;
     const double sign = miss->side != 0 ? 1.0 : (double)location_indicator(r, miss->contact, (Slot)miss->slot);
     indicator_series(r, variation_of(tangents, 0), 0, miss->contact, miss->slot, miss->side, &f);
     return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope;
@@ -120,9 +111,7 @@ static void settle_pending(const Run *r, Tangents *tangents, NearMisses *misses)
     const int64_t first = misses->count;
     for (int64_t from = first; from < first + misses->pending; from++) {
         const NearMiss miss = misses->list[from];
-        if (!turned(r, tangents, &miss) || isnan(tangents_event(tangents, 0))) {
-            continue;
-        }
+        if (!turned(r, tangents, &miss) || isnan(tangents_event(tangents, 0))) continue;
         const int64_t row = misses->count++;
         misses->list[row] = miss;
         for (int k = 0; k < n; k++) {
@@ -143,15 +132,11 @@ static void note_beginnings(const Run *r, Tangents *tangents, NearMisses *misses
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int state = r->at.state[c];
         const int leaves = state == CONTACT_AWAY && r->at.known[c][SLOT_NORMAL] == 2;
-        if (!model_contact_impulsive[c] || !r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) {
-            continue;
-        }
+        if (!model_contact_impulsive[c] || !r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) continue;
         const int order = leaves ? 2 : 0;
         const double sign = location_indicator(r, c, SLOT_NORMAL) * (leaves ? 2.0 : 1.0);
         const int64_t row = misses->count++;
-        if (row >= misses->capacity) {
-            continue;
-        }
+        if (row >= misses->capacity) continue;
         misses->list[row] = (NearMiss){.time = r->segment_start, .contact = c, .state = state, .begins = 1};
         for (int k = 0; k < n; k++) {
             IndicatorSeries f;
@@ -169,9 +154,7 @@ static void each_pending_indicator(const Run *r, Tangents *tangents, double end,
 {
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
-            if (location_indicator(r, c, (Slot)slot) == 0 || r->at.state[c] == CONTACT_CHATTERING) {
-                continue;
-            }
+            if (location_indicator(r, c, (Slot)slot) == 0 || r->at.state[c] == CONTACT_CHATTERING) continue;
             if (indicator_is_margin(r, c, slot)) {
                 visit(r, tangents, c, slot, 1, end, misses);
                 visit(r, tangents, c, slot, -1, end, misses);
@@ -186,18 +169,12 @@ void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses
 {
     const double length = fmin(until - r->segment_start, r->segment_length);
     const double end = r->segment_rooted ? sqrt(length) : length;
-    if (!(length > 0.0)) {
-        return;
-    }
+    if (!(length > 0.0)) return;
     settle_pending(r, tangents, misses);
-    if (misses->events != r->events && !r->segment_rooted) {
-        note_beginnings(r, tangents, misses);
-    }
+    if (misses->events != r->events && !r->segment_rooted) note_beginnings(r, tangents, misses);
     misses->events = r->events;
     each_pending_indicator(r, tangents, end, misses, search_misses);
-    if (r->segment_event && length >= r->segment_length) {
-        each_pending_indicator(r, tangents, end, misses, keep_falling);
-    }
+    if (r->segment_event && length >= r->segment_length) each_pending_indicator(r, tangents, end, misses, keep_falling);
 }
 
 #include "../model/scalar_real.h"

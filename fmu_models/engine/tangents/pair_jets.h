@@ -28,9 +28,7 @@ PAIR_JET Pair pair_convolution(const double *a, const Pair *B, int k, int first,
         one += a[i] * B[k - i];
         two += a[i + 1] * B[k - i - 1];
     }
-    if (i <= last) {
-        one += a[i] * B[k - i];
-    }
+    if (i <= last) one += a[i] * B[k - i];
     return one + two;
 }
 
@@ -76,9 +74,7 @@ PAIR_JET double pair_shared(const double *a, const double *b, int k, int last)
         one += a[i] * b[k - i];
         two += a[i + 1] * b[k - i - 1];
     }
-    if (i <= last) {
-        one += a[i] * b[k - i];
-    }
+    if (i <= last) one += a[i] * b[k - i];
     return one + two;
 }
 
@@ -88,9 +84,7 @@ PAIR_JET Pair pair_reciprocal(int moved, Pair B0, double b1, Pair B1, const doub
                               Pair *y2, int k)
 {
     double square = 2.0 * pair_shared(y, y, k, ((k + 1) >> 1) - 1);
-    if (k % 2 == 0) {
-        square += y[k >> 1] * y[k >> 1];
-    }
+    if (k % 2 == 0) square += y[k >> 1] * y[k >> 1];
     y2[k] = (Pair){square, square};
     Pair one = PAIR_ZERO;
     Pair two = PAIR_ZERO;
@@ -99,16 +93,10 @@ PAIR_JET Pair pair_reciprocal(int moved, Pair B0, double b1, Pair B1, const doub
         one += y2[i] * B[k - i];
         two += y2[i + 1] * B[k - i - 1];
     }
-    if (i <= k) {
-        one += y2[i] * B[k - i];
-    }
+    if (i <= k) one += y2[i] * B[k - i];
     Pair rest = b1 * (one + two);
-    if (moved) {
-        rest += B0 * y2[k];
-    }
-    if (moved && !pair_is_zero(B1)) {
-        rest += B1 * pair_product(b, y2, k);
-    }
+    if (moved) rest += B0 * y2[k];
+    if (moved && !pair_is_zero(B1)) rest += B1 * pair_product(b, y2, k);
     return -rest;
 }
 
@@ -123,12 +111,8 @@ PAIR_JET Pair pair_quotient(Pair Q, double b0, Pair B0, double b1, Pair B1, cons
         two += b[i] * Y[k - i];
     }
     Pair rest = Q - b1 * (one + two);
-    if (!pair_is_zero(B0)) {
-        rest -= B0 * y[k];
-    }
-    if (!pair_is_zero(B1)) {
-        rest -= B1 * pair_shared(y, b, k, k);
-    }
+    if (!pair_is_zero(B0)) rest -= B0 * y[k];
+    if (!pair_is_zero(B1)) rest -= B1 * pair_shared(y, b, k, k);
     return rest / (b0 + b1 * b[0]);
 }
 
@@ -141,15 +125,9 @@ PAIR_JET Pair pair_sqrt(const Pair *A, const double *y, const Pair *Y, int k)
 /* the same where a may begin with zeros, as jet_root has it */
 PAIR_JET Pair pair_root(const double *a, const Pair *A, const double *y, const Pair *Y, int k)
 {
-    if (a[0] > 0.0) {
-        return pair_sqrt(A, y, Y, k);
-    }
-    if (k == 0 || a[0] < 0.0) {
-        return PAIR_ZERO;
-    }
-    if (a[1] == 0.0) {
-        return (A[k + 1] - 2.0 * pair_convolution(y, Y, k + 1, 2, k)) / (2.0 * y[1]);
-    }
+    if (a[0] > 0.0) return pair_sqrt(A, y, Y, k);
+    if (k == 0 || a[0] < 0.0) return PAIR_ZERO;
+    if (a[1] == 0.0) return (A[k + 1] - 2.0 * pair_convolution(y, Y, k + 1, 2, k)) / (2.0 * y[1]);
     return k == 1 ? PAIR_ZERO : (Pair){NAN, NAN};
 }
 
@@ -209,31 +187,22 @@ static inline __attribute__((unused)) void pair_mass_solve(const InertiaSeries *
             const int last = model_mass_moves[place] ? k : 0; /* order of the entry and its variation */
             for (int m = 0; m <= last; m++) {
                 X[i * stride + k] -= dM[place][m] * x[c * stride + k - m];
-                if (c < i) {
-                    X[c * stride + k] -= dM[place][m] * x[i * stride + k - m];
-                }
+                if (c < i) X[c * stride + k] -= dM[place][m] * x[i * stride + k - m];
             }
             if (last > 0) {
                 X[i * stride + k] -= pair_convolution(M[place], X + c * stride, k, 1, k);
-                if (c < i) {
-                    X[c * stride + k] -= pair_convolution(M[place], X + i * stride, k, 1, k);
-                }
+                if (c < i) X[c * stride + k] -= pair_convolution(M[place], X + i * stride, k, 1, k);
             }
         }
     }
-    for (int i = 0; i < MODEL_NV; i++) {
-        for (int c = model_mass_first[i]; c < i; c++) {
+    for (int i = 0; i < MODEL_NV; i++)
+        for (int c = model_mass_first[i]; c < i; c++)
             X[i * stride + k] -= factor[MASS_PLACE(i, c)] * X[c * stride + k];
-        }
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         X[i * stride + k] *= factor[MASS_PLACE(i, i)];
-    }
-    for (int i = MODEL_NV - 1; i >= 0; i--) {
-        for (int c = model_mass_first[i]; c < i; c++) {
+    for (int i = MODEL_NV - 1; i >= 0; i--)
+        for (int c = model_mass_first[i]; c < i; c++)
             X[c * stride + k] -= factor[MASS_PLACE(i, c)] * X[i * stride + k];
-        }
-    }
 #undef MASS_PLACE
 }
 

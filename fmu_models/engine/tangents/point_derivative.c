@@ -15,9 +15,8 @@ size_t point_derivative_room(void) { return sizeof(Room); }
 
 static void move(Real *to, const double *from, const double *along, int n)
 {
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         to[i] = from[i] + EPS * along[i] * _Complex_I;
-    }
 }
 
 void point_derivative(const Run *r, const Direction *along, void *room, double *dx, double *dy)
@@ -39,18 +38,14 @@ void point_derivative(const Run *r, const Direction *along, void *room, double *
     model_inertia(at->p, at->d, j, 0);
     flow_field(at, j, 0, 0);
     model_outputs(at->p, at->d, j, 0);
-    for (int i = 0; i < MODEL_NQ; i++) {
+    for (int i = 0; i < MODEL_NQ; i++)
         dx[i] = along->x[MODEL_NQ + i];
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
+    for (int i = 0; i < MODEL_NV; i++)
         dx[MODEL_NQ + i] = cimag(contact_rate(j, i, 0)) / EPS;
-    }
-    for (int i = 0; i < MODEL_NZ; i++) {
+    for (int i = 0; i < MODEL_NZ; i++)
         dx[MODEL_NQ + MODEL_NV + i] = cimag(j->zrate[i][0]) / EPS;
-    }
-    for (int i = 0; i < MODEL_NY; i++) {
+    for (int i = 0; i < MODEL_NY; i++)
         dy[i] = cimag(j->y[i][0]) / EPS;
-    }
 }
 
 #include "../model/scalar_real.h"

@@ -44,9 +44,8 @@ Tangents *tangents_start(void *room, const Run *r, int n)
     Tangents *tangents = memset(room, 0, tangents_room(n));
     tangents->count = n;
     for (int k = 0; k < n; k++) {
-        for (int i = 0; i < MODEL_NP; i++) {
+        for (int i = 0; i < MODEL_NP; i++)
             tangents->list[k].at.p[i] = r->at.p[i];
-        }
         tangent_rejoin(r, &tangents->list[k]);
     }
     return tangents;
@@ -62,21 +61,17 @@ static void keep_constants(Tangents *tangents, int k)
         l->p[i][lane] = cimag(t->at.p[i]) / EPS;
         l->moved |= l->p[i][lane] != 0.0;
     }
-    for (int i = 0; i < MODEL_ND; i++) {
+    for (int i = 0; i < MODEL_ND; i++)
         l->d[i][lane] = cimag(t->at.d[i]) / EPS;
-    }
     for (int c = 0; c < MODEL_NC; c++) {
         l->friction[c][lane] = cimag(model_friction(t->at.p, t->at.d, c)) / EPS;
-        for (int i = 0; i < MODEL_NV; i++) {
+        for (int i = 0; i < MODEL_NV; i++)
             l->W[i][c][0][lane] = cimag(t->jets.W[i][c][0]) / EPS;
-        }
-        for (int e = 0; e < MODEL_NC; e++) {
+        for (int e = 0; e < MODEL_NC; e++)
             l->G[c][e][0][lane] = cimag(t->jets.G[c][e][0]) / EPS;
-        }
     }
-    for (int i = 0; i < MODEL_NM; i++) {
+    for (int i = 0; i < MODEL_NM; i++)
         l->M[i][0][lane] = cimag(t->jets.M[i][0]) / EPS;
-    }
 }
 
 void tangents_along(Tangents *tangents, int k, Along what, int index)
@@ -97,9 +92,8 @@ void tangents_along(Tangents *tangents, int k, Along what, int index)
 int tangents_corners(const Tangents *tangents)
 {
     int corners = 0;
-    for (int k = 0; k < tangents->count; k++) {
+    for (int k = 0; k < tangents->count; k++)
         corners += tangents->list[k].corner;
-    }
     return corners;
 }
 
@@ -134,12 +128,8 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
     if (!r->segment_valid) {
-        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
-        if (tangents_fit_step(r, tangents) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
+        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) return RUN_ERROR;
+        if (tangents_fit_step(r, tangents) == RUN_ERROR) return RUN_ERROR;
     }
     *until = fmin(end, run_segment_end(r, &rest));
     return RUN_OK;
@@ -157,9 +147,8 @@ typedef struct {
 static void arrive(const Run *r, Tangents *tangents, double length, int at_event, Arrived *a)
 {
     int shifted = at_event;
-    for (int k = 0; k < tangents->count; k++) {
+    for (int k = 0; k < tangents->count; k++)
         shifted |= cimag(tangents->list[k].at.time) != 0.0;
-    }
     a->s = r->segment_rooted ? sqrt(length) : length;
     for (int i = 0; i < MODEL_NX; i++) {
         a->x[i] = polynomial_value(r->jets.x[i], r->segment_order, a->s);
@@ -172,9 +161,8 @@ static void arrive_pair(const Run *r, const Variation *l, double length, Arrived
     const double s = variation_variable(r, l, length);
     for (int i = 0; i < MODEL_NX; i++) {
         Pair sum = PAIR_ZERO;
-        for (int m = l->order; m >= 0; m--) {
+        for (int m = l->order; m >= 0; m--)
             sum = sum * s + l->x[i][m];
-        }
         a->along[i] = sum;
     }
 }
@@ -185,9 +173,7 @@ static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, dou
     Tangent *t = &tangents->list[k];
     const Variation *l = variation_of(tangents, k);
     Shift shift = {.untimed = 1};
-    if (at_event && !event_shift(r, l, k % PAIR, a->s, variation_variable(r, l, length), &shift)) {
-        return 0;
-    }
+    if (at_event && !event_shift(r, l, k % PAIR, a->s, variation_variable(r, l, length), &shift)) return 0;
     const double rate = r->segment_rooted ? 2.0 * a->s : 1.0; /* of time by s */
     const double started = cimag(t->at.time) / EPS;
     const double later = !shift.untimed ? shift.later : started == 0.0 ? 0.0 : -started / rate;
@@ -196,12 +182,10 @@ static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, dou
     t->corner |= shift.corner;
     t->speed = shift.speed;
     t->speed_change = shift.speed_change;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         t->at.x[i] = a->x[i] + EPS * (a->along[i][k % PAIR] + a->slope[i] * later) * _Complex_I;
-    }
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         t->at.u[i] += t->at.du[i] * since;
-    }
     t->at.time += since;
     return 1;
 }
@@ -223,18 +207,14 @@ void tangents_hold(Tangents *tangents)
     for (int k = 0; k < tangents->count; k++) {
         Tangent *t = &tangents->list[k];
         const Real since = since_start(t, 0.0);
-        if (cimag(since) == 0.0) {
-            continue;
-        }
+        if (cimag(since) == 0.0) continue;
         flow_load(&t->at, &t->jets, 0);
         flow_field(&t->at, &t->jets, 0, 0);
         flow_extend(&t->jets, 1, 0);
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             t->at.x[i] += t->jets.x[i][1] * since;
-        }
-        for (int i = 0; i < MODEL_NU; i++) {
+        for (int i = 0; i < MODEL_NU; i++)
             t->at.u[i] += t->at.du[i] * since;
-        }
         t->at.time = creal(t->at.time);
     }
 }
@@ -243,24 +223,20 @@ void tangents_place(const Run *r, Tangents *tangents, int k, const double *direc
 {
     Point *at = &tangents->list[k].at;
     tangent_rejoin(r, &tangents->list[k]);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         at->x[i] = r->at.x[i] + EPS * direction[i] * _Complex_I;
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         at->memory[c] = r->at.memory[c] + EPS * direction[MODEL_NX + c] * _Complex_I;
-    }
     at->time = r->at.time + EPS * direction[MODEL_NX + MODEL_NC] * _Complex_I;
 }
 
 void tangents_read(const Tangents *tangents, int k, double *direction)
 {
     const Point *at = &tangents->list[k].at;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         direction[i] = cimag(at->x[i]) / EPS;
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         direction[MODEL_NX + c] = cimag(at->memory[c]) / EPS;
-    }
     direction[MODEL_NX + MODEL_NC] = cimag(at->time) / EPS;
 }
 
@@ -268,9 +244,8 @@ void tangents_read(const Tangents *tangents, int k, double *direction)
 static const char *falling_contact(const Run *r)
 {
     int c = 0;
-    while (c < MODEL_NC - 1 && !r->falling[c][SLOT_NORMAL] && !r->falling[c][SLOT_TANGENTIAL]) {
+    while (c < MODEL_NC - 1 && !r->falling[c][SLOT_NORMAL] && !r->falling[c][SLOT_TANGENTIAL])
         c++;
-    }
     return model_contact_names[c];
 }
 
@@ -283,9 +258,7 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
     Arrived arrived;
     arrive(r, tangents, length, at_event, &arrived);
     for (int k = 0; k < tangents->count; k++) {
-        if (k % PAIR == 0) {
-            arrive_pair(r, variation_of(tangents, k), length, &arrived);
-        }
+        if (k % PAIR == 0) arrive_pair(r, variation_of(tangents, k), length, &arrived);
         if (!follow(r, tangents, k, &arrived, length, at_event)) {
             return run_fail(
                 r,
@@ -298,25 +271,18 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
         run_move_inside(r, end, length);
         run_touched(r);
     } else {
-        if (r->segment_length > 0.0) {
-            r->stalled = 0;
-        }
+        if (r->segment_length > 0.0) r->stalled = 0;
         run_finish_segment(r);
         memset(r->at.known, 0, sizeof r->at.known);
-        if (!at_event && run_keep_without_slip(r) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
+        if (!at_event && run_keep_without_slip(r) == RUN_ERROR) return RUN_ERROR;
         r->segment_event = 0;
-        if (at_event && transition_resolve(r, sink, context) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
+        if (at_event && transition_resolve(r, sink, context) == RUN_ERROR) return RUN_ERROR;
     }
     for (int k = 0; k < tangents->count; k++) {
-        if (at_event) {
+        if (at_event)
             tangent_repeat_event(r, &tangents->list[k]);
-        } else {
+        else
             tangent_rejoin(r, &tangents->list[k]);
-        }
         if (overflows(&tangents->list[k])) {
             return run_fail(r,
                             "the derivatives of the motion grow beyond %g at t = %.17g: ask for a shorter time, and go "

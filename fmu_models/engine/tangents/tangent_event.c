@@ -18,16 +18,14 @@ static Real joined(double value, Real own)
 
 void tangent_rejoin(const Run *r, Tangent *t)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         t->at.x[i] = joined(r->at.x[i], t->at.x[i]);
-    }
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] = joined(r->at.u[i], t->at.u[i]);
         t->at.du[i] = r->at.du[i];
     }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         t->at.memory[c] = joined(r->at.memory[c], t->at.memory[c]);
-    }
     t->at.time = joined(r->at.time, t->at.time);
     t->at.time_rest = r->at.time_rest;
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
@@ -42,9 +40,7 @@ static void repeat_impact(const Run *r, Tangent *t)
     Real impulse[NC] = {0.0};
     Real given[NC];
     Real target[NC];
-    if (!MODEL_CONSTANT_INERTIA) {
-        model_inertia(t->at.p, t->at.d, j, 0);
-    }
+    if (!MODEL_CONSTANT_INERTIA) model_inertia(t->at.p, t->at.d, j, 0);
     for (int number = 0; number < r->impact_phases; number++) {
         contact_targets(&t->at, j, number, impulse, given, target);
         contact_impulse(&t->at, j, &r->impact[number], given, target, impulse);
@@ -59,12 +55,8 @@ void tangent_repeat_event(const Run *r, Tangent *t)
     flow_load(&t->at, j, 0);
     model_slip(t->at.p, t->at.d, j, 0);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (r->entered[c]) {
-            t->at.memory[c] = creal(j->slip[c][0]) < 0.0 ? -j->slip[c][0] : j->slip[c][0];
-        }
-        if (r->jumped[c]) {
-            model_reset(t->at.p, t->at.d, j, c, t->at.x);
-        }
+        if (r->entered[c]) t->at.memory[c] = creal(j->slip[c][0]) < 0.0 ? -j->slip[c][0] : j->slip[c][0];
+        if (r->jumped[c]) model_reset(t->at.p, t->at.d, j, c, t->at.x);
         any |= r->projected[c];
     }
     repeat_impact(r, t);
@@ -72,11 +64,8 @@ void tangent_repeat_event(const Run *r, Tangent *t)
     if (any) {
         flow_load(&t->at, j, 0);
         flow_field(&t->at, j, 0, 0);
-        for (int c = 0; c < MODEL_NC; c++) {
-            if (r->at.state[c] != CONTACT_STICK) {
-                stick_unweighted(j, c);
-            }
-        }
+        for (int c = 0; c < MODEL_NC; c++)
+            if (r->at.state[c] != CONTACT_STICK) stick_unweighted(j, c);
         contact_project(&t->at, j, r->projected);
     }
     tangent_rejoin(r, t);

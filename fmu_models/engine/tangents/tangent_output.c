@@ -20,9 +20,8 @@ static double rate_inside(const Run *r, Tangents *tangents, int i, double length
 
 void tangents_rates(const Run *r, Tangents *tangents, double time, double *rates)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         rates[i] = rate_inside(r, tangents, i, (time - r->segment_start) - r->jets.time_rest);
-    }
 }
 
 /* states and their derivatives within the step */
@@ -36,9 +35,8 @@ static void states_inside(const Run *r, Tangents *tangents, double length)
             Variation *l = variation_of(tangents, k);
             const double at = variation_variable(r, l, length);
             Pair derivative = PAIR_ZERO;
-            for (int m = l->order; m >= 0; m--) {
+            for (int m = l->order; m >= 0; m--)
                 derivative = derivative * at + l->x[i][m];
-            }
             l->here[i] = derivative - rate * l->t[0];
         }
     }
@@ -51,20 +49,17 @@ static void evaluate_outputs(Tangents *tangents, int k, double length)
     const Variation *l = variation_of(tangents, k);
     const Real since = since_start(t, length);
     Point at = t->at;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         at.x[i] = tangents->x[i] + EPS * l->here[i][k % PAIR] * _Complex_I;
-    }
-    for (int i = 0; i < MODEL_NU; i++) {
+    for (int i = 0; i < MODEL_NU; i++)
         at.u[i] += at.du[i] * since;
-    }
     at.time += since;
     flow_load(&at, j, 0);
     model_inertia(at.p, at.d, j, 0);
     flow_field(&at, j, 0, 0);
     model_outputs(at.p, at.d, j, 0);
-    for (int i = 0; i < MODEL_NY; i++) {
+    for (int i = 0; i < MODEL_NY; i++)
         t->y[i] = j->y[i][0];
-    }
 }
 
 void tangents_evaluate(const Run *r, Tangents *tangents, double time, int outputs)
@@ -76,14 +71,12 @@ void tangents_evaluate(const Run *r, Tangents *tangents, double time, int output
     } else {
         for (int i = 0; i < MODEL_NX; i++) {
             tangents->x[i] = r->at.x[i];
-            for (int k = 0; k < tangents->count; k++) {
+            for (int k = 0; k < tangents->count; k++)
                 variation_of(tangents, k)->here[i][k % PAIR] = cimag(tangents->list[k].at.x[i]) / EPS;
-            }
         }
     }
-    for (int k = 0; outputs && k < tangents->count; k++) {
+    for (int k = 0; outputs && k < tangents->count; k++)
         evaluate_outputs(tangents, k, length);
-    }
 }
 
 double tangents_value(const Tangents *tangents, Of what, int index)

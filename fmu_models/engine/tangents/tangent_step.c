@@ -15,15 +15,12 @@ static void load_variations(Tangents *tangents)
         Variation *l = variation_of(tangents, k);
         const int lane = k % PAIR;
         l->t[0][lane] = cimag(at->time) / EPS;
-        for (int i = 0; i < MODEL_NU; i++) {
+        for (int i = 0; i < MODEL_NU; i++)
             l->u[i][0][lane] = cimag(at->u[i]) / EPS;
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             l->x[i][0][lane] = cimag(at->x[i]) / EPS;
-        }
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < MODEL_NC; c++)
             l->memory[c][lane] = cimag(at->memory[c]) / EPS;
-        }
     }
 }
 
@@ -33,9 +30,8 @@ static void vary_held(void *of, const Run *r, Variation *l)
     Tangents *tangents = of;
     const int first = (int)(l - variation_of(tangents, 0)) * PAIR;
     signed char member[NC];
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         member[c] = (signed char)contact_is_held(r->at.state, c);
-    }
     for (int k = first; k < first + PAIR && k < tangents->count; k++) {
         Point *at = &tangents->list[k].at;
         Jets *j = &tangents->list[k].jets;
@@ -45,16 +41,13 @@ static void vary_held(void *of, const Run *r, Variation *l)
                 j->capacity_minus[c][0] = r->jets.capacity_minus[c][0]
                                           + EPS * l->capacity_minus[c][0][k % PAIR] * _Complex_I;
             }
-            for (int e = 0; e < MODEL_NC; e++) {
+            for (int e = 0; e < MODEL_NC; e++)
                 j->G[c][e][0] = r->jets.G[c][e][0] + EPS * l->G[c][e][0][k % PAIR] * _Complex_I;
-            }
         }
         contact_factor(at, j, member, at->state, &at->sticking);
-        for (int i = 0; i < at->sticking.count; i++) {
-            for (int e = at->sticking.first[i]; e < at->sticking.last[i]; e++) {
+        for (int i = 0; i < at->sticking.count; i++)
+            for (int e = at->sticking.first[i]; e < at->sticking.last[i]; e++)
                 l->inverse[i][e][k % PAIR] = cimag(at->sticking.inverse[i][e]) / EPS;
-            }
-        }
     }
 }
 
@@ -81,12 +74,10 @@ static double state_size(const Run *r, int i) { return fabs(r->at.x[i]) + model_
 static double relative_size(const Run *r, const Tangent *t)
 {
     double largest = t->relative;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         largest = fmax(largest, fabs(cimag(t->at.x[i])) / state_size(r, i));
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         largest = r->at.memory[c] > 0.0 ? fmax(largest, fabs(cimag(t->at.memory[c])) / r->at.memory[c]) : largest;
-    }
     return largest / EPS;
 }
 
@@ -94,9 +85,8 @@ static double relative_size(const Run *r, const Tangent *t)
 static void read_series(const Run *r, Tangents *tangents, int k, int i, double *derivative)
 {
     const Variation *l = variation_of(tangents, k);
-    for (int m = 0; m <= l->order; m++) {
+    for (int m = 0; m <= l->order; m++)
         derivative[m] = l->x[i][m][k % PAIR];
-    }
     derivative[0] = fmax(fabs(derivative[0]), NEGLIGIBLE * relative_size(r, &tangents->list[k]) * state_size(r, i));
 }
 
@@ -144,19 +134,14 @@ static double neighbour_reach(Run *r, Tangents *tangents, int k, double h)
         const double size = fmax(fabs(along[i][0]), fabs(along[i][1]) * h);
         scale = size > 0.0 ? fmin(scale, FIRST_APART * state_size(r, i) / size) : scale;
     }
-    if (!isfinite(scale) || order < 3) {
-        return h;
-    }
+    if (!isfinite(scale) || order < 3) return h;
     double reach = 0.0;
     for (int trial = 0; trial < NEIGHBOURS && reach < WORTH * h; trial++, scale = NEARER) {
-        for (int i = 0; i < MODEL_NP; i++) {
+        for (int i = 0; i < MODEL_NP; i++)
             weightless[i] *= scale;
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
-            for (int m = 0; m <= order; m++) {
+        for (int i = 0; i < MODEL_NX; i++)
+            for (int m = 0; m <= order; m++)
                 along[i][m] *= scale;
-            }
-        }
         const double least = trial < NEIGHBOURS - 1 ? fmax(reach, WORTH * WORTH * h) : reach;
         const Neighbour neighbour = {(const StateSeries *)along, moves ? weightless : NULL};
         reach = fmax(reach, reach_of_step(r, &neighbour, order, h, least));
@@ -169,9 +154,8 @@ static double shortest_length(Run *r, Tangents *tangents, double h)
 {
     double shortest = h;
     double power = 1.0;
-    for (int k = 0; MODEL_REACH && k < tangents->count; k++) {
+    for (int k = 0; MODEL_REACH && k < tangents->count; k++)
         shortest = neighbour_reach(r, tangents, k, shortest);
-    }
     for (int k = 0; k < tangents->count; k++) {
         const Variation *l = variation_of(tangents, k);
         power = k % PAIR == 0 ? pow(h, l->order - 1) : power;
@@ -193,9 +177,8 @@ static double shortest_length(Run *r, Tangents *tangents, double h)
 static int ends_at_root(const Run *r)
 {
     int ends = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         ends |= model_contact_rooted[c] && r->at.state[c] == CONTACT_TOUCHING && r->falling[c][SLOT_NORMAL];
-    }
     return ends;
 }
 
@@ -209,9 +192,7 @@ RunStatus tangents_fit_step(Run *r, Tangents *tangents)
     taylor_complete(r);
     vary_series(r, tangents, 0.0);
     const double length = shortest_length(r, tangents, r->segment_length);
-    if (!(length < r->segment_length) || !ends_at_root(r)) {
-        return taylor_shorten(r, length);
-    }
+    if (!(length < r->segment_length) || !ends_at_root(r)) return taylor_shorten(r, length);
     const double ending = variation_ending(r, taylor_order(r), tangents->rate);
     vary_series(r, tangents, ending);
     if (shortest_length(r, tangents, ending) < ending) {
@@ -230,9 +211,8 @@ double tangents_slope(const Run *r, Tangents *tangents, int i, double length)
         /* series in time know the rates less well than the states, the more so the shorter they are */
         return polynomial_value(tangents->rate[i], taylor_order(r) - 1, s);
     }
-    for (int m = r->segment_order; m > 0; m--) {
+    for (int m = r->segment_order; m > 0; m--)
         slope = slope * s + m * r->jets.x[i][m];
-    }
     return slope;
 }
 

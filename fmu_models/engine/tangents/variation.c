@@ -26,9 +26,8 @@
 static Pair variation_product(const double *a, const Pair *A, const double *b, const Pair *B, int k, int first)
 {
     Pair sum = PAIR_ZERO;
-    for (int i = first; i <= k; i++) {
+    for (int i = first; i <= k; i++)
         sum += a[k - i] * B[i] + A[k - i] * b[i];
-    }
     return sum;
 }
 
@@ -47,9 +46,8 @@ static double variation_rest(const Run *r, const Jets *j, int c, int k)
     double sum = j->slip_rate[c][k];
     for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
         const int e = model_joined[n];
-        for (int i = first_unknown(r, e); is_transmitted(r, e) && i <= (MODEL_CONSTANT_INERTIA ? 0 : k); i++) {
+        for (int i = first_unknown(r, e); is_transmitted(r, e) && i <= (MODEL_CONSTANT_INERTIA ? 0 : k); i++)
             sum += j->G[c][e][i] * j->force[e][k - i];
-        }
     }
     return sum;
 }
@@ -60,14 +58,10 @@ static Pair variation_rest_pair(const Run *r, const Jets *j, const Variation *l,
     Pair sum = l->slip_rate[c][k];
     for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
         const int e = model_joined[n];
-        if (!is_transmitted(r, e)) {
-            continue;
-        }
+        if (!is_transmitted(r, e)) continue;
         if (MODEL_CONSTANT_INERTIA) {
             sum += j->G[c][e][0] * l->force[e][k];
-            if (l->moved) {
-                sum += l->G[c][e][0] * j->force[e][k];
-            }
+            if (l->moved) sum += l->G[c][e][0] * j->force[e][k];
         } else {
             sum += variation_product(j->force[e], l->force[e], j->G[c][e], l->G[c][e], k, first_unknown(r, e));
         }
@@ -80,14 +74,10 @@ static void variation_friction(const Run *r, const Jets *j, Variation *l, int k)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
-        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) {
-            continue;
-        }
+        if (normal < 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) continue;
         const double friction = model_friction(r->at.p, r->at.d, c);
         l->capacity[c][k] = friction * l->force[normal][k] + l->friction[c] * j->force[normal][k];
-        if (MODEL_DIRECTED) {
-            l->capacity_minus[c][k] = l->capacity[c][k];
-        }
+        if (MODEL_DIRECTED) l->capacity_minus[c][k] = l->capacity[c][k];
         if (r->at.state[c] != CONTACT_STICK) {
             const double sign = r->at.state[c] == CONTACT_SLIP_PLUS    ? -1.0
                                 : r->at.state[c] == CONTACT_SLIP_MINUS ? 1.0
@@ -112,9 +102,7 @@ static void variation_forces(const Run *r, const Jets *j, Variation *l, int k)
             l->force[c][k] = PAIR_ZERO;
         }
     }
-    if (!any) {
-        return;
-    }
+    if (!any) return;
     const Sticking *s = &at->sticking;
     double rest[NC];
     Pair rests[NC];
@@ -126,38 +114,26 @@ static void variation_forces(const Run *r, const Jets *j, Variation *l, int k)
         Pair force = PAIR_ZERO;
         for (int e = s->first[i]; e < s->last[i]; e++) {
             force -= s->inverse[i][e] * rests[e];
-            if (l->bends) {
-                force -= l->inverse[i][e] * rest[e];
-            }
+            if (l->bends) force -= l->inverse[i][e] * rest[e];
         }
         l->force[s->contact[i]][k] = force;
     }
-    if (MODEL_IMPACTS > 0) {
-        variation_friction(r, j, l, k);
-    }
+    if (MODEL_IMPACTS > 0) variation_friction(r, j, l, k);
 }
 
 /* order k of the rate of state i */
 static Pair variation_rate(const Run *r, const Jets *j, const Variation *l, int i, int k)
 {
-    if (i < MODEL_NQ) {
-        return l->x[MODEL_NQ + i][k];
-    }
+    if (i < MODEL_NQ) return l->x[MODEL_NQ + i][k];
     const int v = i - MODEL_NQ;
-    if (v >= MODEL_NV) {
-        return l->zrate[v - MODEL_NV][k];
-    }
+    if (v >= MODEL_NV) return l->zrate[v - MODEL_NV][k];
     Pair sum = l->a[v][k];
     for (int n = model_acting_first[v]; (!MODEL_BOUNDED || l->pushed) && n < model_acting_first[v + 1]; n++) {
         const int c = model_acting[n];
-        if (MODEL_BOUNDED && r->at.state[c] == CONTACT_AWAY) {
-            continue;
-        }
+        if (MODEL_BOUNDED && r->at.state[c] == CONTACT_AWAY) continue;
         if (MODEL_CONSTANT_INERTIA) {
             sum += j->W[v][c][0] * l->force[c][k];
-            if (l->moved) {
-                sum += l->W[v][c][0] * j->force[c][k];
-            }
+            if (l->moved) sum += l->W[v][c][0] * j->force[c][k];
         } else {
             sum += variation_product(j->W[v][c], l->W[v][c], j->force[c], l->force[c], k, 0);
         }
@@ -173,9 +149,7 @@ static void variation_extend(const Run *r, const Jets *j, Variation *l, int n)
     const double f = (double)time_power(r->segment_rooted || ending > 0.0) / n;
     for (int i = 0; i < MODEL_NX; i++) {
         Pair rate = k < 0 ? PAIR_ZERO : variation_rate(r, j, l, i, k);
-        if (ending > 0.0) {
-            rate = ending * rate - (k < 1 ? PAIR_ZERO : variation_rate(r, j, l, i, k - 1));
-        }
+        if (ending > 0.0) rate = ending * rate - (k < 1 ? PAIR_ZERO : variation_rate(r, j, l, i, k - 1));
         l->x[i][n] = f * rate;
     }
 }
@@ -183,19 +157,14 @@ static void variation_extend(const Run *r, const Jets *j, Variation *l, int n)
 /* order k of the rates of slip, which are left out where no contact touches */
 static void variation_slip(const Run *r, const Jets *j, Variation *l, int k)
 {
-    if (k < 2 || !j->apart) {
-        model_slip_variation(r->at.p, r->at.d, j, l, k);
-    }
+    if (k < 2 || !j->apart) model_slip_variation(r->at.p, r->at.d, j, l, k);
 }
 
 static void variation_depth(const Run *r, const Jets *j, Variation *l, int k, int rooted)
 {
     model_depth_variation(r->at.p, r->at.d, j, l, k);
-    for (int c = 0; rooted && c < MODEL_NC; c++) {
-        if (r->at.state[c] == CONTACT_TOUCHING && k < 2 * r->at.known[c][SLOT_NORMAL]) {
-            l->depth[c][k] = PAIR_ZERO;
-        }
-    }
+    for (int c = 0; rooted && c < MODEL_NC; c++)
+        if (r->at.state[c] == CONTACT_TOUCHING && k < 2 * r->at.known[c][SLOT_NORMAL]) l->depth[c][k] = PAIR_ZERO;
 }
 
 /* whether the inverse of the matrix of the held contacts depends on a direction: by masses, levers and drag, and where
@@ -219,12 +188,9 @@ static int finite_order(const Jets *j, const Variation *l, int order)
 {
     while (order > 0) {
         int finite = 1;
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             finite &= isfinite(j->x[i][order]) && isfinite(l->x[i][order][0]) && isfinite(l->x[i][order][1]);
-        }
-        if (finite) {
-            return order;
-        }
+        if (finite) return order;
         order--;
     }
     return order;
@@ -247,41 +213,25 @@ void variation_series(const Run *r, Variation *l, int order, HeldVariation held,
     }
     for (int k = 0; k < order; k++) {
         variation_slip(r, j, l, k);
-        if (MODEL_BOUNDED) {
-            variation_depth(r, j, l, k + rooted, rooted);
-        }
-        if (!MODEL_CONSTANT_INERTIA) {
-            model_inertia_variation(at->p, at->d, j, l, k);
-        }
+        if (MODEL_BOUNDED) variation_depth(r, j, l, k + rooted, rooted);
+        if (!MODEL_CONSTANT_INERTIA) model_inertia_variation(at->p, at->d, j, l, k);
         model_acceleration_variation(at->p, at->d, j, l, k);
         if (k == 0 && any) {
-            for (int c = 0; c < MODEL_NC; c++) {
-                if (contact_is_held(at->state, c)) {
-                    model_stick_variation(at->p, at->d, j, l, 0, c);
-                }
-            }
+            for (int c = 0; c < MODEL_NC; c++)
+                if (contact_is_held(at->state, c)) model_stick_variation(at->p, at->d, j, l, 0, c);
             l->bends = matrix_varies(r, l);
-            if (l->bends) {
-                held(of, r, l);
-            }
+            if (l->bends) held(of, r, l);
         }
         variation_forces(r, j, l, k);
-        if (MODEL_NZ > 0) {
-            model_internal_variation(at->p, at->d, j, l, k);
-        }
-        if (k + time_power(rooted) <= order + rooted) {
-            variation_extend(r, j, l, k + time_power(rooted));
-        }
+        if (MODEL_NZ > 0) model_internal_variation(at->p, at->d, j, l, k);
+        if (k + time_power(rooted) <= order + rooted) variation_extend(r, j, l, k + time_power(rooted));
     }
     variation_slip(r, j, l, order);
-    if (MODEL_BOUNDED && !rooted) {
-        variation_depth(r, j, l, order, 0);
-    }
+    if (MODEL_BOUNDED && !rooted) variation_depth(r, j, l, order, 0);
     for (int c = 0; c < MODEL_NC; c++) {
         const int inside = at->state[c] == CONTACT_TOUCHING || at->state[c] == CONTACT_RELEASED;
-        for (int k = 0; model_contact_releases[c] && inside && k <= order; k++) {
+        for (int k = 0; model_contact_releases[c] && inside && k <= order; k++)
             model_release_variation(at->p, at->d, j, l, k, c);
-        }
     }
     l->order = rooted ? order : finite_order(j, l, order);
 }
@@ -318,8 +268,6 @@ double variation_ending(Run *r, int order, double (*rate)[MODEL_TERMS + 1])
 
 double variation_variable(const Run *r, const Variation *l, double length)
 {
-    if (l->ending > 0.0) {
-        return l->ending - sqrt(fmax(r->segment_length - length, 0.0));
-    }
+    if (l->ending > 0.0) return l->ending - sqrt(fmax(r->segment_length - length, 0.0));
     return r->segment_rooted ? sqrt(length) : length;
 }

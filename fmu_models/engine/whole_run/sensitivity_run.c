@@ -12,6 +12,8 @@
  */
 #include "sensitivity_run.h"
 
+#include <float.h>
+
 #include "../events/model_exchange.h"
 #include "../fmi/variables.h"
 #include "../tangents/tangent.h"
@@ -40,6 +42,8 @@ static Status start(Instance *m, SensitivityRun *s)
     if (s->n_directions < 1 || s->n_directions > INT32_MAX)
         return instance_refuse(m, "%s: at least one direction is needed", __func__);
     if (whole_run_enter_initialization(m, __func__, &s->start)) return STATUS_ERROR;
+    /* unlike an importer, who asks for a looser tolerance knows that events are told by its derivatives to no better */
+    m->core.run.tolerances.step = fmax(s->start.tolerance, DBL_EPSILON);
     tangents_start(tangents, &m->core.run, (int)s->n_directions);
     for (int k = 0; k < s->n_directions; k++)
         if (start_tangent(m, tangents, k, s->directions[k])) return STATUS_ERROR;

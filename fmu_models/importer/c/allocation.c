@@ -21,9 +21,8 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     double **vectors[] = {&m->x,     &m->f,     &m->nominal,     &m->before,     &m->x1,
                           &m->f1,    &m->stage, &m->error,       &m->error_low,  &m->seed,
                           &m->point, &m->rates, &m->slide.point, &m->slide.check};
-    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) {
+    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
         *vectors[i] = take(block, &used, n);
-    }
     m->k = take(block, &used, TABLEAU_STAGES * n);
     m->dense = take(block, &used, DENSE_TERMS * n);
     m->stages_z = take(block, &used, 3 * n);
@@ -61,9 +60,7 @@ EXPORT void master_free(Master *m)
 EXPORT Master *master_new(const FmuInstance *fmu, int64_t inputs, int64_t values)
 {
     Master *m = calloc(1, sizeof *m);
-    if (!m) {
-        return NULL;
-    }
+    if (!m) return NULL;
     m->fmu = fmu;
     m->n = (int)fmu->n_states;
     m->nz = (int)fmu->n_indicators;

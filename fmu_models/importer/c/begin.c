@@ -18,9 +18,8 @@ void begin_knot(Master *m, int64_t knot)
     const Run *r = m->run;
     m->knot = knot;
     m->inputs_vary = 0;
-    for (int i = 0; i < m->nu; i++) {
+    for (int i = 0; i < m->nu; i++)
         m->inputs_vary |= r->knot_rates[knot * m->nu + i] != 0.0;
-    }
 }
 
 Outcome begin_piece(Master *m)
@@ -28,11 +27,8 @@ Outcome begin_piece(Master *m)
     const Run *r = m->run;
     Outcome outcome = events_sides(m);
     outcome = outcome == FINE ? motion_rates(m, m->t, m->x, m->f) : outcome;
-    for (int i = 0; i < m->slots && outcome == FINE; i++) {
-        if (!isfinite(m->z[i])) {
-            return field_report(m, RUN_BAD_INDICATOR, m->t, i, m->z[i]);
-        }
-    }
+    for (int i = 0; i < m->slots && outcome == FINE; i++)
+        if (!isfinite(m->z[i])) return field_report(m, RUN_BAD_INDICATOR, m->t, i, m->z[i]);
     if (outcome == SHORTER) {
         const int status = m->trial_status > FMI_DISCARD ? m->trial_status : FMI_DISCARD;
         return m->bad_state >= 0 ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
@@ -53,29 +49,18 @@ static Outcome initialize(Master *m)
     Run *r = m->run;
     const FmuInstance *fmu = m->fmu;
     int status = fmu->resets ? fmi_plain(fmu, F_RESET) : FMI_OK;
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_RESET, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_RESET, status);
     /* which puts sizes of arrays back too */
     status = fmu->resets ? fmi_configure(fmu) : FMI_OK;
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_CONFIGURATION, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_CONFIGURATION, status);
     status = fmi_write(fmu, &r->starts, r->start_values);
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, status);
     status = fmi_initialize(fmu, r->start, r->stop, r->tolerance);
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_INITIALIZATION, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_INITIALIZATION, status);
     begin_knot(m, 0);
-    if (m->nu && field_inputs(m, m->t) != FINE) {
+    if (m->nu && field_inputs(m, m->t) != FINE)
         return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
-    }
-    if (ticking_begin(m) != FINE) {
-        return STOP;
-    }
+    if (ticking_begin(m) != FINE) return STOP;
     status = fmi_plain(fmu, F_EXIT_INITIALIZATION);
     return status >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_INITIALIZATION, status) : FINE;
 }
@@ -105,29 +90,18 @@ Outcome begin_run(Master *m)
     m->pace_time = r->start;
     m->slide_time = -INFINITY;
     m->quick_slides = 0;
-    for (int i = 0; i < 2 * m->nz && r->misses; i++) {
+    for (int i = 0; i < 2 * m->nz && r->misses; i++)
         r->misses[i] = INFINITY;
-    }
     Outcome outcome = initialize(m);
     r->begun = 1;
-    if (outcome != FINE || !integrates) {
-        return outcome;
-    }
+    if (outcome != FINE || !integrates) return outcome;
     zeno_reset(m);
     outcome = events_update(m, 0, 0);
-    if (outcome != FINE || m->terminate) {
-        return outcome;
-    }
+    if (outcome != FINE || m->terminate) return outcome;
     outcome = begin_piece(m);
-    if (outcome == FINE && r->tangents) {
-        tangent_start(m);
-    }
-    if (outcome == FINE && r->slopes) {
-        outcome = tangent_slopes(m);
-    }
+    if (outcome == FINE && r->tangents) tangent_start(m);
+    if (outcome == FINE && r->slopes) outcome = tangent_slopes(m);
     m->h = r->first_step;
-    if (outcome == FINE && !(m->h > 0.0)) {
-        outcome = step_first(m);
-    }
+    if (outcome == FINE && !(m->h > 0.0)) outcome = step_first(m);
     return outcome == FINE ? recording_reached(m) : outcome;
 }

@@ -22,18 +22,15 @@
 static void look_inputs(Master *m, double t)
 {
     const Run *r = m->run;
-    while (m->shown + 1 < r->n_shown && r->shown_times[m->shown + 1] <= t) {
+    while (m->shown + 1 < r->n_shown && r->shown_times[m->shown + 1] <= t)
         m->shown++;
-    }
     const int64_t row = m->shown * r->inputs.n;
     const double since = t - r->shown_times[m->shown];
     for (int64_t i = 0; i < r->inputs.n; i++) {
         const Variables one = {1, r->inputs.types + i, r->inputs.references + i, NULL};
         const double value = r->shown_values[row + i] + since * r->shown_rates[row + i];
         const int status = r->shown_inputs[i] ? fmi_write(m->fmu, &one, &value) : FMI_OK;
-        if (status >= FMI_DISCARD) {
-            field_report(m, RUN_FMI_ERROR, t, F_SETTERS, status);
-        }
+        if (status >= FMI_DISCARD) field_report(m, RUN_FMI_ERROR, t, F_SETTERS, status);
     }
 }
 
@@ -50,13 +47,9 @@ EXPORT void master_look(void *environment, double t, bool sets, bool gets, bool 
     Master *m = log ? log->master : NULL;
     (void)gets;
     *returns = false;
-    if (!m) {
-        return;
-    }
+    if (!m) return;
     m->run->looks++;
-    if (sets && m->nu) {
-        look_inputs(m, t);
-    }
+    if (sets && m->nu) look_inputs(m, t);
     if (finished && can_return && ++m->looks > m->run->allowance) {
         *returns = true;
         *until = t;
@@ -67,16 +60,10 @@ static RunStatus event_mode(Master *m, int enter, int jump)
 {
     const FmuInstance *fmu = m->fmu;
     int status = enter ? fmi_plain(fmu, F_ENTER_EVENT) : FMI_OK;
-    if (status >= FMI_DISCARD) {
-        return REPORT(RUN_FMI_ERROR, F_ENTER_EVENT, status);
-    }
-    if (jump && field_inputs(m, m->t) != FINE) {
-        return REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
-    }
+    if (status >= FMI_DISCARD) return REPORT(RUN_FMI_ERROR, F_ENTER_EVENT, status);
+    if (jump && field_inputs(m, m->t) != FINE) return REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
     int nominals;
-    if (ticking_update(m, &nominals) != FINE) {
-        return m->ended;
-    }
+    if (ticking_update(m, &nominals) != FINE) return m->ended;
     status = m->terminate ? FMI_OK : fmi_plain(fmu, F_ENTER_STEP);
     return status >= FMI_DISCARD ? REPORT(RUN_FMI_ERROR, F_ENTER_STEP, status) : RUN_DONE;
 }
@@ -84,9 +71,7 @@ static RunStatus event_mode(Master *m, int enter, int jump)
 static void note(Master *m, EventKind kind)
 {
     Run *r = m->run;
-    if (r->n_events < r->event_capacity) {
-        r->events[r->n_events++] = (MasterEvent){m->t, kind, -1, 0.0, 0.0};
-    }
+    if (r->n_events < r->event_capacity) r->events[r->n_events++] = (MasterEvent){m->t, kind, -1, 0.0, 0.0};
 }
 
 /* from m->t to the point, or to where the FMU stopped before it */
@@ -95,9 +80,7 @@ static RunStatus step_towards(Master *m, double point, int *event)
     Stepped stepped;
     m->run->steps++;
     const int status = fmi_do_step(m->fmu, m->t, point - m->t, &stepped);
-    if (m->ended) {
-        return m->ended;
-    }
+    if (m->ended) return m->ended;
     *event = stepped.event;
     /* where it says it is: not before it began, nor beyond what was asked for; of no number, where it began */
     const double told = stepped.reached >= m->t ? fmin(stepped.reached, point) : m->t;
@@ -106,12 +89,8 @@ static RunStatus step_towards(Master *m, double point, int *event)
         m->t = told;
         return RUN_DONE;
     }
-    if (status == FMI_DISCARD) {
-        return REPORT(RUN_DISCARD, -1, point - m->t);
-    }
-    if (status > FMI_DISCARD) {
-        return REPORT(RUN_FMI_ERROR, F_DO_STEP, status);
-    }
+    if (status == FMI_DISCARD) return REPORT(RUN_DISCARD, -1, point - m->t);
+    if (status > FMI_DISCARD) return REPORT(RUN_FMI_ERROR, F_DO_STEP, status);
     m->terminate |= stepped.terminate;
     const double reached = stepped.early || stepped.terminate ? told : point;
     m->stalled = reached > m->t ? 0 : m->stalled + 1;
@@ -146,9 +125,7 @@ RunStatus cosimulation_run(Master *m, int begins)
         status = step_towards(m, point, &event);
         const int arrived = status == RUN_DONE && m->t >= next_point(m);
         const int timed = status == RUN_DONE && m->t >= m->next_event;
-        if (arrived && m->knot + 1 < r->n_knots) {
-            m->knot++;
-        }
+        if (arrived && m->knot + 1 < r->n_knots) m->knot++;
         const int jump = arrived && m->nu && r->knot_jumps[m->knot] == 2;
         if (status == RUN_DONE && !m->terminate && m->fmu->event_mode && (event || timed || jump)) {
             status = event_mode(m, 1, jump);
@@ -159,9 +136,7 @@ RunStatus cosimulation_run(Master *m, int begins)
         }
         status = status == RUN_DONE ? recording_here(m) : status;
     }
-    if (status != RUN_DONE) {
-        return status;
-    }
+    if (status != RUN_DONE) return status;
     if (m->terminate) {
         r->report_time = m->t;
         note(m, EVENT_END);

@@ -21,9 +21,8 @@ static int fresh(Coupling *c) { return c->stale ? coupling_exchange(c, 0) : FMI_
 static int all_plain(Coupling *c, Function function)
 {
     int status = FMI_OK;
-    for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {
+    for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++)
         status = coupling_failed(c, i, fmi_plain(c->fmus[i], function));
-    }
     return status;
 }
 
@@ -33,9 +32,8 @@ static int all_plain(Coupling *c, Function function)
 CALL(reset)(fmi2Component m)
 {
     Coupling *c = m;
-    for (int64_t i = 0; i < c->n_stages; i++) {
+    for (int64_t i = 0; i < c->n_stages; i++)
         c->stages[i].ready = 0;
-    }
     memset(c->inputs, 0, (size_t)c->n_inputs * sizeof *c->inputs);
     memset(c->scale, 0, (size_t)c->n_inputs * sizeof *c->scale);
     RETURN(all_plain(c, F_RESET));
@@ -55,9 +53,8 @@ CALL(enter_initialization)(fmi2Component m)
     Coupling *c = m;
     int status = FMI_OK;
     c->failed_unit = c->failed_stage = -1;
-    for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {
+    for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++)
         status = coupling_failed(c, i, fmi_initialize(c->fmus[i], c->start, c->stop, c->tolerance));
-    }
     RETURN(status);
 }
 
@@ -86,14 +83,11 @@ CALL(update)(fmi2Component m, fmi2EventInfo *info)
         all.nominals_changed |= one.nominals_changed;
         all.states_changed |= one.states_changed;
         all.next_time = fmin(all.next_time, one.next_time);
-        if (one.terminate) {
-            c->failed_unit = i;
-        }
+        if (one.terminate) c->failed_unit = i;
     }
     /* a loop may have another solution after the event */
-    for (int64_t i = 0; i < c->n_stages; i++) {
+    for (int64_t i = 0; i < c->n_stages; i++)
         c->stages[i].ready = 0;
-    }
     status = status < FMI_DISCARD && !all.terminate ? coupling_exchange(c, 1) : status;
     info->newDiscreteStatesNeeded = all.again || c->changed;
     info->terminateSimulation = all.terminate;
@@ -118,9 +112,7 @@ CALL(completed)(fmi2Component m, fmi2Boolean no_set, fmi2Boolean *event, fmi2Boo
     *event = *terminate = 0;
     for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {
         int enters = 0, ends = 0;
-        if (c->fmus[i]->completes) {
-            status = coupling_failed(c, i, fmi_completed(c->fmus[i], &enters, &ends));
-        }
+        if (c->fmus[i]->completes) status = coupling_failed(c, i, fmi_completed(c->fmus[i], &enters, &ends));
         *event |= enters;
         *terminate |= ends;
     }
@@ -132,9 +124,8 @@ CALL(set_time)(fmi2Component m, fmi2Real t)
     Coupling *c = m;
     int status = FMI_OK;
     c->stale = 1;
-    for (int64_t i = 0; i < c->n_units; i++) {
+    for (int64_t i = 0; i < c->n_units; i++)
         status = worse(status, coupling_failed(c, i, fmi_set_time(c->fmus[i], t)));
-    }
     RETURN(status);
 }
 
@@ -144,9 +135,8 @@ CALL(set_states)(fmi2Component m, const fmi2Real *x, size_t n)
     int status = FMI_OK;
     (void)n;
     c->stale = 1;
-    for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {
+    for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++)
         status = coupling_failed(c, i, fmi_set_states(c->fmus[i], x + c->first_state[i]));
-    }
     RETURN(status);
 }
 

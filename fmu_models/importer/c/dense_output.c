@@ -11,8 +11,7 @@ void dense_value(const Master *m, double theta, double *x)
     memcpy(x, m->dense + last * n, (size_t)n * sizeof *x);
     for (int k = last - 1; k >= 0; k--) {
         const double factor = k % 2 == 0 ? theta : rest;
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++)
             x[i] = m->dense[k * n + i] + factor * x[i];
-        }
     }
 }

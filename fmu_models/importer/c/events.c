@@ -41,9 +41,8 @@
 Outcome events_sides(Master *m)
 {
     const Outcome outcome = motion_indicators(m, m->t, m->x, m->z);
-    for (int i = 0; i < m->slots; i++) {
+    for (int i = 0; i < m->slots; i++)
         m->side[i] = m->z[i] > 0.0 ? 1 : -1;
-    }
     return outcome;
 }
 
@@ -55,12 +54,8 @@ static Outcome close_to_end(Master *m, int i, double *theta, int *found)
         double low = 1.0 - width, high = 1.0 + width;
         Outcome outcome = search_sample(m, low, m->z1);
         const int too_early = search_beyond(m, i, m->z1[i]);
-        if (outcome == FINE) {
-            outcome = search_sample(m, high, m->z1);
-        }
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome == FINE) outcome = search_sample(m, high, m->z1);
+        if (outcome != FINE) return outcome;
         if (!too_early && search_beyond(m, i, m->z1[i])) {
             outcome = search_close(m, i, &low, &high);
             *theta = high;
@@ -105,9 +100,7 @@ static Outcome search_again(Master *m, double from, int *which, double *low, dou
     int first = 0;
     double first_low = 0.0, first_high = 1.0;
     const double width = *low - from;
-    if (!m->doubtful || !(width > 4.0 * DBL_EPSILON)) {
-        return FINE;
-    }
+    if (!m->doubtful || !(width > 4.0 * DBL_EPSILON)) return FINE;
     const Outcome outcome = search_interval(m, from, width, 1, &before, &first, &first_low, &first_high);
     if (outcome == FINE && before == UNSURE) {
         leave_unresolved(m, from);
@@ -132,12 +125,8 @@ static Outcome polish(Master *m, int i, double latest, double *theta)
         Outcome outcome = method_try(m, length, &error);
         outcome = outcome == FINE ? method_dense(m) : outcome;
         outcome = outcome == FINE ? close_to_end(m, i, &end, &found) : outcome;
-        if (outcome == STOP) {
-            return STOP;
-        }
-        if (outcome == SHORTER || !found || length * end > latest) {
-            break;
-        }
+        if (outcome == STOP) return STOP;
+        if (outcome == SHORTER || !found || length * end > latest) break;
         if (fabs(end - 1.0) < 1e-8) {
             *theta = end;
             return FINE;
@@ -157,9 +146,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
     *theta = -1.0;
     m->unresolved = 0;
     memset(m->fired, 0, (size_t)m->slots);
-    if (m->slots == 0) {
-        return FINE;
-    }
+    if (m->slots == 0) return FINE;
     Outcome outcome = method_dense(m);
     memcpy(m->samples, m->z, (size_t)m->slots * sizeof *m->z);
     while (from < 1.0 && outcome == FINE) {
@@ -167,9 +154,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
         int which = 0;
         double low = 0.0, high = 1.0;
         outcome = search_interval(m, from, width, halvings < most, &finding, &which, &low, &high);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         if (finding == UNSURE) {
             width *= 0.5;
             halvings++;
@@ -183,25 +168,18 @@ Outcome events_locate(Master *m, double latest, double *theta)
             leave_unresolved(m, from);
             most = 0;
         }
-        if (outcome != FINE || m->unresolved) {
-            return outcome;
-        }
+        if (outcome != FINE || m->unresolved) return outcome;
         if (m->run->misses && !m->slide.n) {
             outcome = search_lowest(m, from, width, finding == BRACKET ? low : from + width);
-            if (outcome != FINE) {
-                return outcome;
-            }
+            if (outcome != FINE) return outcome;
         }
         if (finding == BRACKET) {
             *theta = high;
             /* a step without any error has none in its dense output either */
-            if (high > 1e-6 && m->step_error * m->run->tolerance > 1e-14) {
-                outcome = polish(m, which, latest, theta);
-            }
+            if (high > 1e-6 && m->step_error * m->run->tolerance > 1e-14) outcome = polish(m, which, latest, theta);
             outcome = outcome == FINE ? beyond_zero(m, which, theta) : outcome;
-            for (int i = 0; i < m->slots && outcome == FINE; i++) {
+            for (int i = 0; i < m->slots && outcome == FINE; i++)
                 m->fired[i] = (signed char)search_beyond(m, i, m->z1[i]);
-            }
             m->fired[which] = 1;
             return outcome;
         }
@@ -223,36 +201,21 @@ Outcome events_update(Master *m, int enter, int jump)
     const FmuInstance *fmu = m->fmu;
     int nominals = 0;
     int status = enter ? fmi_plain(fmu, F_ENTER_EVENT) : FMI_OK;
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_EVENT, status);
-    }
-    if (jump && field_inputs(m, m->t) != FINE) {
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_EVENT, status);
+    if (jump && field_inputs(m, m->t) != FINE)
         return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
-    }
-    if (ticking_update(m, &nominals) != FINE) {
-        return STOP;
-    }
-    if (m->terminate) {
-        return FINE;
-    }
+    if (ticking_update(m, &nominals) != FINE) return STOP;
+    if (m->terminate) return FINE;
     status = fmi_plain(fmu, F_ENTER_CONTINUOUS);
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_CONTINUOUS, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_CONTINUOUS, status);
     status = fmi_get_states(fmu, m->x);
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_GET_STATES, status);
-    }
-    for (int i = 0; i < m->n; i++) {
-        if (!isfinite(m->x[i])) {
-            return field_report(m, RUN_NOT_FINITE, m->t, i, m->x[i]);
-        }
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_GET_STATES, status);
+    for (int i = 0; i < m->n; i++)
+        if (!isfinite(m->x[i])) return field_report(m, RUN_NOT_FINITE, m->t, i, m->x[i]);
     if (nominals || !enter) {
         status = fmi_nominals(fmu, m->nominal);
-        for (int i = 0; i < m->n; i++) {
+        for (int i = 0; i < m->n; i++)
             m->nominal[i] = m->nominal[i] > 0.0 ? m->nominal[i] : 1.0;
-        }
     }
     return status >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_NOMINALS, status) : FINE;
 }

@@ -33,9 +33,7 @@ static int read_stage(Coupling *c, const Stage *s, int event)
         if (event || !g->discrete) {
             /* rates first: see field.c. Those that fail do so again as rates of the whole system */
             const int rates = event ? FMI_OK : fmi_derivatives(c->fmus[g->unit], c->rates);
-            if (rates > FMI_ERROR) {
-                return coupling_failed(c, g->unit, rates);
-            }
+            if (rates > FMI_ERROR) return coupling_failed(c, g->unit, rates);
             const Variables variables = {g->n, c->output_types + g->first, c->output_references + g->first, NULL};
             status = coupling_failed(c, g->unit, fmi_read(c->fmus[g->unit], &variables, c->outputs + g->first));
         }
@@ -80,9 +78,7 @@ static int column_by_unit(Coupling *c, const Stage *s, int64_t unit, int64_t inp
                 fmu->instance, c->output_references + g->first, (size_t)g->n, c->input_references + input, 1, &seed, 1,
                 values, (size_t)g->n);
         }
-        if (status >= FMI_DISCARD) {
-            return 0;
-        }
+        if (status >= FMI_DISCARD) return 0;
     }
     for (int64_t i = 0; i < s->n_inputs; i++) {
         const int64_t to = s->first_input + i;
@@ -113,14 +109,9 @@ static int column_by_difference(Coupling *c, const Stage *s, int64_t input, doub
 /* factors of the matrix of a loop, whose entries are of order one; 0: singular */
 static int factor(double *a, int *pivot, int n)
 {
-    if (!linear_real_factor(a, n, pivot)) {
-        return 0;
-    }
-    for (int k = 0; k < n; k++) {
-        if (!(fabs(a[k * n + k]) > 1e-14)) {
-            return 0;
-        }
-    }
+    if (!linear_real_factor(a, n, pivot)) return 0;
+    for (int k = 0; k < n; k++)
+        if (!(fabs(a[k * n + k]) > 1e-14)) return 0;
     return 1;
 }
 
@@ -137,15 +128,12 @@ static int make_matrix(Coupling *c, Stage *s)
             const int offered = fmu->directional && fmu->function[F_DIRECTIONAL];
             if (!offered || !column_by_unit(c, s, g->unit, input, column)) {
                 const int status = column_by_difference(c, s, input, column);
-                if (status >= FMI_DISCARD) {
-                    return status;
-                }
+                if (status >= FMI_DISCARD) return status;
             }
         }
     }
-    for (int64_t i = 0; i < n * n; i++) {
+    for (int64_t i = 0; i < n * n; i++)
         a[i] = (i % (n + 1) == 0 ? 1.0 : 0.0) - a[i];
-    }
     s->ready = factor(a, c->pivot + s->first_input, (int)n);
     return s->ready ? FMI_OK : FMI_DISCARD;
 }
@@ -168,18 +156,13 @@ static int solve_loop(Coupling *c, Stage *s)
         int status = write_stage(c, s, 0);
         if (!s->ready && status < FMI_DISCARD) {
             status = make_matrix(c, s);
-            if (status < FMI_DISCARD) {
-                status = write_stage(c, s, 0);
-            }
+            if (status < FMI_DISCARD) status = write_stage(c, s, 0);
             renewed = 1;
         }
         status = status < FMI_DISCARD ? read_stage(c, s, 0) : status;
-        if (status >= FMI_DISCARD) {
-            return s->ready ? status : give_up(c, s);
-        }
-        for (int64_t i = 0; i < n; i++) {
+        if (status >= FMI_DISCARD) return s->ready ? status : give_up(c, s);
+        for (int64_t i = 0; i < n; i++)
             step[i] = fed(c, s->first_input + i) - u[i];
-        }
         linear_real_solve(c->matrix + s->matrix, (int)n, c->pivot + s->first_input, step);
         c->newton_steps++;
         double size = 0.0;
@@ -193,9 +176,7 @@ static int solve_loop(Coupling *c, Stage *s)
             memset(u, 0, (size_t)n * sizeof *u);
             return give_up(c, s);
         }
-        if (size <= newton_exact || (size <= newton_rounding && size > 0.5 * last)) {
-            return write_stage(c, s, 0);
-        }
+        if (size <= newton_exact || (size <= newton_rounding && size > 0.5 * last)) return write_stage(c, s, 0);
         s->ready = renewed || size <= newton_slow * last;
         renewed = 0;
         last = size;
@@ -213,9 +194,8 @@ EXPORT int32_t coupling_exchange(Coupling *c, int32_t event)
         const int64_t end = s->first_input + s->n_inputs;
         if (s->loop) {
             double before = 0.0;
-            for (int64_t k = s->first_input; k < end; k++) {
+            for (int64_t k = s->first_input; k < end; k++)
                 before += fabs(c->inputs[k]);
-            }
             status = solve_loop(c, s);
             double after = 0.0, most = 0.0;
             for (int64_t k = s->first_input; k < end; k++) {

@@ -26,9 +26,8 @@ static void combine(const Master *m, const double *x, double length, const doubl
         const double weight = length * weights[j];
         if (weight != 0.0) {
             const double *k = m->k + j * n;
-            for (int i = 0; i < n; i++) {
+            for (int i = 0; i < n; i++)
                 to[i] += weight * k[i];
-            }
         }
     }
 }
@@ -39,9 +38,7 @@ static double embedded_error(Master *m, double length)
     memset(m->seed, 0, (size_t)m->n * sizeof *m->seed);
     combine(m, m->seed, length, w->e, w->stages + 1, m->error);
     const double high = field_norm(m, m->error, m->x, m->x1);
-    if (!w->e_low) {
-        return high;
-    }
+    if (!w->e_low) return high;
     combine(m, m->seed, length, w->e_low, w->stages + 1, m->error_low);
     const double low = field_norm(m, m->error_low, m->x, m->x1);
     return high > 0.0 ? high * high / sqrt(high * high + 0.01 * low * low) : 0.0;
@@ -56,16 +53,12 @@ Outcome explicit_try(Master *m, double length, double *error)
     for (int s = 1; s < w->stages; s++) {
         combine(m, m->x, length, row, s, m->stage);
         const Outcome outcome = motion_rates(m, m->t + w->c[s] * length, m->stage, m->k + s * m->n);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         row += s;
     }
     combine(m, m->x, length, w->b, w->stages, m->x1);
     const Outcome outcome = motion_rates(m, m->t + length, m->x1, m->f1);
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome != FINE) return outcome;
     memcpy(m->k + w->stages * m->n, m->f1, bytes);
     *error = embedded_error(m, length);
     return FINE;
@@ -85,9 +78,7 @@ int explicit_is_stiff(Master *m)
         m->stiff_misses = 0;
         return ++m->stiff_hits >= 15;
     }
-    if (++m->stiff_misses == 6) {
-        m->stiff_hits = 0;
-    }
+    if (++m->stiff_misses == 6) m->stiff_hits = 0;
     return 0;
 }
 
@@ -100,9 +91,7 @@ Outcome explicit_dense(Master *m)
         combine(m, m->x, m->length, w->dense_a + s * width, w->stages + 1 + s, m->error);
         const Outcome outcome =
             motion_rates(m, m->t + w->dense_c[s] * m->length, m->error, m->k + (w->stages + 1 + s) * n);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
     }
     double *r = m->dense;
     for (int i = 0; i < n; i++) {
@@ -113,9 +102,8 @@ Outcome explicit_dense(Master *m)
         r[3 * n + i] = 2.0 * difference - m->length * (m->f1[i] + m->f[i]);
     }
     memset(m->seed, 0, (size_t)n * sizeof *m->seed);
-    for (int j = 0; j < w->dense_rows; j++) {
+    for (int j = 0; j < w->dense_rows; j++)
         combine(m, m->seed, m->length, w->d + j * width, width, r + (4 + j) * n);
-    }
     m->dense_terms = 4 + w->dense_rows;
     return FINE;
 }

@@ -24,9 +24,7 @@ Outcome field_report(Master *m, RunStatus status, double t, int64_t index, doubl
 
 Outcome field_fail(Master *m, Function function, int status)
 {
-    if (status == FMI_DISCARD) {
-        return SHORTER;
-    }
+    if (status == FMI_DISCARD) return SHORTER;
     return status > FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, function, status) : FINE;
 }
 
@@ -35,23 +33,18 @@ Outcome field_inputs(Master *m, double t)
     const Run *r = m->run;
     const int64_t row = m->knot * r->inputs.n;
     const double since = t - r->knot_times[m->knot];
-    for (int i = 0; i < m->nu; i++) {
+    for (int i = 0; i < m->nu; i++)
         m->u[i] = r->knot_values[row + i] + since * r->knot_rates[row + i];
-    }
     return field_fail(m, F_SETTERS, fmi_write(m->fmu, &r->inputs, m->u));
 }
 
 Outcome field_at(Master *m, double t, const double *x)
 {
     int status = fmi_set_time(m->fmu, t);
-    if (status >= FMI_DISCARD) {
-        return field_fail(m, F_SET_TIME, status);
-    }
+    if (status >= FMI_DISCARD) return field_fail(m, F_SET_TIME, status);
     if (m->inputs_vary) {
         const Outcome outcome = field_inputs(m, t);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
     }
     status = fmi_set_states(m->fmu, x);
     return status >= FMI_DISCARD ? field_fail(m, F_SET_STATES, status) : FINE;
@@ -60,9 +53,7 @@ Outcome field_at(Master *m, double t, const double *x)
 Outcome field_settled(Master *m, double t, const double *x)
 {
     const Outcome outcome = field_at(m, t, x);
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome != FINE) return outcome;
     m->run->evaluations++;
     m->rates_status = fmi_derivatives(m->fmu, m->rates);
     /* beyond an event there may be no rates, and indicators all the same */
@@ -86,9 +77,7 @@ Outcome field_values(Master *m, double t, const double *x, double *values)
 Outcome field_raw(Master *m, double t, const double *x, double *dx)
 {
     const Outcome outcome = field_settled(m, t, x);
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome != FINE) return outcome;
     const int status = m->rates_status;
     memcpy(dx, m->rates, (size_t)m->n * sizeof *dx);
     if (status == FMI_ERROR) {
@@ -97,9 +86,7 @@ Outcome field_raw(Master *m, double t, const double *x, double *dx)
         m->bad_state = -1;
         return SHORTER;
     }
-    if (status >= FMI_DISCARD) {
-        return field_fail(m, F_GET_DERIVATIVES, status);
-    }
+    if (status >= FMI_DISCARD) return field_fail(m, F_GET_DERIVATIVES, status);
     for (int i = 0; i < m->n; i++) {
         if (!isfinite(dx[i])) {
             m->bad_state = i;
@@ -112,9 +99,7 @@ Outcome field_raw(Master *m, double t, const double *x, double *dx)
 Outcome field_indicators(Master *m, double t, const double *x, double *z)
 {
     const Outcome outcome = field_settled(m, t, x);
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome != FINE) return outcome;
     const int status = fmi_indicators(m->fmu, z);
     return status >= FMI_DISCARD ? field_fail(m, F_GET_INDICATORS, status) : FINE;
 }

@@ -19,9 +19,7 @@ EXPORT void master_log2(void *environment, const char *name, int status, const c
     Log *log = environment;
     (void)name;
     (void)category;
-    if (!log || !message || (status < FMI_WARNING && log->count)) {
-        return;
-    }
+    if (!log || !message || (status < FMI_WARNING && log->count)) return;
     va_list arguments;
     va_start(arguments, message);
     vsnprintf(log->message, sizeof log->message, message, arguments);
@@ -33,9 +31,7 @@ EXPORT void master_log3(void *environment, int status, const char *category, con
 {
     Log *log = environment;
     (void)category;
-    if (!log || !message || (status < FMI_WARNING && log->count)) {
-        return;
-    }
+    if (!log || !message || (status < FMI_WARNING && log->count)) return;
     snprintf(log->message, sizeof log->message, "%s", message);
     log->count += status >= FMI_WARNING;
 }
@@ -80,9 +76,8 @@ int fmi_update(const FmuInstance *fmu, Update *update)
 
 int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate)
 {
-    if (fmu->fmi == 2) {
+    if (fmu->fmi == 2)
         return (int)CALL2(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, 1, enter_event, terminate);
-    }
     Flag enter = 0, ends = 0;
     const int status =
         (int)CALL3(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, true, (void *)&enter, (void *)&ends);
@@ -214,9 +209,7 @@ static int write_one(const FmuInstance *fmu, Type type, const uint32_t *referenc
 {
     int status = FMI_ERROR;
     if (fmu->fmi == 2) {
-        if (!fits(*value, INT_MIN, INT_MAX)) {
-            return FMI_ERROR;
-        }
+        if (!fits(*value, INT_MIN, INT_MAX)) return FMI_ERROR;
         const int one = (int)*value;
         return (int)CALL2(SetInteger, F_SETTERS + type)(fmu->instance, reference, 1, &one);
     }
@@ -235,9 +228,8 @@ static int64_t size_at(const Variables *variables, int64_t i) { return variables
 static int64_t floats_from(const Variables *variables, int64_t i)
 {
     int64_t n = 0;
-    while (i + n < variables->n && variables->types[i + n] == T_FLOAT64 && size_at(variables, i + n) == 1) {
+    while (i + n < variables->n && variables->types[i + n] == T_FLOAT64 && size_at(variables, i + n) == 1)
         n++;
-    }
     return n;
 }
 
@@ -303,9 +295,7 @@ int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *steppe
 
 EXPORT int fmi_configure(const FmuInstance *fmu)
 {
-    if (fmu->structure.n == 0) {
-        return FMI_OK;
-    }
+    if (fmu->structure.n == 0) return FMI_OK;
     const int entered = fmi_plain(fmu, F_ENTER_CONFIGURATION);
     const int set = entered < FMI_DISCARD ? fmi_write(fmu, &fmu->structure, fmu->structure_values) : entered;
     return set < FMI_DISCARD ? fmi_plain(fmu, F_EXIT_CONFIGURATION) : set;

@@ -9,13 +9,10 @@ int linear_real_factor(double *a, int n, int *pivot)
 {
     for (int k = 0; k < n; k++) {
         int best = k;
-        for (int i = k + 1; i < n; i++) {
+        for (int i = k + 1; i < n; i++)
             best = fabs(a[i * n + k]) > fabs(a[best * n + k]) ? i : best;
-        }
         pivot[k] = best;
-        if (!(fabs(a[best * n + k]) > 0.0)) {
-            return 0;
-        }
+        if (!(fabs(a[best * n + k]) > 0.0)) return 0;
         for (int j = 0; j < n && best != k; j++) {
             const double swapped = a[k * n + j];
             a[k * n + j] = a[best * n + j];
@@ -24,11 +21,9 @@ int linear_real_factor(double *a, int n, int *pivot)
         const double inverse = 1.0 / a[k * n + k];
         for (int i = k + 1; i < n; i++) {
             const double factor = a[i * n + k] *= inverse;
-            if (factor != 0.0) {
-                for (int j = k + 1; j < n; j++) {
+            if (factor != 0.0)
+                for (int j = k + 1; j < n; j++)
                     a[i * n + j] -= factor * a[k * n + j];
-                }
-            }
         }
     }
     return 1;
@@ -41,15 +36,12 @@ void linear_real_solve(const double *a, int n, const int *pivot, double *b)
         b[pivot[k]] = b[k];
         b[k] = swapped;
     }
-    for (int k = 0; k < n; k++) {
-        for (int j = 0; j < k; j++) {
+    for (int k = 0; k < n; k++)
+        for (int j = 0; j < k; j++)
             b[k] -= a[k * n + j] * b[j];
-        }
-    }
     for (int k = n - 1; k >= 0; k--) {
-        for (int j = k + 1; j < n; j++) {
+        for (int j = k + 1; j < n; j++)
             b[k] -= a[k * n + j] * b[j];
-        }
         b[k] /= a[k * n + k];
     }
 }
@@ -91,18 +83,14 @@ int linear_complex_factor(double *a, int n, int *pivot)
             largest = fmax(size, largest);
         }
         pivot[k] = best;
-        if (!(largest > 0.0)) {
-            return 0;
-        }
-        for (int j = 0; j < n && best != k; j++) {
+        if (!(largest > 0.0)) return 0;
+        for (int j = 0; j < n && best != k; j++)
             exchange(a + 2 * (k * n + j), a + 2 * (best * n + j));
-        }
         for (int i = k + 1; i < n; i++) {
             double *factor = a + 2 * (i * n + k);
             divide(factor, a + 2 * (k * n + k));
-            for (int j = k + 1; j < n; j++) {
+            for (int j = k + 1; j < n; j++)
                 subtract_product(a + 2 * (i * n + j), factor, a + 2 * (k * n + j));
-            }
         }
     }
     return 1;
@@ -110,18 +98,14 @@ int linear_complex_factor(double *a, int n, int *pivot)
 
 void linear_complex_solve(const double *a, int n, const int *pivot, double *b)
 {
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++)
         exchange(b + 2 * k, b + 2 * pivot[k]);
-    }
-    for (int k = 0; k < n; k++) {
-        for (int j = 0; j < k; j++) {
+    for (int k = 0; k < n; k++)
+        for (int j = 0; j < k; j++)
             subtract_product(b + 2 * k, a + 2 * (k * n + j), b + 2 * j);
-        }
-    }
     for (int k = n - 1; k >= 0; k--) {
-        for (int j = k + 1; j < n; j++) {
+        for (int j = k + 1; j < n; j++)
             subtract_product(b + 2 * k, a + 2 * (k * n + j), b + 2 * j);
-        }
         divide(b + 2 * k, a + 2 * (k * n + k));
     }
 }

@@ -13,9 +13,7 @@ Outcome method_try(Master *m, double length, double *error)
 
 Outcome method_dense(Master *m)
 {
-    if (m->dense_ready) {
-        return FINE;
-    }
+    if (m->dense_ready) return FINE;
     m->dense_ready = 1;
     return m->stiff ? stiff_dense(m) : explicit_dense(m);
 }

@@ -12,8 +12,6 @@ Outcome motion_rates(Master *m, double t, const double *x, double *dx)
 Outcome motion_indicators(Master *m, double t, const double *x, double *z)
 {
     const Run *r = m->run;
-    if (r->section_state) {
-        z[m->nz] = x[r->section_state - 1] - r->section_level;
-    }
+    if (r->section_state) z[m->nz] = x[r->section_state - 1] - r->section_level;
     return m->slide.n ? slide_conditions(m, t, x, z) : field_indicators(m, t, x, z);
 }

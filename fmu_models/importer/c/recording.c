@@ -31,9 +31,7 @@ void recording_at(Master *m, double t, const double *x, Outcome *outcome)
     double *values = r->values + r->next_time * r->recorded.n;
     ticking_record(m);
     r->next_time++;
-    if (r->recorded.n == 0) {
-        return;
-    }
+    if (r->recorded.n == 0) return;
     if (m->slide.n) {
         *outcome = slide_values(m, t, x, values);
         return;
@@ -61,8 +59,7 @@ Outcome recording_reached(Master *m)
 {
     Run *r = m->run;
     Outcome outcome = FINE;
-    while (outcome == FINE && r->next_time < r->n_times && r->times[r->next_time] <= m->t) {
+    while (outcome == FINE && r->next_time < r->n_times && r->times[r->next_time] <= m->t)
         recording_at(m, m->t, m->x, &outcome);
-    }
     return outcome;
 }

@@ -73,17 +73,12 @@ static Outcome arrive(Master *m, double t1, double theta)
     /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
     Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
     outcome = outcome == FINE ? field_settled(m, m->t, m->x) : outcome;
-    if (outcome != FINE) {
+    if (outcome != FINE)
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
-    }
     if (m->fmu->completes) {
         const int status = fmi_completed(m->fmu, &causes.step, &m->terminate);
-        if (status >= FMI_DISCARD) {
-            return field_report(m, RUN_FMI_ERROR, m->t, F_COMPLETED, status);
-        }
-        if (m->terminate) {
-            return recording_reached(m);
-        }
+        if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_COMPLETED, status);
+        if (m->terminate) return recording_reached(m);
     }
     causes.time = m->t >= m->next_event;
     if (m->t >= knot_after(m)) {
@@ -93,18 +88,12 @@ static Outcome arrive(Master *m, double t1, double theta)
         outcome = causes.jump ? FINE : field_inputs(m, m->t);
     }
     const int event = causes.state || causes.time || causes.step || causes.jump;
-    if (outcome == FINE && causes.state && r->tangents) {
-        outcome = tangent_before(m, m->length);
-    }
-    if (outcome == FINE && event) {
-        outcome = handling_event(m, &causes);
-    }
+    if (outcome == FINE && causes.state && r->tangents) outcome = tangent_before(m, m->length);
+    if (outcome == FINE && event) outcome = handling_event(m, &causes);
     if (outcome == FINE && m->fresh && !m->terminate) {
         outcome = begin_piece(m);
         step_careful(m);
-        if (outcome == FINE && event && r->tangents) {
-            tangent_after(m, causes.state);
-        }
+        if (outcome == FINE && event && r->tangents) tangent_after(m, causes.state);
         /* an event may take the state across */
         m->crossed |= event && m->side[section] != side && ends_at(m, m->side[section]);
     } else if (outcome == FINE && m->slots && !m->terminate) {
@@ -119,15 +108,11 @@ static Outcome make_resolved(Master *m, double limit, double *error, double *the
     Outcome outcome;
     do {
         outcome = step_make(m, limit, error);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         m->step_error = *error;
         *change = step_choose(m);
         outcome = events_locate(m, limit, theta);
-        if (outcome == SHORTER) {
-            return field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_DISCARD);
-        }
+        if (outcome == SHORTER) return field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_DISCARD);
         if (m->unresolved) {
             m->h = m->resolved = 0.0625 * m->length;
             m->previous_ready = 0;
@@ -156,24 +141,16 @@ static Outcome advance(Master *m)
     const double proposed = m->h;
     int change = 0;
     Outcome outcome = make_resolved(m, limit, &error, &theta, &change);
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome != FINE) return outcome;
     const double length = m->length;
     const double longer = length * step_growth(m, error);
-    if (!m->stiff) {
-        m->last_error = fmax(error, 1e-4);
-    }
+    if (!m->stiff) m->last_error = fmax(error, 1e-4);
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
     const double t1 = theta > 0.0 ? fmin(m->t + theta * m->length, end) : length >= limit ? end : m->t + length;
     outcome = recording_within(m, t1);
-    if (outcome == SHORTER) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_GETTERS, FMI_DISCARD);
-    }
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome == SHORTER) return field_report(m, RUN_FMI_ERROR, m->t, F_GETTERS, FMI_DISCARD);
+    if (outcome != FINE) return outcome;
     if (m->stiff && theta < 0.0) {
         outcome = method_dense(m);
         m->previous_ready = 1;
@@ -187,9 +164,7 @@ static Outcome advance(Master *m)
         outcome = outcome == FINE ? tangent_advance(m, theta > 0.0 ? theta : 1.0) : outcome;
     }
     /* only now: the polynomial of the step is that of the method which made it */
-    if (change) {
-        step_change_method(m);
-    }
+    if (change) step_change_method(m);
     return outcome == FINE ? arrive(m, t1, theta) : outcome;
 }
 
@@ -199,9 +174,7 @@ static RunStatus hold(Master *m)
     Run *r = m->run;
     const int indicator = (int)r->report_index;
     r->report_other = -1;
-    if (m->inputs_vary || fmin(m->next_event, knot_after(m)) < r->stop || begin_piece(m) != FINE) {
-        return RUN_ZENO;
-    }
+    if (m->inputs_vary || fmin(m->next_event, knot_after(m)) < r->stop || begin_piece(m) != FINE) return RUN_ZENO;
     for (int i = 0; i < m->n; i++) {
         const double way = fabs(m->f[i]) * (r->stop - m->t);
         if (m->before[i] == m->x[i] && way > master_tolerances.zeno_still * fmax(fabs(m->x[i]), m->nominal[i])) {
@@ -211,9 +184,8 @@ static RunStatus hold(Master *m)
     }
     handling_log(m, EVENT_REST, indicator, m->z[indicator], m->z[indicator]);
     Outcome outcome = FINE;
-    while (outcome == FINE && r->next_time < r->n_times) {
+    while (outcome == FINE && r->next_time < r->n_times)
         recording_at(m, r->times[r->next_time], m->x, &outcome);
-    }
     fmi_plain(m->fmu, F_TERMINATE);
     return outcome == FINE ? RUN_DONE : m->ended;
 }
@@ -223,31 +195,20 @@ EXPORT int32_t master_run(Master *m, Run *r)
     TRAPS_REST;
     m->run = r;
     m->looks = 0;
-    if (m->fmu->log) {
-        m->fmu->log->master = m;
-    }
+    if (m->fmu->log) m->fmu->log->master = m;
     const int begins = !r->begun;
     Outcome outcome = begins ? begin_run(m) : FINE;
-    if (r->method == METHOD_CO_SIMULATION) {
+    if (r->method == METHOD_CO_SIMULATION)
         return outcome == FINE ? (int32_t)cosimulation_run(m, begins) : (int32_t)m->ended;
-    }
-    if (r->method == METHOD_SCHEDULED) {
-        return outcome == FINE ? (int32_t)scheduled_run(m) : (int32_t)m->ended;
-    }
+    if (r->method == METHOD_SCHEDULED) return outcome == FINE ? (int32_t)scheduled_run(m) : (int32_t)m->ended;
     for (int64_t left = r->allowance; outcome == FINE && !m->terminate && !m->crossed && m->t < r->stop; left--) {
         /* room in the buffer for all indicators and what comes with them at one instant */
         const int full = r->event_capacity > 0 && r->n_events + m->nz + 8 > r->event_capacity;
-        if (left == 0 || full || ticking_full(m)) {
-            return RUN_MORE;
-        }
+        if (left == 0 || full || ticking_full(m)) return RUN_MORE;
         outcome = advance(m);
     }
-    if (outcome != FINE && m->ended == RUN_ZENO && r->on_zeno == ZENO_HOLD) {
-        return (int32_t)hold(m);
-    }
-    if (outcome != FINE) {
-        return m->ended ? (int32_t)m->ended : (int32_t)RUN_FMI_ERROR;
-    }
+    if (outcome != FINE && m->ended == RUN_ZENO && r->on_zeno == ZENO_HOLD) return (int32_t)hold(m);
+    if (outcome != FINE) return m->ended ? (int32_t)m->ended : (int32_t)RUN_FMI_ERROR;
     if (m->terminate) {
         r->report_time = m->t;
         memcpy(m->before, m->x, (size_t)m->n * sizeof *m->x);
@@ -259,8 +220,6 @@ EXPORT int32_t master_run(Master *m, Run *r)
         memcpy(r->ends + 2 * m->n, m->x, (size_t)m->n * sizeof *m->x);
         memcpy(r->ends + 3 * m->n, m->f, (size_t)m->n * sizeof *m->x);
     }
-    if (r->indicators) {
-        memcpy(r->indicators, m->z, (size_t)m->nz * sizeof *m->z);
-    }
+    if (r->indicators) memcpy(r->indicators, m->z, (size_t)m->nz * sizeof *m->z);
     return m->terminate ? RUN_TERMINATED : m->crossed ? RUN_CROSSED : RUN_DONE;
 }

@@ -17,9 +17,7 @@
 EXPORT void master_told(void *environment)
 {
     const Log *log = environment;
-    if (log && log->master) {
-        ticking_told(log->master);
-    }
+    if (log && log->master) ticking_told(log->master);
 }
 
 /* partitions are never interrupted: there is nothing to lock */
@@ -29,9 +27,7 @@ RunStatus scheduled_run(Master *m)
 {
     Run *r = m->run;
     for (int64_t left = r->allowance;; left--) {
-        if (left == 0 || ticking_full(m)) {
-            return RUN_MORE;
-        }
+        if (left == 0 || ticking_full(m)) return RUN_MORE;
         while (m->knot + 1 < r->n_knots && r->knot_times[m->knot + 1] <= m->t) {
             m->knot++;
             if (m->nu && field_inputs(m, m->t) != FINE) {
@@ -39,12 +35,8 @@ RunStatus scheduled_run(Master *m)
                 return m->ended;
             }
         }
-        if (ticking_activate(m) != FINE || recording_here(m) != RUN_DONE) {
-            return m->ended;
-        }
-        if (m->t >= r->stop) {
-            break;
-        }
+        if (ticking_activate(m) != FINE || recording_here(m) != RUN_DONE) return m->ended;
+        if (m->t >= r->stop) break;
         const double knot = m->knot + 1 < r->n_knots ? r->knot_times[m->knot + 1] : INFINITY;
         const double output = r->next_time < r->n_times ? r->times[r->next_time] : INFINITY;
         m->t = fmin(fmin(r->stop, ticking_next(m)), fmin(knot, output));

@@ -34,18 +34,14 @@ void search_nodes(Master *m)
         double c[NODES] = {1.0};
         int degree = 0;
         for (int j = 0; j < NODES; j++) {
-            if (j == k) {
-                continue;
-            }
+            if (j == k) continue;
             const double scale = 1.0 / (NODE[k] - NODE[j]);
             degree++;
-            for (int i = degree; i >= 0; i--) {
+            for (int i = degree; i >= 0; i--)
                 c[i] = ((i > 0 ? c[i - 1] : 0.0) - (i < degree ? NODE[j] * c[i] : 0.0)) * scale;
-            }
         }
-        for (int i = 0; i < NODES; i++) {
+        for (int i = 0; i < NODES; i++)
             m->node_inverse[i * NODES + k] = c[i];
-        }
     }
 }
 
@@ -56,11 +52,8 @@ Outcome search_sample(Master *m, double theta, double *z)
 {
     dense_value(m, theta, m->point);
     const Outcome outcome = motion_indicators(m, m->t + theta * m->length, m->point, z);
-    for (int i = 0; i < m->slots && outcome == FINE; i++) {
-        if (!isfinite(z[i])) {
-            return field_report(m, RUN_BAD_INDICATOR, m->t + theta * m->length, i, z[i]);
-        }
-    }
+    for (int i = 0; i < m->slots && outcome == FINE; i++)
+        if (!isfinite(z[i])) return field_report(m, RUN_BAD_INDICATOR, m->t + theta * m->length, i, z[i]);
     return outcome;
 }
 
@@ -76,11 +69,9 @@ typedef struct {
 static void shifted(const double *p, double by, double *q)
 {
     memcpy(q, p, NODES * sizeof *q);
-    for (int k = 0; k < DEGREE; k++) {
-        for (int i = DEGREE - 1; i >= k; i--) {
+    for (int k = 0; k < DEGREE; k++)
+        for (int i = DEGREE - 1; i >= k; i--)
             q[i] += by * q[i + 1];
-        }
-    }
 }
 
 /* where p, from s on, first falls below the level; 1 if it does not within the interval */
@@ -89,9 +80,8 @@ static double falls_below(const double *p, double s, double level, double sign)
     double q[NODES];
     shifted(p, s, q);
     q[0] -= level;
-    for (int i = 0; i < NODES; i++) {
+    for (int i = 0; i < NODES; i++)
         q[i] *= sign;
-    }
     const double fall = q[0] <= 0.0 ? 0.0 : first_fall(q, DEGREE, 1.0 - s);
     return fall < 0.0 ? 1.0 : fmin(1.0, s + fall);
 }
@@ -101,12 +91,9 @@ static double minimum_from(const double *p, double s)
 {
     double q[NODES], slope[NODES];
     shifted(p, s, q);
-    for (int i = 0; i < DEGREE; i++) {
+    for (int i = 0; i < DEGREE; i++)
         slope[i] = -(i + 1) * q[i + 1];
-    }
-    if (!(slope[0] > 0.0)) {
-        return s;
-    }
+    if (!(slope[0] > 0.0)) return s;
     const double fall = first_fall(slope, DEGREE - 1, 1.0 - s);
     return fall < 0.0 ? 1.0 : fmin(1.0, s + fall);
 }
@@ -131,9 +118,7 @@ static Outcome touch(Master *m, const Search *search, double *s, int *is_beyond)
         double v_left, v_right;
         int beyond_left = 0, beyond_right = 0;
         outcome = look(m, search, left, &v_left, &beyond_left);
-        if (outcome == FINE && !beyond_left) {
-            outcome = look(m, search, right, &v_right, &beyond_right);
-        }
+        if (outcome == FINE && !beyond_left) outcome = look(m, search, right, &v_right, &beyond_right);
         if (outcome != FINE || beyond_left || beyond_right) {
             *s = beyond_left ? left : right;
             *is_beyond = beyond_left || beyond_right;
@@ -154,9 +139,7 @@ static Outcome touch(Master *m, const Search *search, double *s, int *is_beyond)
             best = value;
         }
         width *= 0.1;
-        if (width < 1e-11) {
-            break;
-        }
+        if (width < 1e-11) break;
     }
     return outcome;
 }
@@ -172,9 +155,7 @@ static Outcome explore(Master *m, Search *search, Finding *finding)
         if (lowest > s) {
             int is_beyond = 0;
             const Outcome outcome = touch(m, search, &lowest, &is_beyond);
-            if (outcome != FINE) {
-                return outcome;
-            }
+            if (outcome != FINE) return outcome;
             if (is_beyond) {
                 search->low = search->from + s * search->width;
                 search->high = search->from + lowest * search->width;
@@ -199,24 +180,19 @@ static double lower_bound(const double *c, int degree, double end)
         power *= end;
         binomial = binomial * (degree - k) / (k + 1);
     }
-    for (int k = 1; k <= degree; k++) {
-        for (int i = degree; i >= k; i--) {
+    for (int k = 1; k <= degree; k++)
+        for (int i = degree; i >= k; i--)
             beta[i] += beta[i - 1];
-        }
-    }
     double least = beta[0];
-    for (int k = 1; k <= degree; k++) {
+    for (int k = 1; k <= degree; k++)
         least = fmin(least, beta[k]);
-    }
     return least;
 }
 
 /* the polynomial stays on its side up to end for certain: above what it may err by, or rising from a start near zero */
 static int certainly_clear(const Search *search, double mismatch, double scale, double end)
 {
-    if (end == 0.0 || lower_bound(search->p, DEGREE, end) > search->near_zero) {
-        return 1;
-    }
+    if (end == 0.0 || lower_bound(search->p, DEGREE, end) > search->near_zero) return 1;
     return mismatch <= master_tolerances.graze * scale
            && lower_bound(search->p + 1, DEGREE - 1, end) > search->near_zero;
 }
@@ -236,9 +212,8 @@ static double through_nodes(const Master *m, int i, double *p, double *last)
     *last = fmax(fabs(highest), fabs(second));
     for (int j = 0; j < NODES; j++) {
         p[j] = 0.0;
-        for (int k = 0; k < NODES; k++) {
+        for (int k = 0; k < NODES; k++)
             p[j] += m->node_inverse[j * NODES + k] * v[k];
-        }
     }
     return scale;
 }
@@ -249,9 +224,8 @@ Outcome search_lowest(Master *m, double from, double width, double to)
     for (int i = 0; i < m->nz; i++) {
         double p[NODES], slope[NODES] = {0.0}, s = 0.0, last;
         through_nodes(m, i, p, &last);
-        for (int k = 0; k < DEGREE; k++) {
+        for (int k = 0; k < DEGREE; k++)
             slope[k] = (k + 1) * p[k + 1];
-        }
         for (int zone = 0; zone < NODES && s < 1.0; zone++) {
             const double falls = falls_below(slope, s, 0.0, 1.0);
             const double lowest = minimum_from(p, falls);
@@ -259,9 +233,7 @@ Outcome search_lowest(Master *m, double from, double width, double to)
             if (lowest > falls && lowest < 1.0 && place < to) {
                 /* the error of the place counts by its square */
                 const Outcome outcome = search_sample(m, place, there);
-                if (outcome != FINE) {
-                    return outcome;
-                }
+                if (outcome != FINE) return outcome;
                 if (m->side[i] * there[i] < misses[2 * i]) {
                     misses[2 * i] = m->side[i] * there[i];
                     misses[2 * i + 1] = m->t + place * m->length;
@@ -286,13 +258,10 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
     }
     search->near_zero = fmax(master_tolerances.graze * scale, 8.0 * mismatch);
     *finding = CLEAR;
-    if (scale == 0.0) {
-        return FINE;
-    }
+    if (scale == 0.0) return FINE;
     int first = 1;
-    while (first < NODES && !search_beyond(m, i, m->samples[first * m->slots + i])) {
+    while (first < NODES && !search_beyond(m, i, m->samples[first * m->slots + i]))
         first++;
-    }
     const int clear = certainly_clear(search, mismatch, scale, first < NODES ? NODE[first - 1] : 1.0);
     /* a node on the other side is not all: between it and the one before there may be three events */
     if (mismatch > master_tolerances.trust * scale && (first < NODES || !clear)) {
@@ -304,9 +273,7 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
     }
     if (!clear) {
         const Outcome outcome = explore(m, search, finding);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
     }
     if (first < NODES && (*finding != BRACKET || search->from + NODE[first] * search->width < search->high)) {
         search->low = search->from + NODE[first - 1] * search->width;
@@ -330,22 +297,16 @@ Outcome search_close(Master *m, int i, double *low, double *high)
         outcome = search_sample(m, *low, m->z1);
     }
     v_low = m->side[i] * m->z1[i];
-    if (outcome == FINE) {
-        outcome = search_sample(m, *high, m->z1);
-    }
+    if (outcome == FINE) outcome = search_sample(m, *high, m->z1);
     v_high = m->side[i] * m->z1[i];
     int last = 0;
     for (int round = 0; outcome == FINE && *high - *low > fmax(resolution * *high, least) && round < 200; round++) {
         const double width = *high - *low;
         const double margin = fmax(0.5 * resolution * *high, 0.5 * least);
         double s = *low + width * v_low / (v_low - v_high);
-        if (round % 4 == 3 || !(s >= *low && s <= *high)) {
-            s = *low + 0.5 * width;
-        }
+        if (round % 4 == 3 || !(s >= *low && s <= *high)) s = *low + 0.5 * width;
         s = fmin(fmax(s, *low + margin), *high - margin);
-        if (!(s > *low && s < *high)) {
-            break;
-        }
+        if (!(s > *low && s < *high)) break;
         outcome = search_sample(m, s, m->z1);
         const double v = m->side[i] * m->z1[i];
         if (search_beyond(m, i, m->z1[i])) {
@@ -369,18 +330,15 @@ Outcome search_interval(Master *m, double from, double width, int may_halve, Fin
 {
     double *check = m->samples + NODES * m->slots;
     Outcome outcome = search_sample(m, from + CHECK * width, check);
-    for (int k = 1; k < NODES && outcome == FINE; k++) {
+    for (int k = 1; k < NODES && outcome == FINE; k++)
         outcome = search_sample(m, from + NODE[k] * width, m->samples + k * m->slots);
-    }
     *finding = CLEAR;
     m->doubtful = 0;
     for (int i = 0; i < m->slots && outcome == FINE; i++) {
         Search search = {.i = i, .from = from, .width = width};
         Finding one;
         outcome = search_one(m, &search, check, may_halve, &one);
-        if (outcome != FINE || one == CLEAR) {
-            continue;
-        }
+        if (outcome != FINE || one == CLEAR) continue;
         if (one == UNSURE) {
             *finding = UNSURE;
             return FINE;

@@ -22,18 +22,13 @@ Outcome slide_field(Master *m, double t, const double *x, double *dx)
     Slide *s = &m->slide;
     int solved;
     const Outcome outcome = surfaces_mean(m, t, x, &solved);
-    if (outcome != FINE) {
-        return outcome;
-    }
-    if (!solved || !surfaces_attract(s)) {
-        return SHORTER;
-    }
+    if (outcome != FINE) return outcome;
+    if (!solved || !surfaces_attract(s)) return SHORTER;
     memset(dx, 0, (size_t)m->n * sizeof *dx);
     for (int sides = 0; sides < 1 << s->n; sides++) {
         const double weight = surfaces_weight(s, sides);
-        for (int i = 0; i < m->n; i++) {
+        for (int i = 0; i < m->n; i++)
             dx[i] += weight * s->fields[sides * m->n + i];
-        }
     }
     return FINE;
 }
@@ -44,9 +39,8 @@ Outcome slide_conditions(Master *m, double t, const double *x, double *z)
     int solved;
     Outcome outcome = surfaces_mean(m, t, x, &solved);
     outcome = outcome == FINE ? field_indicators(m, t, x, z) : outcome;
-    for (int i = 0; i < s->n; i++) {
+    for (int i = 0; i < s->n; i++)
         z[s->indicator[i]] = 4.0 * s->share[i] * (1.0 - s->share[i]);
-    }
     return outcome;
 }
 
@@ -57,11 +51,9 @@ Outcome slide_project(Master *m)
     Outcome outcome = surfaces_normals(m, &found);
     for (int round = 0; round < 2 && outcome == FINE && found; round++) {
         outcome = field_indicators(m, m->t, m->x, s->z);
-        for (int i = 0; i < s->n; i++) {
-            for (int j = 0; j < m->n; j++) {
+        for (int i = 0; i < s->n; i++)
+            for (int j = 0; j < m->n; j++)
                 m->x[j] -= s->z[s->indicator[i]] * s->normal[i * m->n + j];
-            }
-        }
     }
     return outcome;
 }
@@ -75,9 +67,7 @@ static Outcome all_attract(Master *m, int *sure)
     int solved;
     Outcome outcome = surfaces_mean(m, m->t, m->x, &solved);
     *sure = outcome == FINE && solved && surfaces_attract(s) && surfaces_inside(s);
-    if (!*sure) {
-        return outcome;
-    }
+    if (!*sure) return outcome;
     memcpy(rates, s->rates, sizeof rates);
     outcome = surfaces_mean(m, m->t, m->x, &solved);
     *sure = outcome == FINE && solved && surfaces_inside(s);
@@ -105,9 +95,8 @@ static Outcome try_all(Master *m, int *sure)
 
 static void take_out(Slide *s, int k)
 {
-    for (int i = k; i < s->n - 1; i++) {
+    for (int i = k; i < s->n - 1; i++)
         s->indicator[i] = s->indicator[i + 1];
-    }
     s->n--;
     s->sides = (s->sides & ((1 << k) - 1)) | (s->sides >> (k + 1) << k);
 }
@@ -141,11 +130,8 @@ Outcome slide_begin(Master *m, int indicator)
 /* the number of an indicator among the surfaces, or -1 */
 static int number(const Slide *s, int indicator)
 {
-    for (int i = 0; i < s->n; i++) {
-        if (s->indicator[i] == indicator) {
-            return i;
-        }
-    }
+    for (int i = 0; i < s->n; i++)
+        if (s->indicator[i] == indicator) return i;
     return -1;
 }
 
@@ -159,9 +145,7 @@ static Outcome leave(Master *m, int k, int above)
     m->previous_ready = m->jacobian_ready = 0;
     m->fresh = 1;
     const Outcome outcome = surfaces_take(m, sides, &agreed);
-    if (outcome == FINE) {
-        memcpy(m->x, s->point, (size_t)m->n * sizeof *m->x);
-    }
+    if (outcome == FINE) memcpy(m->x, s->point, (size_t)m->n * sizeof *m->x);
     take_out(s, k);
     return outcome;
 }
@@ -182,12 +166,9 @@ Outcome slide_resume(Master *m, int *left)
     *left = -1;
     Outcome outcome = surfaces_normals(m, &found);
     outcome = outcome == FINE ? surfaces_mean(m, m->t, m->x, &solved) : outcome;
-    if (outcome != FINE || (solved && surfaces_attract(s) && surfaces_inside(s))) {
-        return outcome;
-    }
-    for (int i = 1; i < s->n; i++) {
+    if (outcome != FINE || (solved && surfaces_attract(s) && surfaces_inside(s))) return outcome;
+    for (int i = 1; i < s->n; i++)
         worst = fabs(s->share[i] - 0.5) > fabs(s->share[worst] - 0.5) ? i : worst;
-    }
     *left = s->indicator[worst];
     /* one side leads away: of one surface that is seen by the rate there */
     const int above = s->n == 1 ? s->rates[1][0] >= 0.0 : s->share[worst] > 0.5;
@@ -202,9 +183,8 @@ Outcome slide_values(Master *m, double t, const double *x, double *values)
     Outcome outcome = surfaces_mean(m, t, x, &solved);
     const int first = s->sides;
     double largest = -1.0;
-    for (int i = 0; i < s->n; i++) {
+    for (int i = 0; i < s->n; i++)
         s->share[i] = fmin(fmax(s->share[i], 0.0), 1.0);
-    }
     for (int k = 0; k < 1 << s->n && outcome == FINE; k++) {
         const int sides = first ^ k ^ k >> 1;
         const double weight = surfaces_weight(s, sides);

@@ -21,17 +21,15 @@ Outcome step_first(Master *m)
     const double slope = field_norm(m, m->f, m->x, m->x) * tolerance;
     const double span = r->stop - r->start;
     m->h = size < 1e-5 || slope < 1e-5 ? 1e-6 * span : fmin(0.01 * size / slope, span);
-    for (int i = 0; i < m->n; i++) {
+    for (int i = 0; i < m->n; i++)
         m->stage[i] = m->x[i] + m->h * m->f[i];
-    }
     const Outcome outcome = motion_rates(m, m->t + m->h, m->stage, m->error);
     if (outcome != FINE) {
         m->h *= 1e-3;
         return outcome == STOP ? STOP : FINE;
     }
-    for (int i = 0; i < m->n; i++) {
+    for (int i = 0; i < m->n; i++)
         m->error[i] -= m->f[i];
-    }
     const double bend = field_norm(m, m->error, m->x, m->x) * tolerance / m->h;
     const double most = fmax(slope, bend);
     const double order = m->stiff ? 4.0 : m->tableau->order;
@@ -46,9 +44,8 @@ Outcome step_first(Master *m)
 void step_careful(Master *m)
 {
     double rate = 0.0;
-    for (int i = 0; i < m->n; i++) {
+    for (int i = 0; i < m->n; i++)
         rate = fmax(rate, fabs(m->f[i]) / (m->nominal[i] + fabs(m->x[i])));
-    }
     m->h = rate * m->h > 1.0 ? 1.0 / rate : m->h;
 }
 
@@ -75,9 +72,8 @@ double step_growth(Master *m, double error)
 /* whether two calls at one point give the same rates, as far as a step of this length can tell */
 static Outcome check_rates(Master *m, double length)
 {
-    if (field_raw(m, m->t, m->x, m->error) != FINE || field_raw(m, m->t, m->x, m->error_low) != FINE) {
+    if (field_raw(m, m->t, m->x, m->error) != FINE || field_raw(m, m->t, m->x, m->error_low) != FINE)
         return m->ended ? STOP : FINE;
-    }
     int most = 0;
     for (int i = 0; i < m->n; i++) {
         m->error[i] = length * (m->error_low[i] - m->error[i]);
@@ -97,13 +93,9 @@ static Outcome keeps_pace(Master *m)
     m->pace_steps++;
     if (m->pace_steps % tolerances->noise_steps == 0 && progress < tolerances->noise_pace * span * m->pace_steps) {
         const Outcome outcome = check_rates(m, tolerances->noise_pace * span);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
     }
-    if (m->pace_steps < tolerances->pace_steps) {
-        return FINE;
-    }
+    if (m->pace_steps < tolerances->pace_steps) return FINE;
     m->pace_steps = 0;
     m->pace_time = m->t;
     return progress < tolerances->pace * span
@@ -118,27 +110,21 @@ Outcome step_make(Master *m, double limit, double *error)
     const double least = 16.0 * DBL_EPSILON * fmax(fabs(m->t), 1e-290);
     for (;;) {
         double length = fmin(m->h, r->longest_step > 0.0 ? r->longest_step : INFINITY);
-        if (length >= limit * (1.0 - 1e-9)) {
+        if (length >= limit * (1.0 - 1e-9))
             length = limit;
-        } else if (length > 0.5 * limit) {
+        else if (length > 0.5 * limit)
             length = 0.5 * limit;
-        }
-        if (keeps_pace(m) == STOP) {
-            return STOP;
-        }
+        if (keeps_pace(m) == STOP) return STOP;
         const Outcome outcome = method_try(m, length, error);
-        if (outcome == STOP) {
-            return STOP;
-        }
+        if (outcome == STOP) return STOP;
         if (outcome == FINE && *error <= 1.0) {
             r->steps++;
             return FINE;
         }
         r->rejected++;
         m->trial_errors = m->trial_status > FMI_DISCARD ? m->trial_errors + 1 : 0;
-        if (m->trial_errors > master_tolerances.trial_errors) {
+        if (m->trial_errors > master_tolerances.trial_errors)
             return field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, m->trial_status);
-        }
         m->trial_status = FMI_OK;
         m->h = length * (outcome == FINE && isfinite(*error) ? fmin(0.9, step_growth(m, *error)) : 0.25);
         if (m->h < least) {
@@ -153,9 +139,7 @@ Outcome step_make(Master *m, double limit, double *error)
 int step_choose(Master *m)
 {
     int change = 0;
-    if (m->run->method != METHOD_AUTO) {
-        return 0;
-    }
+    if (m->run->method != METHOD_AUTO) return 0;
     if (!m->stiff) {
         change = explicit_is_stiff(m);
     } else if (m->jacobian_fresh || m->calm_hits > 0) {
@@ -173,7 +157,5 @@ void step_change_method(Master *m)
     m->stiff_hits = m->stiff_misses = m->calm_hits = 0;
     m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
     m->last_error = 0.0;
-    if (r->n_switches++ == 0) {
-        r->switch_time = m->t + m->length;
-    }
+    if (r->n_switches++ == 0) r->switch_time = m->t + m->length;
 }

@@ -44,9 +44,8 @@ static Outcome difference(Master *m, int column)
     m->point[column] += m->f[column] < 0.0 ? -step : step;
     step = m->point[column] - m->x[column];
     const Outcome outcome = motion_rates(m, m->t, m->point, m->error);
-    for (int i = 0; i < m->n && outcome == FINE; i++) {
+    for (int i = 0; i < m->n && outcome == FINE; i++)
         m->jacobian[i * m->n + column] = (m->error[i] - m->f[i]) / step;
-    }
     return outcome;
 }
 
@@ -56,28 +55,21 @@ static Outcome make_jacobian(Master *m)
     m->run->jacobians++;
     if (exact) {
         const Outcome outcome = field_settled(m, m->t, m->x);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         memset(m->seed, 0, (size_t)m->n * sizeof *m->seed);
     }
     for (int j = 0; j < m->n; j++) {
         if (!exact) {
             const Outcome outcome = difference(m, j);
-            if (outcome != FINE) {
-                return outcome;
-            }
+            if (outcome != FINE) return outcome;
             continue;
         }
         m->seed[j] = 1.0;
         const int status = fmi_directional(m->fmu, m->seed, m->error);
         m->seed[j] = 0.0;
-        if (status >= FMI_DISCARD) {
-            return field_fail(m, F_DIRECTIONAL, status);
-        }
-        for (int i = 0; i < m->n; i++) {
+        if (status >= FMI_DISCARD) return field_fail(m, F_DIRECTIONAL, status);
+        for (int i = 0; i < m->n; i++)
             m->jacobian[i * m->n + j] = m->error[i];
-        }
     }
     m->jacobian_ready = m->jacobian_fresh = 1;
     m->lu_ready = 0;
@@ -89,9 +81,8 @@ double stiff_rate(const Master *m)
     double by_rows = 0.0;
     for (int i = 0; i < m->n; i++) {
         double row = 0.0;
-        for (int j = 0; j < m->n; j++) {
+        for (int j = 0; j < m->n; j++)
             row += fabs(m->jacobian[i * m->n + j]) * m->nominal[j] / m->nominal[i];
-        }
         by_rows = fmax(by_rows, row);
     }
     return by_rows;
@@ -132,9 +123,8 @@ static void predict(Master *m, double length)
             continue;
         }
         dense_value(m, 1.0 + collocation(s) * length / m->last_length, z);
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++)
             z[i] -= m->x[i];
-        }
     }
     for (int s = 0; s < 3; s++) {
         for (int i = 0; i < n; i++) {
@@ -150,13 +140,10 @@ static Outcome iterate(Master *m, double length, double *size)
     const int n = m->n;
     double *g = m->stages_f;
     for (int s = 0; s < 3; s++) {
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++)
             m->stage[i] = m->x[i] + m->stages_z[s * n + i];
-        }
         const Outcome outcome = motion_rates(m, m->t + collocation(s) * length, m->stage, g + s * n);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
     }
     /* the right-hand sides: real in seed, complex in the last rows of stages_f as pairs */
     double *pairs = g + 3 * n;
@@ -180,11 +167,9 @@ static Outcome iterate(Master *m, double length, double *size)
             sum += part[s] * part[s] / (scale * scale);
         }
     }
-    for (int s = 0; s < 3; s++) {
-        for (int i = 0; i < n; i++) {
+    for (int s = 0; s < 3; s++)
+        for (int i = 0; i < n; i++)
             m->stages_z[s * n + i] = T[s][0] * w[i] + T[s][1] * w[n + i] + T[s][2] * w[2 * n + i];
-        }
-    }
     *size = sqrt(sum / (3.0 * (n > 0 ? n : 1)));
     return FINE;
 }
@@ -199,9 +184,7 @@ static Outcome solve_stages(Master *m, double length, int *iterations)
     for (int k = 0; k < NEWTON_ITERATIONS; k++) {
         double size;
         const Outcome outcome = iterate(m, length, &size);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         *iterations = k + 1;
         if (size == 0.0) {
             m->newton_rate = 0.0;
@@ -215,9 +198,7 @@ static Outcome solve_stages(Master *m, double length, int *iterations)
                        > 1e3 * tolerance) {
                 return SHORTER;
             }
-            if (rest < tolerance) {
-                return FINE;
-            }
+            if (rest < tolerance) return FINE;
         }
         before = size;
     }
@@ -240,32 +221,22 @@ Outcome stiff_try(Master *m, double length, double *error)
     const int n = m->n;
     int iterations = 0;
     Outcome outcome = FINE;
-    if (!m->jacobian_ready && (outcome = make_jacobian(m)) != FINE) {
-        return outcome;
-    }
-    if ((!m->lu_ready || m->lu_length != length) && !factor_both(m, length)) {
-        return SHORTER;
-    }
+    if (!m->jacobian_ready && (outcome = make_jacobian(m)) != FINE) return outcome;
+    if ((!m->lu_ready || m->lu_length != length) && !factor_both(m, length)) return SHORTER;
     outcome = solve_stages(m, length, &iterations);
     if (outcome == SHORTER && !m->jacobian_fresh) {
         outcome = make_jacobian(m);
         outcome = outcome != FINE ? outcome : factor_both(m, length) ? solve_stages(m, length, &iterations) : SHORTER;
     }
-    if (outcome != FINE) {
-        return outcome;
-    }
-    for (int i = 0; i < n; i++) {
+    if (outcome != FINE) return outcome;
+    for (int i = 0; i < n; i++)
         m->x1[i] = m->x[i] + m->stages_z[2 * n + i];
-    }
     filtered_error(m, m->f, length);
     *error = field_norm(m, m->error, m->x, m->x1);
     if (*error > 1.0) {
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++)
             m->stage[i] = m->x[i] + m->error[i];
-        }
-        if ((outcome = motion_rates(m, m->t, m->stage, m->error_low)) != FINE) {
-            return outcome;
-        }
+        if ((outcome = motion_rates(m, m->t, m->stage, m->error_low)) != FINE) return outcome;
         filtered_error(m, m->error_low, length);
         *error = field_norm(m, m->error, m->x, m->x1);
     }

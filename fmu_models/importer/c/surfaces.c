@@ -32,34 +32,28 @@ static int find_duals(Master *m)
     int pivot[SURFACES];
     for (int i = 0; i < k; i++) {
         size[i] = 0.0;
-        for (int j = 0; j < n; j++) {
+        for (int j = 0; j < n; j++)
             size[i] = fmax(size[i], fabs(s->gradient[i * n + j]));
-        }
-        if (!(size[i] > 0.0 && isfinite(size[i]))) {
-            return 0;
-        }
+        if (!(size[i] > 0.0 && isfinite(size[i]))) return 0;
         s->offset[i] = s->part * size[i];
     }
     for (int i = 0; i < k * k; i++) {
         const double *one = s->gradient + i / k * n, *other = s->gradient + i % k * n;
         gram[i] = 0.0;
-        for (int j = 0; j < n; j++) {
+        for (int j = 0; j < n; j++)
             gram[i] += one[j] / size[i / k] * (other[j] / size[i % k]);
-        }
     }
     int fine = linear_real_factor(gram, k, pivot);
-    for (int i = 0; i < k && fine; i++) {
+    for (int i = 0; i < k && fine; i++)
         fine = fabs(gram[i * k + i]) > 1e-10;
-    }
     for (int i = 0; i < k && fine; i++) {
         memset(unit, 0, sizeof unit);
         unit[i] = 1.0;
         linear_real_solve(gram, k, pivot, unit);
         for (int j = 0; j < n; j++) {
             double sum = 0.0;
-            for (int l = 0; l < k; l++) {
+            for (int l = 0; l < k; l++)
                 sum += unit[l] / size[l] * s->gradient[l * n + j];
-            }
             s->normal[i * n + j] = m->nominal[j] * sum / size[i];
         }
     }
@@ -74,16 +68,12 @@ static Outcome find_near(Master *m)
     s->near = 0;
     for (int i = 0; i < m->nz && s->n + s->near < SURFACES; i++) {
         int known = 0;
-        for (int k = 0; k < s->n; k++) {
+        for (int k = 0; k < s->n; k++)
             known |= s->indicator[k] == i;
-        }
-        if (!known && zeno_at_once(m, m->watch[i].time)) {
-            s->indicator[s->n + s->near++] = i;
-        }
+        if (!known && zeno_at_once(m, m->watch[i].time)) s->indicator[s->n + s->near++] = i;
     }
-    for (int i = 0; i < s->n + s->near; i++) {
+    for (int i = 0; i < s->n + s->near; i++)
         s->home[i] = s->z[s->indicator[i]];
-    }
     return outcome;
 }
 
@@ -91,18 +81,14 @@ Outcome surfaces_normals(Master *m, int *found)
 {
     Slide *s = &m->slide;
     const Outcome near = find_near(m);
-    if (near != FINE) {
-        return near;
-    }
+    if (near != FINE) return near;
     memcpy(s->point, m->x, (size_t)m->n * sizeof *m->x);
     for (int j = 0; j < m->n; j++) {
         const double step = cbrt(DBL_EPSILON) * fmax(m->nominal[j], fabs(m->x[j]));
         for (int sign = 0; sign < 2; sign++) {
             s->point[j] = m->x[j] + (sign ? step : -step);
             const Outcome outcome = field_indicators(m, m->t, s->point, s->z);
-            if (outcome != FINE) {
-                return outcome;
-            }
+            if (outcome != FINE) return outcome;
             for (int i = 0; i < s->n + s->near; i++) {
                 double *slope = s->gradient + i * m->n + j;
                 const double z = s->z[s->indicator[i]];
@@ -136,24 +122,19 @@ static Outcome place_beside(Master *m, int sides)
     for (int round = 0; round < 4; round++) {
         for (int j = 0; j < m->n; j++) {
             double sum = 0.0;
-            for (int i = 0; i < all; i++) {
+            for (int i = 0; i < all; i++)
                 sum += lift[i] * s->normal[i * m->n + j];
-            }
             s->point[j] = m->x[j] + sum;
         }
         const Outcome outcome = field_indicators(m, m->t, s->point, s->z);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         int there = 1;
         for (int i = 0; i < all; i++) {
             const double rest = wanted[i] - s->z[s->indicator[i]];
             there &= fabs(rest) <= 0.5 * s->offset[i];
             lift[i] += rest;
         }
-        if (there) {
-            return FINE;
-        }
+        if (there) return FINE;
     }
     return FINE;
 }
@@ -164,30 +145,22 @@ Outcome surfaces_take(Master *m, int sides, int *agreed)
     const int newest = s->n > 0 ? s->indicator[s->n - 1] : -1;
     Update update = {1, 0, 0, 0, INFINITY};
     const Outcome outcome = place_beside(m, sides);
-    if (outcome != FINE) {
-        return outcome;
-    }
+    if (outcome != FINE) return outcome;
     int status = fmi_plain(m->fmu, F_ENTER_EVENT);
     for (int round = 0; status < FMI_DISCARD && update.again && !update.terminate; round++) {
-        if (round > master_tolerances.event_iterations) {
+        if (round > master_tolerances.event_iterations)
             return field_report(m, RUN_EVENT_ITERATION, m->t, newest, round);
-        }
         status = fmi_update(m->fmu, &update);
     }
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_UPDATE, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_UPDATE, status);
     m->next_event = update.next_time;
     m->terminate |= update.terminate;
     status = fmi_plain(m->fmu, F_ENTER_CONTINUOUS);
     status = status >= FMI_DISCARD ? status : fmi_get_states(m->fmu, s->check);
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_CONTINUOUS, status);
-    }
+    if (status >= FMI_DISCARD) return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_CONTINUOUS, status);
     *agreed = !update.terminate;
-    for (int i = 0; i < m->n; i++) {
+    for (int i = 0; i < m->n; i++)
         *agreed &= fabs(s->check[i] - s->point[i]) <= 1e-12 * m->nominal[i];
-    }
     s->sides = sides;
     return FINE;
 }
@@ -198,23 +171,18 @@ static Outcome rates_along(Master *m, double t, const double *x, const double *d
 {
     Slide *s = &m->slide;
     double speed = 0.0;
-    for (int i = 0; i < m->n; i++) {
+    for (int i = 0; i < m->n; i++)
         speed = fmax(speed, fabs(dx[i]) / fmax(m->nominal[i], fabs(x[i])));
-    }
     const double step = 1e-5 * fmin(1.0 / fmax(speed, DBL_MIN), m->run->stop - m->run->start);
     static const double weights[3] = {-3.0, 4.0, -1.0};
     memset(rates, 0, (size_t)s->n * sizeof *rates);
     for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < m->n; i++) {
+        for (int i = 0; i < m->n; i++)
             s->check[i] = x[i] + k * step * dx[i];
-        }
         const Outcome outcome = field_indicators(m, t + k * step, s->check, s->z);
-        if (outcome != FINE) {
-            return outcome;
-        }
-        for (int i = 0; i < s->n; i++) {
+        if (outcome != FINE) return outcome;
+        for (int i = 0; i < s->n; i++)
             rates[i] += weights[k] * s->z[s->indicator[i]] / (2.0 * step);
-        }
     }
     return FINE;
 }
@@ -223,9 +191,8 @@ static Outcome rates_along(Master *m, double t, const double *x, const double *d
 static double weight_but(const Slide *s, int sides, int without)
 {
     double weight = 1.0;
-    for (int i = 0; i < s->n; i++) {
+    for (int i = 0; i < s->n; i++)
         weight *= i == without ? 1.0 : sides >> i & 1 ? s->share[i] : 1.0 - s->share[i];
-    }
     return weight;
 }
 
@@ -238,9 +205,8 @@ static void slopes(const Slide *s, double *jacobian)
     for (int sides = 0; sides < 1 << s->n; sides++) {
         for (int j = 0; j < s->n; j++) {
             const double weight = weight_but(s, sides, j) * (sides >> j & 1 ? 1.0 : -1.0);
-            for (int i = 0; i < s->n; i++) {
+            for (int i = 0; i < s->n; i++)
                 jacobian[i * s->n + j] += weight * s->rates[sides][i];
-            }
         }
     }
 }
@@ -250,29 +216,22 @@ static int find_shares(Slide *s)
 {
     double jacobian[SURFACES * SURFACES], rest[SURFACES];
     int pivot[SURFACES];
-    for (int i = 0; i < s->n; i++) {
+    for (int i = 0; i < s->n; i++)
         s->share[i] = 0.5;
-    }
     for (int round = 0; round < SHARE_ITERATIONS; round++) {
         memset(rest, 0, sizeof rest);
-        for (int sides = 0; sides < 1 << s->n; sides++) {
-            for (int i = 0; i < s->n; i++) {
+        for (int sides = 0; sides < 1 << s->n; sides++)
+            for (int i = 0; i < s->n; i++)
                 rest[i] += surfaces_weight(s, sides) * s->rates[sides][i];
-            }
-        }
         slopes(s, jacobian);
-        if (!linear_real_factor(jacobian, s->n, pivot)) {
-            return 0;
-        }
+        if (!linear_real_factor(jacobian, s->n, pivot)) return 0;
         linear_real_solve(jacobian, s->n, pivot, rest);
         double moved = 0.0;
         for (int i = 0; i < s->n; i++) {
             s->share[i] -= rest[i];
             moved = fmax(moved, fabs(rest[i]) / (1.0 + fabs(s->share[i])));
         }
-        if (!(moved > 1e-14)) {
-            return isfinite(moved);
-        }
+        if (!(moved > 1e-14)) return isfinite(moved);
     }
     return 0;
 }
@@ -290,9 +249,7 @@ Outcome surfaces_mean(Master *m, double t, const double *x, int *solved)
         Outcome outcome = surfaces_take(m, sides, &agrees);
         outcome = outcome == FINE ? field_raw(m, t, x, f) : outcome;
         outcome = outcome == FINE ? rates_along(m, t, x, f, s->rates[sides]) : outcome;
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         *solved &= agrees;
     }
     *solved = find_shares(s) && *solved;
@@ -304,20 +261,13 @@ int surfaces_attract(const Slide *s)
     double jacobian[SURFACES * SURFACES];
     const int n = s->n;
     slopes(s, jacobian);
+    for (int k = 0; k < n; k++)
+        if (!(jacobian[k * n + k] < 0.0)) return 0;
     for (int k = 0; k < n; k++) {
-        if (!(jacobian[k * n + k] < 0.0)) {
-            return 0;
-        }
-    }
-    for (int k = 0; k < n; k++) {
-        if (!(jacobian[k * n + k] < 0.0)) {
-            return 0;
-        }
-        for (int i = k + 1; i < n; i++) {
-            for (int j = k + 1; j < n; j++) {
+        if (!(jacobian[k * n + k] < 0.0)) return 0;
+        for (int i = k + 1; i < n; i++)
+            for (int j = k + 1; j < n; j++)
                 jacobian[i * n + j] -= jacobian[i * n + k] / jacobian[k * n + k] * jacobian[k * n + j];
-            }
-        }
     }
     return 1;
 }
@@ -325,9 +275,8 @@ int surfaces_attract(const Slide *s)
 int surfaces_inside(const Slide *s)
 {
     int inside = 1;
-    for (int i = 0; i < s->n; i++) {
+    for (int i = 0; i < s->n; i++)
         inside &= s->share[i] > 0.0 && s->share[i] < 1.0;
-    }
     return inside;
 }
 
@@ -343,9 +292,7 @@ int surfaces_additive(const Master *m)
                 sum += sides >> i & 1 ? f - none[j] : 0.0;
                 size = fmax(size, fabs(f));
             }
-            if (fabs(s->fields[sides * m->n + j] - sum) > 1e-6 * fmax(size, DBL_MIN)) {
-                return 0;
-            }
+            if (fabs(s->fields[sides * m->n + j] - sum) > 1e-6 * fmax(size, DBL_MIN)) return 0;
         }
     }
     return 1;

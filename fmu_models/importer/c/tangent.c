@@ -41,9 +41,8 @@ void tangent_start(Master *m)
     memcpy(r->ends, m->x, bytes);
     memcpy(r->ends + m->n, m->f, bytes);
     memset(r->tangents, 0, (size_t)m->n * bytes);
-    for (int i = 0; i < m->n; i++) {
+    for (int i = 0; i < m->n; i++)
         r->tangents[i * m->n + i] = 1.0;
-    }
 }
 
 /* far below the size of a state, far above the rounding of a rate: for central differences */
@@ -72,9 +71,8 @@ static Outcome jacobian(Master *m, double t, double *made)
             outcome = outcome == FINE ? field_raw(m, t, m->point, m->error_low) : outcome;
             m->point[j] = m->stage[j];
         }
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++)
             made[i * n + j] = (m->error[i] - m->error_low[i]) / (2.0 * step);
-        }
     }
     return outcome;
 }
@@ -88,11 +86,9 @@ Outcome tangent_slopes(Master *m)
 /* y += factor * J v */
 static void add_product(int n, const double *j, const double *v, int stride, double factor, double *y)
 {
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < n; k++) {
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++)
             y[i] += factor * j[i * n + k] * v[k * stride];
-        }
-    }
 }
 
 Outcome tangent_advance(Master *m, double theta)
@@ -125,15 +121,12 @@ Outcome tangent_advance(Master *m, double theta)
     }
     for (int column = 0; column < n; column++) {
         memset(rates, 0, (size_t)all * sizeof *rates);
-        for (int s = 0; s < STAGES; s++) {
+        for (int s = 0; s < STAGES; s++)
             add_product(n, jacobians + s * n * n, r->tangents + column, n, 1.0, rates + s * n);
-        }
         linear_real_solve(matrix, all, r->tangent_pivots, rates);
-        for (int s = 0; s < STAGES; s++) {
-            for (int i = 0; i < n; i++) {
+        for (int s = 0; s < STAGES; s++)
+            for (int i = 0; i < n; i++)
                 r->tangents[i * n + column] += h * GAUSS_WEIGHT[s] * rates[s * n + i];
-            }
-        }
     }
     return FINE;
 }
@@ -144,13 +137,10 @@ static Outcome half_difference(Master *m, int indicator, const double *along, do
     double z[2] = {0.0, 0.0};
     for (int side = 0; side < 2; side++) {
         const double sign = side ? 1.0 : -1.0;
-        for (int i = 0; i < m->n; i++) {
+        for (int i = 0; i < m->n; i++)
             m->point[i] = m->x[i] + sign * along[i];
-        }
         const Outcome outcome = field_indicators(m, m->t + sign * time, m->point, m->z1);
-        if (outcome != FINE) {
-            return outcome;
-        }
+        if (outcome != FINE) return outcome;
         z[side] = m->z1[indicator];
     }
     *found = 0.5 * (z[1] - z[0]);
@@ -179,18 +169,15 @@ Outcome tangent_before(Master *m, double length)
             outcome = half_difference(m, indicator, m->seed, 0.0, &gradient);
             gradient /= m->seed[j];
             m->seed[j] = 0.0;
-            for (int k = 0; k < n; k++) {
+            for (int k = 0; k < n; k++)
                 row[k] += gradient * r->tangents[j * n + k];
-            }
         }
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++)
             m->error[i] = time * field[i];
-        }
         outcome = outcome == FINE ? half_difference(m, indicator, m->error, time, &rate) : outcome;
         rate /= time;
-        for (int k = 0; k < n; k++) {
+        for (int k = 0; k < n; k++)
             row[k] /= rate;
-        }
     }
     if (fired > 1 || (fired == 1 && !(fabs(rate) > 0.0)) || outcome == SHORTER) {
         r->missed++;
@@ -209,9 +196,7 @@ void tangent_after(Master *m, int states_decide)
         r->missed++;
         return;
     }
-    for (int i = 0; i < n && states_decide; i++) {
-        for (int k = 0; k < n; k++) {
+    for (int i = 0; i < n && states_decide; i++)
+        for (int k = 0; k < n; k++)
             r->tangents[i * n + k] += (m->f[i] - field[i]) * row[k];
-        }
-    }
 }

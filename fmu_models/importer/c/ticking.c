@@ -36,9 +36,7 @@ static void note_tick(Master *m, MasterClock *clock)
 {
     Run *r = m->run;
     clock->ticks++;
-    if (r->n_ticks < r->tick_capacity) {
-        r->ticks[r->n_ticks++] = (MasterTick){m->t, clock - r->clocks};
-    }
+    if (r->n_ticks < r->tick_capacity) r->ticks[r->n_ticks++] = (MasterTick){m->t, clock - r->clocks};
 }
 
 /* the FMU tells when the clock ticks next, relative to now */
@@ -50,17 +48,12 @@ static Outcome ask_interval(Master *m, MasterClock *clock)
         failed_call(m, F_GET_INTERVAL, fmi_get_interval(m->fmu, clock->reference, &interval, &qualifier));
     /* a countdown that has not changed is counted already, or over */
     const int old = qualifier == fmi3IntervalUnchanged && clock->kind == CLOCK_COUNTDOWN;
-    if (outcome != FINE || qualifier == fmi3IntervalNotYetKnown || old) {
-        return outcome;
-    }
-    if (!(interval >= 0.0 && isfinite(interval))) {
-        return bad_clock(m, clock, interval, 0);
-    }
-    if (clock->kind == CLOCK_PERIODIC) {
+    if (outcome != FINE || qualifier == fmi3IntervalNotYetKnown || old) return outcome;
+    if (!(interval >= 0.0 && isfinite(interval))) return bad_clock(m, clock, interval, 0);
+    if (clock->kind == CLOCK_PERIODIC)
         clock->interval = interval;
-    } else {
+    else
         clock->next = m->t + interval;
-    }
     return FINE;
 }
 
@@ -69,24 +62,17 @@ static Outcome begin_clock(Master *m, MasterClock *clock)
     Outcome outcome = FINE;
     clock->ticks = clock->later = 0;
     clock->next = INFINITY;
-    if (clock->asks && clock->kind != CLOCK_OUTPUT && clock->kind != CLOCK_ASKED) {
-        outcome = ask_interval(m, clock);
-    }
+    if (clock->asks && clock->kind != CLOCK_OUTPUT && clock->kind != CLOCK_ASKED) outcome = ask_interval(m, clock);
     if (clock->kind == CLOCK_PERIODIC) {
-        if (outcome == FINE && clock->asks) {
+        if (outcome == FINE && clock->asks)
             outcome = failed_call(m, F_GET_SHIFT, fmi_get_shift(m->fmu, clock->reference, &clock->shift));
-        }
-        if (outcome == FINE && !(clock->interval > 0.0 && isfinite(clock->interval))) {
+        if (outcome == FINE && !(clock->interval > 0.0 && isfinite(clock->interval)))
             return bad_clock(m, clock, clock->interval, 0);
-        }
-        if (outcome == FINE && !(clock->shift >= 0.0 && isfinite(clock->shift))) {
+        if (outcome == FINE && !(clock->shift >= 0.0 && isfinite(clock->shift)))
             return bad_clock(m, clock, clock->shift, 1);
-        }
         clock->next = m->run->start + clock->shift;
     }
-    if (clock->kind == CLOCK_ASKED && clock->n_times > 0) {
-        clock->next = clock->times[0];
-    }
+    if (clock->kind == CLOCK_ASKED && clock->n_times > 0) clock->next = clock->times[0];
     return outcome;
 }
 
@@ -97,17 +83,12 @@ static Outcome read_clocked(Master *m, int64_t active)
     double *values = m->clocked;
     for (int64_t i = 0, size; i < all->n; i += size) {
         size = all->sizes[i];
-        if (!(m->run->kept[i].clocks & active)) {
-            continue;
-        }
+        if (!(m->run->kept[i].clocks & active)) continue;
         const Variables one = {size, all->types + i, all->references + i, all->sizes + i};
         const Outcome outcome = failed_call(m, F_GETTERS, fmi_read(m->fmu, &one, values));
-        if (outcome != FINE) {
-            return outcome;
-        }
-        for (int64_t k = 0; k < size; k++) {
+        if (outcome != FINE) return outcome;
+        for (int64_t k = 0; k < size; k++)
             m->run->kept[i + k].value = values[k];
-        }
     }
     return FINE;
 }
@@ -116,9 +97,8 @@ Outcome ticking_begin(Master *m)
 {
     Run *r = m->run;
     Outcome outcome = FINE;
-    for (int64_t i = 0; i < r->n_clocks && outcome == FINE; i++) {
+    for (int64_t i = 0; i < r->n_clocks && outcome == FINE; i++)
         outcome = begin_clock(m, r->clocks + i);
-    }
     return outcome == FINE ? read_clocked(m, (int64_t)1 << MOST_CLOCKS) : outcome;
 }
 
@@ -126,9 +106,8 @@ double ticking_next(const Master *m)
 {
     const Run *r = m->run;
     double next = INFINITY;
-    for (int64_t i = 0; i < r->n_clocks; i++) {
+    for (int64_t i = 0; i < r->n_clocks; i++)
         next = fmin(next, r->clocks[i].next);
-    }
     return next;
 }
 
@@ -138,11 +117,10 @@ static void tick_now(Master *m, MasterClock *clock)
     note_tick(m, clock);
     clock->later++;
     clock->next = INFINITY;
-    if (clock->kind == CLOCK_PERIODIC) {
+    if (clock->kind == CLOCK_PERIODIC)
         clock->next = m->run->start + clock->shift + (double)clock->later * clock->interval;
-    } else if (clock->kind == CLOCK_ASKED && clock->later < clock->n_times) {
+    else if (clock->kind == CLOCK_ASKED && clock->later < clock->n_times)
         clock->next = clock->times[clock->later];
-    }
 }
 
 /* the FMU's own clocks that tick; their bits are added */
@@ -151,12 +129,8 @@ static Outcome read_outputs(Master *m, int64_t *active)
     Run *r = m->run;
     for (int64_t i = 0; i < r->n_clocks; i++) {
         int ticks = 0;
-        if (r->clocks[i].kind != CLOCK_OUTPUT) {
-            continue;
-        }
-        if (failed_call(m, F_GET_CLOCK, fmi_get_clock(m->fmu, r->clocks[i].reference, &ticks)) != FINE) {
-            return STOP;
-        }
+        if (r->clocks[i].kind != CLOCK_OUTPUT) continue;
+        if (failed_call(m, F_GET_CLOCK, fmi_get_clock(m->fmu, r->clocks[i].reference, &ticks)) != FINE) return STOP;
         if (ticks) {
             note_tick(m, r->clocks + i);
             *active |= (int64_t)1 << i;
@@ -172,9 +146,8 @@ static Outcome ask_intervals(Master *m, int64_t active, int countdowns)
     Outcome outcome = FINE;
     for (int64_t i = 0; i < r->n_clocks && outcome == FINE; i++) {
         const int kind = r->clocks[i].kind;
-        if (kind == CLOCK_COUNTDOWN ? countdowns : kind == CLOCK_CHANGING && (active >> i & 1)) {
+        if (kind == CLOCK_COUNTDOWN ? countdowns : kind == CLOCK_CHANGING && (active >> i & 1))
             outcome = ask_interval(m, r->clocks + i);
-        }
     }
     return outcome;
 }
@@ -187,24 +160,17 @@ Outcome ticking_update(Master *m, int *nominals)
     *nominals = 0;
     for (int round = 0; (update.again || ticking_next(m) <= m->t) && !m->terminate; round++) {
         int64_t active = 0;
-        if (round > master_tolerances.event_iterations) {
-            return field_report(m, RUN_EVENT_ITERATION, m->t, -1, round);
-        }
+        if (round > master_tolerances.event_iterations) return field_report(m, RUN_EVENT_ITERATION, m->t, -1, round);
         for (int64_t i = 0; i < r->n_clocks; i++) {
             if (r->clocks[i].next <= m->t) {
                 tick_now(m, r->clocks + i);
                 active |= (int64_t)1 << i;
-                if (failed_call(m, F_SET_CLOCK, fmi_set_clock(fmu, r->clocks[i].reference)) != FINE) {
-                    return STOP;
-                }
+                if (failed_call(m, F_SET_CLOCK, fmi_set_clock(fmu, r->clocks[i].reference)) != FINE) return STOP;
             }
         }
-        if (read_outputs(m, &active) != FINE || (active && read_clocked(m, active) != FINE)) {
+        if (read_outputs(m, &active) != FINE || (active && read_clocked(m, active) != FINE)) return STOP;
+        if (failed_call(m, F_UPDATE, fmi_update(fmu, &update)) != FINE || ask_intervals(m, active, 1) != FINE)
             return STOP;
-        }
-        if (failed_call(m, F_UPDATE, fmi_update(fmu, &update)) != FINE || ask_intervals(m, active, 1) != FINE) {
-            return STOP;
-        }
         *nominals |= update.nominals_changed;
         m->terminate |= update.terminate;
     }
@@ -215,16 +181,13 @@ Outcome ticking_update(Master *m, int *nominals)
 void ticking_record(Master *m)
 {
     Run *r = m->run;
-    for (int64_t i = 0; i < r->clocked.n; i++) {
+    for (int64_t i = 0; i < r->clocked.n; i++)
         r->clocked_values[r->next_time * r->clocked.n + i] = r->kept[i].value;
-    }
 }
 
 void ticking_told(Master *m)
 {
-    if (read_outputs(m, &m->told) == FINE) {
-        ask_intervals(m, 0, 1);
-    }
+    if (read_outputs(m, &m->told) == FINE) ask_intervals(m, 0, 1);
 }
 
 Outcome ticking_activate(Master *m)
@@ -235,22 +198,14 @@ Outcome ticking_activate(Master *m)
         MasterClock *first = NULL;
         for (int64_t i = 0; i < r->n_clocks; i++) {
             MasterClock *one = r->clocks + i;
-            if (one->next <= m->t && (!first || one->priority < first->priority)) {
-                first = one;
-            }
+            if (one->next <= m->t && (!first || one->priority < first->priority)) first = one;
         }
-        if (round > most) {
-            return field_report(m, RUN_EVENT_ITERATION, m->t, -1, (double)round);
-        }
+        if (round > most) return field_report(m, RUN_EVENT_ITERATION, m->t, -1, (double)round);
         const int64_t active = (int64_t)1 << (first - r->clocks);
         m->told = 0;
         tick_now(m, first);
-        if (failed_call(m, F_ACTIVATE, fmi_activate(m->fmu, first->reference, m->t)) != FINE || m->ended) {
-            return STOP;
-        }
-        if (ask_intervals(m, active, 0) != FINE || read_clocked(m, active | m->told) != FINE) {
-            return STOP;
-        }
+        if (failed_call(m, F_ACTIVATE, fmi_activate(m->fmu, first->reference, m->t)) != FINE || m->ended) return STOP;
+        if (ask_intervals(m, active, 0) != FINE || read_clocked(m, active | m->told) != FINE) return STOP;
     }
     return FINE;
 }

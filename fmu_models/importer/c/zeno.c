@@ -26,9 +26,8 @@ void zeno_reset(Master *m)
     /* one at least: that of all events of a co-simulation */
     const int watches = m->nz > 0 ? m->nz : 1;
     memset(m->watch, 0, (size_t)watches * sizeof *m->watch);
-    for (int i = 0; i < watches; i++) {
+    for (int i = 0; i < watches; i++)
         m->watch[i].time = m->watch[i].counted_time = m->watch[i].window = -INFINITY;
-    }
     m->stalled = 0;
     m->last_event_time = -INFINITY;
 }
@@ -56,9 +55,7 @@ static Outcome sequence(Master *m, Watch *w, int indicator)
     const double rest = gap * ratio / (1.0 - ratio);
     if (w->ratios >= master_tolerances.zeno_ratios && rest <= master_tolerances.zeno_rest * fabs(m->t)) {
         Run *r = m->run;
-        if (r->accumulations++ == 0) {
-            r->accumulation_time = m->t + rest;
-        }
+        if (r->accumulations++ == 0) r->accumulation_time = m->t + rest;
         return r->on_zeno == ZENO_CONTINUE ? FINE : field_report(m, RUN_ZENO, m->t + rest, indicator, ratio);
     }
     return FINE;
@@ -74,9 +71,8 @@ double zeno_longest_step(const Master *m)
         const double next = w->gap * w->ratio;
         /* two gaps are no sequence yet, but where they shrink so fast the third may be the last that shows */
         const int shrinks = w->ratios > 0 || w->ratio < 0.5;
-        if (shrinks && m->t - w->counted_time < 1.1 * next) {
+        if (shrinks && m->t - w->counted_time < 1.1 * next)
             longest = fmin(longest, fmax(0.25 * next, master_tolerances.chatter_gap * fabs(m->t)));
-        }
     }
     return longest;
 }

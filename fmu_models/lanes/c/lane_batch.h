@@ -22,18 +22,14 @@ static INLINE void NAME(gather_mode)(NAME(Batch) * b)
     EACH(b->longest, b->mode[l]->longest)
     EACH(released, b->mode[l]->on_grid && b->mode[l]->home < 0)
     b->released = released != NAME(fill)(0.0);
-    for (int e = 0; e < LANES_FLOW; e++) {
+    for (int e = 0; e < LANES_FLOW; e++)
         EACH(b->flow[e], b->mode[l]->flow[e])
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         EACH(b->constant[i], b->mode[l]->constant[i])
-    }
-    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++)
         EACH(b->guard[e], b->mode[l]->guard[e])
-    }
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         EACH(b->guard_constant[g], b->mode[l]->guard_constant[g])
-    }
 }
 
 /* the last of a queue */
@@ -51,18 +47,14 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->before[l] = b->lane[l]->mode;
         b->there[l] = l < b->count ? -1 : 0;
     }
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         EACH(b->z[j], b->lane[l]->z[j])
-    }
     EACH(b->left, b->lane[l]->left)
-    for (int g = 0; g < LANES_GUARDS; g++) {
-        for (int l = 0; l < LANES_W; l++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
+        for (int l = 0; l < LANES_W; l++)
             b->known[g][l] = b->lane[l]->known[g];
-        }
-    }
-    for (int j = 0; j < LANES_HARMONICS; j++) {
+    for (int j = 0; j < LANES_HARMONICS; j++)
         EACH(b->wave[j], b->table[l]->wave[j])
-    }
     NAME(gather_mode)(b);
     NAME(load_tangents)(pool, b);
 }
@@ -73,9 +65,7 @@ static void NAME(pass_on)(Pool *pool, int64_t slot)
     Lane *lane = &pool->lanes[slot];
     const LaneTable *t = &pool->tables[slot];
     const LaneMode *mode = &t->mode[lane->mode];
-    if (lane->failed) {
-        return;
-    }
+    if (lane->failed) return;
     if (lane->left == 0.0) {
         if (mode->home >= 0 || lane->goal == t->steps) {
             NAME(to_group)(pool, slot);
@@ -99,11 +89,10 @@ static void NAME(happen)(Pool *pool, int64_t slot, int g, int64_t directions)
     fall.mode = lane->mode;
     memcpy(fall.z, lane->z, sizeof fall.z);
     const int told = lane_event(pool, slot, g, &time);
-    if (directions > 0 && !told) {
+    if (directions > 0 && !told)
         lane->failed = 1;
-    } else if (directions > 0) {
+    else if (directions > 0)
         tangents_jump(t, lane, &fall, lane->z, g, directions);
-    }
     /* away from home nothing is to be done at the points of the grid */
     const int on_grid = t->mode[lane->mode].on_grid;
     if (on_grid != was_on_grid || time != before) {
@@ -117,13 +106,11 @@ static void NAME(happen)(Pool *pool, int64_t slot, int g, int64_t directions)
 static INLINE void NAME(keep)(const Pool *pool, const NAME(Batch) * b, int l)
 {
     Lane *lane = b->lane[l];
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         lane->z[j] = b->z[j][l];
-    }
     lane->left = b->left[l];
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         lane->known[g] = b->known[g][l];
-    }
     NAME(save_tangents)(pool, b, l);
     lane->failed |= ++lane->rounds > LANES_ROUNDS;
 }

@@ -33,9 +33,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool)
             Queue *one = &pool->queue[q];
             fullest = one->count > fullest->count ? one : fullest;
         }
-        if (fullest->count == 0) {
-            return;
-        }
+        if (fullest->count == 0) return;
         switch ((int)(fullest - pool->queue)) {
         case QUEUE_EVENT: NAME(event_batch)(pool); break;
         case QUEUE_SERIES: NAME(series_batch)(pool); break;
@@ -53,41 +51,33 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         NAME(Group) *g = NAME(group)(pool, slot);
         const int steps = pool->tables[slot].steps;
         Lane *lane = &pool->lanes[slot];
-        for (int h = 0; h < LANES_HOMES; h++) {
+        for (int h = 0; h < LANES_HOMES; h++)
             AT(g->at[h], slot % LANES_W) = -1.0;
-        }
         if (!lane_begin(pool, slot, &motions[slot])) {
             lane->failed = 1;
             continue;
         }
         lane->goal = lane->rounds = 0;
         tangents_begin(pool, slot);
-        if (pool->tables[slot].mode[lane->mode].home >= 0) {
+        if (pool->tables[slot].mode[lane->mode].home >= 0)
             NAME(to_group)(pool, slot);
-        } else {
+        else
             NAME(go_alone)(pool, slot, 0);
-        }
         most = steps > most ? steps : most;
     }
     NAME(events)(pool);
     for (int at = LANES_GRID - most; at < LANES_GRID; at++) {
-        for (int64_t group = 0; group < groups; group++) {
+        for (int64_t group = 0; group < groups; group++)
             NAME(advance)(pool, group, at);
-        }
         NAME(events)(pool);
     }
     for (int64_t slot = 0; slot < pool->motions; slot++) {
         const NAME(Group) *g = NAME(group)(pool, slot);
         Lane *lane = &pool->lanes[slot];
-        if (!motions[slot].wanted) {
-            continue;
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
+        if (!motions[slot].wanted) continue;
+        for (int i = 0; i < MODEL_NX; i++)
             lane->z[i] = AT(g->x[i], slot % LANES_W);
-        }
-        if (!lane->failed) {
-            tangents_end(pool, slot);
-        }
+        if (!lane->failed) tangents_end(pool, slot);
         lane_end(pool, slot, &motions[slot], !lane->failed);
     }
 }

@@ -26,9 +26,8 @@ static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int
         size += t->depth[c][i] * t->depth[c][i];
         depth += t->depth[c][i] * z[i];
     }
-    for (int i = 0; on_wall && i < MODEL_NQ; i++) {
+    for (int i = 0; on_wall && i < MODEL_NQ; i++)
         z[i] -= depth / size * t->depth[c][i];
-    }
 }
 
 static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
@@ -38,9 +37,8 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_
     const int before = m->state[c];
     double plain[LANES_Z];
     memcpy(plain, z, sizeof plain);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         plain[i] += t->mode[lane->mode].shift[i];
-    }
     const double rate = row_value(t->approach[c], plain);
     if (lanes_guard_slot[g] == GUARD_TANGENTIAL) {
         const int inside = row_value(t->depth[c], plain) > 0.0;
@@ -51,22 +49,17 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_
         known[g] = 1;
         if (before == CONTACT_AWAY) {
             m->memory[c] = fabs(rate);
-            if (g + 1 < LANES_GUARDS && lanes_guard_contact[g + 1] == c) {
+            if (g + 1 < LANES_GUARDS && lanes_guard_contact[g + 1] == c)
                 known[g + 1] = t->entry_release[c][0] * rate + t->entry_release[c][1] == 0.0;
-            }
         }
     }
-    if (before == CONTACT_TOUCHING) {
-        m->held[c] += t->origin + time - m->since[c];
-    }
+    if (before == CONTACT_TOUCHING) m->held[c] += t->origin + time - m->since[c];
     if (m->state[c] == CONTACT_TOUCHING) {
         m->since[c] = t->origin + time;
         m->began[c]++;
     }
     lane_change_mode(t, lane, z);
-    if (before == CONTACT_AWAY) {
-        place_on_bound(t, &t->mode[lane->mode], z, c);
-    }
+    if (before == CONTACT_AWAY) place_on_bound(t, &t->mode[lane->mode], z, c);
 }
 
 /* 0: it is met along its surface, or the motion may slide there */
@@ -75,9 +68,7 @@ static int cross(LaneTable *t, Lane *lane, double *z, int g)
     const int c = lanes_guard_contact[g];
     double size;
     const double rate = guard_rate(t, &t->mode[lane->mode], z, g, &size);
-    if (lanes_sticks[c] || !(-rate > LANES_ALONG * size)) {
-        return 0;
-    }
+    if (lanes_sticks[c] || !(-rate > LANES_ALONG * size)) return 0;
     lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
     lane_change_mode(t, lane, z);
     return 1;
@@ -90,16 +81,12 @@ static int64_t zeros(const LaneMode *m, const LaneEvent *e, const double *z, int
     const int slot = lanes_guard_slot[g];
     const int count = e->known[c][slot == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL];
     const int normal = lanes_led[c] ? lanes_partner[c] - 1 : -1;
-    if (slot != GUARD_NORMAL
-        && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK))) {
+    if (slot != GUARD_NORMAL && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK)))
         return 0; /* it watches nothing */
-    }
     const int unloaded = normal >= 0 && e->known[normal][SLOT_NORMAL] > 0;
     if (slot != GUARD_NORMAL && m->state[c] == CONTACT_STICK && !unloaded) {
         const int other = slot == GUARD_TANGENTIAL ? g + 1 : g - 1;
-        if (row_value(m->full.guard[g], z) > row_value(m->full.guard[other], z)) {
-            return 0;
-        }
+        if (row_value(m->full.guard[g], z) > row_value(m->full.guard[other], z)) return 0;
     }
     return count < LANES_ZERO ? count : LANES_ZERO;
 }
@@ -112,9 +99,8 @@ static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, d
     LaneEvent e = {.time = *time};
     signed char before[NC];
     memcpy(before, lane->motion.state, sizeof before);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         lane->motion.x[i] = z[i] + t->mode[lane->mode].shift[i];
-    }
     for (int g = 0; g < LANES_GUARDS; g++) {
         e.falls[lanes_guard_contact[g]][lanes_guard_slot[g] == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL] |=
             falls[g];
@@ -126,23 +112,19 @@ static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, d
     }
     const LaneMode *m = &t->mode[mode];
     lane->mode = mode;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         z[i] = lane->motion.x[i] - m->shift[i];
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (lanes_compliant[c] && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING) {
+    for (int c = 0; c < MODEL_NC; c++)
+        if (lanes_compliant[c] && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING)
             place_on_bound(t, m, z, c);
-        }
-    }
     for (int k = 0; e.time != *time && k < LANES_HARMONICS; k++) {
         const double angle = t->wave[k] * (t->origin + e.time) + t->phase[k];
         z[MODEL_NX + 2 * k] = cos(angle);
         z[MODEL_NX + 2 * k + 1] = sin(angle);
     }
     *time = e.time;
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         known[g] = zeros(m, &e, z, g);
-    }
 }
 
 /* guards that have fallen with g, but for rounding */
@@ -174,18 +156,15 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
         return 1;
     }
     fallen(t, &t->mode[lane->mode], z, g, falls);
-    for (int e = 0; e < LANES_GUARDS; e++) {
+    for (int e = 0; e < LANES_GUARDS; e++)
         alone &= e == g || !falls[e];
-    }
     if (lanes_surface[c] && !lanes_sticks[c] && t->mode[lane->mode].held_count == 0) {
         known[g] = 1;
         decided = cross(t, lane, z, g);
     } else if (alone) {
         decided = lane_transition(t, lane, z, g, *time, known);
     }
-    if (!decided) {
-        ask(pool, slot, z, falls, time, known);
-    }
+    if (!decided) ask(pool, slot, z, falls, time, known);
     /* neighbours come to rest where an impact does, and rub by another friction */
     const int lands = lanes_impulsive[c] && before == CONTACT_AWAY
                       && (lanes_partner[c] || lane->motion.state[c] != CONTACT_AWAY);
@@ -196,23 +175,16 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
 {
     Lane *lane = &pool->lanes[slot];
     LaneTable *t = &pool->tables[slot];
-    if (!motion->wanted || !t->usable) {
-        return 0;
-    }
+    if (!motion->wanted || !t->usable) return 0;
     const int mode = table_mode(motion->state);
-    if (mode < 0 || !table_at(t, mode)->usable) {
-        return 0;
-    }
+    if (mode < 0 || !table_at(t, mode)->usable) return 0;
     /* of a difference only what leaves a contact held goes on: the engine takes the rest out */
-    if (pool->directions > 0 && t->mode[mode].held_count > 0) {
-        return 0;
-    }
+    if (pool->directions > 0 && t->mode[mode].held_count > 0) return 0;
     lane->motion = *motion;
     lane->mode = mode;
     lane->failed = 0;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         lane->z[i] = pool_flushed(motion->x[i] - t->mode[mode].shift[i]);
-    }
     return 1;
 }
 
@@ -228,11 +200,9 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
     memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
     held_settle(t, &t->mode[lane->mode], z);
     *motion = lane->motion;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         motion->x[i] = z[i] + t->mode[lane->mode].shift[i];
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++)
         motion->since[c] -= t->period;
-    }
     motion->decided = 1;
 }

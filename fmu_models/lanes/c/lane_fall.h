@@ -6,40 +6,31 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
 {
     V value[LANES_NG], rate[LANES_NG], size[LANES_NG];
     V magnitude[LANES_Z], factor[LANES_NR];
-    if (!LANES_IMPACTS) {
-        return fell;
-    }
+    if (!LANES_IMPACTS) return fell;
     V plain;
     EACH(plain, b->mode[l]->plain)
     NAME(guard_line)(b, b->z, value, rate);
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         magnitude[j] = NAME(size)(b->z[j]);
-    }
-    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++)
         factor[e] = NAME(size)(b->guard[e]);
-    }
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         size[g] = NAME(size)(b->guard_constant[g]);
-    }
     LANES_GUARD_SUMS(factor, magnitude, size);
     for (int g = 0; g < LANES_GUARDS; g++) {
         const int c = lanes_guard_contact[g];
         V e, fastest, push;
         M hit = fell & (guard == NAME(fill)((double)g));
-        if (!lanes_impulsive[c] || lanes_partner[c] || lanes_poisson[c]) {
-            continue;
-        }
+        if (!lanes_impulsive[c] || lanes_partner[c] || lanes_poisson[c]) continue;
         hit &= plain != NAME(fill)(0.0);
         EACH(e, b->table[l]->restitution[c])
         EACH(fastest, b->lane[l]->motion.memory[c])
         fastest = NAME(most)(fastest, -rate[g]);
         hit &= rate[g] < NAME(fill)(0.0);
         hit &= -(e * rate[g]) > NAME(fill)(2.0 * LANES_CHATTER) * fastest;
-        for (int other = 0; other < LANES_GUARDS; other++) {
-            if (other != g && lanes_impulsive[lanes_guard_contact[other]]) {
+        for (int other = 0; other < LANES_GUARDS; other++)
+            if (other != g && lanes_impulsive[lanes_guard_contact[other]])
                 hit &= NAME(size)(value[other]) > NAME(fill)(LANES_AT_WALL) * size[other];
-            }
-        }
         const V impulse = rate[g] + e * rate[g];
         for (int i = 0; i < MODEL_NX; i++) {
             EACH(push, b->table[l]->push[c][i < MODEL_NQ ? MODEL_NQ + i : i])
@@ -53,9 +44,8 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
                 motion->began[c]++;
             }
         }
-        for (int other = 0; other < LANES_GUARDS; other++) {
+        for (int other = 0; other < LANES_GUARDS; other++)
             b->known[other] = NAME(choose)(hit, NAME(none)() + (other == g), b->known[other]);
-        }
         fell &= ~hit;
     }
     return fell;
@@ -66,37 +56,27 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
 {
     V value[LANES_NG], rate[LANES_NG];
     NAME(Batch) sizes;
-    if (!LANES_SWITCHES || !NAME(any)(fell)) {
-        return fell;
-    }
+    if (!LANES_SWITCHES || !NAME(any)(fell)) return fell;
     NAME(guard_line)(b, b->z, value, rate);
-    for (int e = 0; e < LANES_FLOW; e++) {
+    for (int e = 0; e < LANES_FLOW; e++)
         sizes.flow[e] = NAME(size)(b->flow[e]);
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         sizes.constant[i] = NAME(size)(b->constant[i]);
-    }
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         sizes.z[j] = NAME(size)(b->z[j]);
-    }
-    for (int j = 0; j < LANES_HARMONICS; j++) {
+    for (int j = 0; j < LANES_HARMONICS; j++)
         sizes.wave[j] = NAME(fill)(0.0);
-    }
-    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++)
         sizes.guard[e] = NAME(size)(b->guard[e]);
-    }
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         sizes.guard_constant[g] = NAME(fill)(0.0);
-    }
     V size[LANES_NG], held;
     EACH(held, b->mode[l]->held_count)
     const M free = held == NAME(fill)(0.0);
     NAME(guard_line)(&sizes, sizes.z, value, size);
     for (int g = 0; g < LANES_GUARDS; g++) {
         const int c = lanes_guard_contact[g];
-        if (!lanes_surface[c] || lanes_sticks[c]) {
-            continue;
-        }
+        if (!lanes_surface[c] || lanes_sticks[c]) continue;
         const M hit = fell & free & (guard == NAME(fill)((double)g)) & (-rate[g] > NAME(fill)(LANES_ALONG) * size[g]);
         for (int l = 0; l < LANES_W; l++) {
             if (hit[l]) {
@@ -106,9 +86,8 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
                 b->mode[l] = table_at(b->table[l], b->lane[l]->mode);
             }
         }
-        for (int other = 0; other < LANES_GUARDS; other++) {
+        for (int other = 0; other < LANES_GUARDS; other++)
             b->known[other] = NAME(choose)(hit, NAME(none)() + (other == g), b->known[other]);
-        }
         fell &= ~hit;
     }
     return fell;
@@ -121,9 +100,7 @@ static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) *
         Lane *lane = b->lane[l];
         double z[LANES_Z];
         Fall fall;
-        if (!fell[l]) {
-            continue;
-        }
+        if (!fell[l]) continue;
         fall.mode = b->before[l];
         for (int j = 0; j < LANES_Z; j++) {
             fall.z[j] = before[j][l];
@@ -131,11 +108,9 @@ static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) *
         }
         NAME(save_tangents)(pool, b, l);
         tangents_jump(b->table[l], lane, &fall, z, (int)guard[l], pool->directions);
-        for (int n = 0; n < pool->directions; n++) {
-            for (int i = 0; i < MODEL_NX; i++) {
+        for (int n = 0; n < pool->directions; n++)
+            for (int i = 0; i < MODEL_NX; i++)
                 AT(b->tangent[n][i], l) = lane->tangent[n][i];
-            }
-        }
     }
 }
 
@@ -160,30 +135,20 @@ static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
     NAME(go)(&b, y, h, u);
     NAME(vary)(&b, h * u, pool->directions);
     const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
-    if (pool->directions > 0) {
-        memcpy(before, b.z, sizeof before);
-    }
+    if (pool->directions > 0) memcpy(before, b.z, sizeof before);
     const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard), guard);
-    if (pool->directions > 0) {
-        NAME(jump)(pool, &b, before, fell & ~special, guard);
-    }
+    if (pool->directions > 0) NAME(jump)(pool, &b, before, fell & ~special, guard);
     /* motions whose states are known here go on at once */
     const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
     for (int l = 0; l < b.count; l++) {
-        if (on[l]) {
-            continue;
-        }
+        if (on[l]) continue;
         NAME(keep)(pool, &b, l);
         b.lane[l]->failed |= undecided[l] != 0;
-        if (special[l]) {
-            NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions);
-        }
+        if (special[l]) NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions);
         NAME(pass_on)(pool, b.slot[l]);
     }
     if (NAME(any)(on)) {
-        if (LANES_SWITCHES) {
-            NAME(gather_mode)(&b);
-        }
+        if (LANES_SWITCHES) NAME(gather_mode)(&b);
         NAME(series)(pool, &b, on);
     }
 }

@@ -13,15 +13,13 @@ static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
 {
     double whole[MODEL_NX][LANES_Z + 1];
     flow_over(t, f, t->h, whole);
-    for (int e = 0; e < LANES_STEP; e++) {
+    for (int e = 0; e < LANES_STEP; e++)
         s->step[e] = whole[lanes_step_row[e]][lanes_step_column[e]];
-    }
     for (int k = 0; k <= lane_point(t->steps - 1); k++) {
         for (int i = 0; i < MODEL_NX; i++) {
             double sum = whole[i][LANES_Z];
-            for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+            for (int j = 0; j < 2 * LANES_HARMONICS; j++)
                 sum += whole[i][MODEL_NX + j] * t->phasor[k][j];
-            }
             s->forced[k][i] = sum;
         }
     }
@@ -32,14 +30,12 @@ static void home_powers(const LaneTable *t, HomeStep *s)
     memcpy(s->power[0], s->step, sizeof s->step);
     for (int n = 1; n < LANES_POWERS && t->steps >> n; n++) {
         double half[MODEL_NX][MODEL_NX] = {{0.0}};
-        for (int e = 0; e < LANES_STEP; e++) {
+        for (int e = 0; e < LANES_STEP; e++)
             half[lanes_step_row[e]][lanes_step_column[e]] = s->power[n - 1][e];
-        }
         for (int e = 0; e < LANES_STEP; e++) {
             double sum = 0.0;
-            for (int k = 0; k < MODEL_NX; k++) {
+            for (int k = 0; k < MODEL_NX; k++)
                 sum += half[lanes_step_row[e]][k] * half[k][lanes_step_column[e]];
-            }
             s->power[n][e] = sum;
         }
     }
@@ -52,21 +48,18 @@ static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
     for (int c = 0; c < LANES_HOME_GUARDS; c++) {
         double bound[MODEL_NX];
         const double *row = f->guard[lanes_home_guard[c]];
-        for (int e = lanes_home_first[c]; e < lanes_home_first[c + 1]; e++) {
+        for (int e = lanes_home_first[c]; e < lanes_home_first[c + 1]; e++)
             s->guard[e] = row[lanes_home_column[e]];
-        }
         for (int k = 0; k <= lane_point(t->steps); k++) {
             double sum = row[LANES_Z];
-            for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+            for (int j = 0; j < 2 * LANES_HARMONICS; j++)
                 sum += row[MODEL_NX + j] * t->phasor[k][j];
-            }
             s->guard_constant[k][c] = sum;
         }
         const double square = 0.125 * t->h * t->h;
         s->bound_constant[c] = square * row_bound(t, f, row, 2, t->h, bound);
-        for (int e = lanes_bound_first[c]; e < lanes_bound_first[c + 1]; e++) {
+        for (int e = lanes_bound_first[c]; e < lanes_bound_first[c + 1]; e++)
             s->bound[e] = square * bound[lanes_bound_column[e]];
-        }
     }
 }
 
@@ -83,12 +76,10 @@ static void table_phasors(LaneTable *t, const LaneRows *r)
     }
     /* held where walls are when the time goes back: rounding of the period would else leave a contact in its wall */
     double far = 0.0;
-    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++)
         far = fmax(far, fabs(t->phasor[lane_point(t->steps)][j] - t->phasor[0][j]));
-    }
-    if (LANES_HARMONICS > 0 && far < SAME_PHASE) {
+    if (LANES_HARMONICS > 0 && far < SAME_PHASE)
         memcpy(t->phasor[lane_point(t->steps)], t->phasor[0], sizeof t->phasor[0]);
-    }
 }
 
 /* whether the forces of contact c have one solution, whatever the motion is */
@@ -99,15 +90,10 @@ static int is_unique(const LaneRows *r, int c)
     const int partner = lanes_partner[c] - 1;
     const int normal = lanes_led[c] ? partner : c;
     int switches = 0;
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int e = 0; e < MODEL_NC; e++)
         switches += lanes_surface[e];
-    }
-    if (lanes_surface[c]) {
-        return switches == 1 && r->G[c][c] > 0.0;
-    }
-    if (partner < 0) {
-        return 1;
-    }
+    if (lanes_surface[c]) return switches == 1 && r->G[c][c] > 0.0;
+    if (partner < 0) return 1;
     const int rub = lanes_partner[normal] - 1;
     return r->mu[rub] * fabs(r->G[normal][rub]) < FAR_FROM_JAM * r->G[normal][normal];
 }
@@ -124,9 +110,8 @@ static void table_contacts(LaneTable *t, const LaneRows *r)
         t->restitution[c] = r->restitution[c];
         t->entry_release[c][0] = r->release[c][1];
         t->entry_release[c][1] = r->release[c][2];
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             t->push[c][i] = lanes_impulsive[c] ? r->W[i][c] / r->G[c][c] : 0.0;
-        }
     }
 }
 
@@ -147,9 +132,7 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
     memcpy(t->phase, r.phase, sizeof t->phase);
     table_contacts(t, &r);
     for (int m = 0; m < LANES_MODES && homes < LANES_HOMES; m++) {
-        if (!mode_is_away(m)) {
-            continue;
-        }
+        if (!mode_is_away(m)) continue;
         slowest = fmin(slowest, table_at(t, m)->rate);
         home[homes++] = m;
     }
@@ -160,17 +143,12 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
         fastest = mode->home >= 0 ? fmax(fastest, mode->rate) : fastest;
     }
     const double steps = ceil(period * fastest / LANES_REACH);
-    if (!(period > 0.0) || !(steps <= LANES_GRID)) {
-        return 0;
-    }
+    if (!(period > 0.0) || !(steps <= LANES_GRID)) return 0;
     t->steps = steps > 1.0 ? (int)steps : 1;
     t->h = period / t->steps;
     table_phasors(t, &r);
-    for (int n = 0; n < homes; n++) {
-        if (t->mode[home[n]].home >= 0) {
-            home_make(t, &t->mode[home[n]].full, &t->home[n]);
-        }
-    }
+    for (int n = 0; n < homes; n++)
+        if (t->mode[home[n]].home >= 0) home_make(t, &t->mode[home[n]].full, &t->home[n]);
     t->usable = 1;
     return 1;
 }

@@ -14,18 +14,16 @@ static const double REDUNDANT = 1e-10;
 double row_value(const double *row, const double *z)
 {
     double sum = row[LANES_Z];
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         sum += row[j] * z[j];
-    }
     return sum;
 }
 
 double row_size(const double *row, const double *z)
 {
     double sum = fabs(row[LANES_Z]);
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         sum += fabs(row[j] * z[j]);
-    }
     return sum;
 }
 
@@ -53,17 +51,13 @@ double guard_rate(const LaneTable *t, const LaneMode *m, const double *z, int g,
 static int solved(int n, double G[NC][NC], int width, double *b)
 {
     double largest = 0.0;
-    for (int i = 0; i < n * NC; i++) {
+    for (int i = 0; i < n * NC; i++)
         largest = i % NC < n ? fmax(largest, fabs(G[i / NC][i % NC])) : largest;
-    }
     for (int k = 0; k < n; k++) {
         int pivot = k;
-        for (int i = k + 1; i < n; i++) {
+        for (int i = k + 1; i < n; i++)
             pivot = fabs(G[i][k]) > fabs(G[pivot][k]) ? i : pivot;
-        }
-        if (!(fabs(G[pivot][k]) > REDUNDANT * largest)) {
-            return 0;
-        }
+        if (!(fabs(G[pivot][k]) > REDUNDANT * largest)) return 0;
         for (int j = 0; pivot != k && j < n + width; j++) {
             double *one = j < n ? &G[k][j] : &b[k * width + j - n];
             double *other = j < n ? &G[pivot][j] : &b[pivot * width + j - n];
@@ -73,17 +67,14 @@ static int solved(int n, double G[NC][NC], int width, double *b)
         }
         for (int i = 0; i < n; i++) {
             const double factor = i == k ? 0.0 : G[i][k] / G[k][k];
-            for (int j = k; factor != 0.0 && j < n; j++) {
+            for (int j = k; factor != 0.0 && j < n; j++)
                 G[i][j] -= factor * G[k][j];
-            }
-            for (int j = 0; factor != 0.0 && j < width; j++) {
+            for (int j = 0; factor != 0.0 && j < width; j++)
                 b[i * width + j] -= factor * b[k * width + j];
-            }
         }
     }
-    for (int i = 0; i < n * width; i++) {
+    for (int i = 0; i < n * width; i++)
         b[i] /= G[i / width][i / width];
-    }
     return 1;
 }
 
@@ -99,11 +90,9 @@ static int drag_of(const LaneRows *r, const LaneMode *m, int c, double *part)
 static void row_rate(const double *row, const double *wave, const Full *f, double *rate)
 {
     memset(rate, 0, (LANES_Z + 1) * sizeof *rate);
-    for (int i = 0; i < MODEL_NX; i++) {
-        for (int j = 0; row[i] != 0.0 && j <= LANES_Z; j++) {
+    for (int i = 0; i < MODEL_NX; i++)
+        for (int j = 0; row[i] != 0.0 && j <= LANES_Z; j++)
             rate[j] += row[i] * f->flow[i][j];
-        }
-    }
     for (int k = 0; k < LANES_HARMONICS; k++) {
         rate[MODEL_NX + 2 * k] += wave[k] * row[MODEL_NX + 2 * k + 1];
         rate[MODEL_NX + 2 * k + 1] -= wave[k] * row[MODEL_NX + 2 * k];
@@ -117,25 +106,20 @@ static int corrections(const LaneRows *r, int n, const int *member, int along, d
     double inverse[NC * NC] = {0.0};
     for (int i = 0; i < n; i++) {
         inverse[i * n + i] = 1.0;
-        for (int e = 0; e < n; e++) {
+        for (int e = 0; e < n; e++)
             G[i][e] = r->G[member[i]][member[e]];
-        }
     }
-    if (!solved(n, G, n, inverse)) {
-        return 0;
-    }
+    if (!solved(n, G, n, inverse)) return 0;
     for (int k = 0; k < n; k++) {
         for (int i = MODEL_NQ; i < MODEL_NX; i++) {
             double sum = 0.0;
-            for (int e = 0; e < n; e++) {
+            for (int e = 0; e < n; e++)
                 sum += r->W[i][member[e]] * inverse[e * n + k];
-            }
             /* a depth is a negative gap */
-            if (along == 0) {
+            if (along == 0)
                 out[k][i] = -sum;
-            } else if (i < 2 * MODEL_NQ) {
+            else if (i < 2 * MODEL_NQ)
                 out[k][i - MODEL_NQ] = sum;
-            }
         }
     }
     return 1;
@@ -149,11 +133,8 @@ static int make_corrections(const LaneRows *r, LaneMode *m)
     memset(m->no_slip, 0, sizeof m->no_slip);
     memset(m->on_wall, 0, sizeof m->on_wall);
     for (int rigid = 1; rigid >= 0; rigid--) {
-        for (int c = 0; c < MODEL_NC; c++) {
-            if (lane_holds(m->state, c) && (lanes_impulsive[c]) == rigid) {
-                m->held[m->held_count++] = c;
-            }
-        }
+        for (int c = 0; c < MODEL_NC; c++)
+            if (lane_holds(m->state, c) && (lanes_impulsive[c]) == rigid) m->held[m->held_count++] = c;
         walls = rigid ? m->held_count : walls;
     }
     return corrections(r, walls, m->held, 1, m->on_wall) && corrections(r, m->held_count, m->held, 0, m->no_slip);
@@ -164,27 +145,22 @@ int held_make(const LaneRows *r, const double *wave, LaneMode *m, Full *f, Held 
     double G[NC][NC];
     double force[NC][LANES_Z + 1];
     memset(held, 0, sizeof *held);
-    if (!make_corrections(r, m)) {
-        return 0;
-    }
+    if (!make_corrections(r, m)) return 0;
     const int n = m->held_count;
     for (int i = 0; i < n; i++) {
         const int c = m->held[i];
         double row[LANES_Z + 1];
         memcpy(row, r->slip[c], sizeof row);
         row_rate(row, wave, f, force[i]);
-        for (int j = 0; j <= LANES_Z; j++) {
+        for (int j = 0; j <= LANES_Z; j++)
             force[i][j] = -force[i][j];
-        }
         for (int e = 0; e < n; e++) {
             double part;
             const int rub = drag_of(r, m, m->held[e], &part);
             G[i][e] = r->G[c][m->held[e]] + (rub >= 0 ? part * r->G[c][rub] : 0.0);
         }
     }
-    if (!solved(n, G, LANES_Z + 1, force[0])) {
-        return 0;
-    }
+    if (!solved(n, G, LANES_Z + 1, force[0])) return 0;
     for (int e = 0; e < n; e++) {
         const int c = m->held[e];
         double part;
@@ -192,9 +168,8 @@ int held_make(const LaneRows *r, const double *wave, LaneMode *m, Full *f, Held 
         memcpy(held->force[c], force[e], sizeof held->force[c]);
         for (int i = 0; i < MODEL_NX; i++) {
             const double push = r->W[i][c] + (rub >= 0 ? part * r->W[i][rub] : 0.0);
-            for (int j = 0; push != 0.0 && j <= LANES_Z; j++) {
+            for (int j = 0; push != 0.0 && j <= LANES_Z; j++)
                 f->flow[i][j] += push * force[e][j];
-            }
         }
     }
     return 1;
@@ -208,33 +183,26 @@ void held_margin(const LaneRows *r, const LaneMode *m, const Held *held, int c, 
         const double most = normal >= 0 ? r->mu[c] * held->force[normal][j] : bound[j];
         row[j] = most - side * held->force[c][j];
     }
-    for (int i = 0; normal < 0 && i < MODEL_NX; i++) {
+    for (int i = 0; normal < 0 && i < MODEL_NX; i++)
         row[LANES_Z] += bound[i] * m->shift[i];
-    }
 }
 
 void held_settle(const LaneTable *t, const LaneMode *m, double *z)
 {
     double y[NC];
     double plain[LANES_Z];
-    if (m->held_count == 0) {
-        return;
-    }
+    if (m->held_count == 0) return;
     memcpy(plain, z, sizeof plain);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         plain[i] += m->shift[i];
-    }
     for (int k = 0; k < m->held_count; k++) {
         const int wall = lanes_impulsive[m->held[k]];
         y[k] = row_value(t->approach[m->held[k]], plain);
         const double depth = wall ? row_value(t->depth[m->held[k]], plain) : 0.0;
-        for (int i = 0; i < MODEL_NQ; i++) {
+        for (int i = 0; i < MODEL_NQ; i++)
             z[i] += m->on_wall[k][i] * depth;
-        }
     }
-    for (int k = 0; k < m->held_count; k++) {
-        for (int i = MODEL_NQ; i < MODEL_NX; i++) {
+    for (int k = 0; k < m->held_count; k++)
+        for (int i = MODEL_NQ; i < MODEL_NX; i++)
             z[i] += m->no_slip[k][i] * y[k];
-        }
-    }
 }

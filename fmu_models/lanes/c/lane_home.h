@@ -32,26 +32,20 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
     const LaneTable *t = &pool->tables[slot];
     const HomeStep *s = &t->home[home];
     const int l = (int)(slot % LANES_W);
-    for (int e = 0; e < LANES_STEP; e++) {
+    for (int e = 0; e < LANES_STEP; e++)
         AT(to->step[e], l) = s->step[e];
-    }
-    for (int e = 0; e < LANES_HOME_ENTRIES; e++) {
+    for (int e = 0; e < LANES_HOME_ENTRIES; e++)
         AT(to->guard[e], l) = s->guard[e];
-    }
-    for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
+    for (int e = 0; e < LANES_BOUND_ENTRIES; e++)
         AT(to->bound[e], l) = s->bound[e];
-    }
-    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+    for (int c = 0; c < LANES_HOME_GUARDS; c++)
         AT(to->bound_constant[c], l) = s->bound_constant[c];
-    }
     for (int k = 0; k <= lane_point(t->steps); k++) {
         const int at = lane_point(LANES_GRID - t->steps + k);
-        for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
+        for (int i = 0; i < MODEL_NX && k < t->steps; i++)
             AT(to->at[at].forced[i], l) = s->forced[k][i];
-        }
-        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+        for (int c = 0; c < LANES_HOME_GUARDS; c++)
             AT(to->at[at].guard_constant[c], l) = s->guard_constant[k][c];
-        }
     }
 }
 
@@ -61,9 +55,8 @@ static void NAME(clear_groups)(Pool *pool)
     for (int64_t group = 0; group * LANES_W < pool->motions; group++) {
         NAME(Group) *g = &NAME(home)(pool, group)->group;
         memset(g->x, 0, sizeof g->x);
-        for (int h = 0; h < LANES_HOMES; h++) {
+        for (int h = 0; h < LANES_HOMES; h++)
             g->at[h] = NAME(fill)(-1.0);
-        }
     }
 }
 
@@ -74,9 +67,7 @@ static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
     Lane *lane = &pool->lanes[slot];
     const int home = t->mode[lane->mode].home;
     lane->brought = lane->goal;
-    if (home < 0) {
-        return;
-    }
+    if (home < 0) return;
     if (!(lane->settled & 1u << home)) {
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
@@ -88,9 +79,8 @@ static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
 static void NAME(to_group)(Pool *pool, int64_t slot)
 {
     NAME(Group) *g = NAME(group)(pool, slot);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         AT(g->x[i], slot % LANES_W) = pool->lanes[slot].z[i];
-    }
     NAME(arrive)(pool, g, slot);
 }
 
@@ -100,9 +90,8 @@ static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const LaneMode *mode = &t->mode[lane->mode];
-    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++)
         lane->z[MODEL_NX + j] = t->phasor[lane_point(k)][j];
-    }
     memset(lane->known, 0, sizeof lane->known);
     tangents_bring(pool, slot, k);
     lane->goal = mode->on_grid ? k + 1 : t->steps;
@@ -115,17 +104,13 @@ static __attribute__((noinline)) void NAME(from_group)(Pool *pool, int64_t group
 {
     NAME(Group) *g = NAME(group)(pool, group * LANES_W);
     for (int l = 0; l < LANES_W; l++) {
-        if (!stopped[l]) {
-            continue;
-        }
+        if (!stopped[l]) continue;
         const int64_t slot = group * LANES_W + l;
         Lane *lane = &pool->lanes[slot];
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             lane->z[i] = AT(g->x[i], l);
-        }
-        for (int h = 0; h < LANES_HOMES; h++) {
+        for (int h = 0; h < LANES_HOMES; h++)
             AT(g->at[h], l) = -1.0;
-        }
         NAME(go_alone)(pool, slot, at - (LANES_GRID - pool->tables[slot].steps));
     }
 }
@@ -141,9 +126,7 @@ static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
         V next[MODEL_NX], g0[LANES_NHG], g1[LANES_NHG], bound[LANES_NHG], size[MODEL_NX];
         const M here = g->at[home] == NAME(fill)((double)at);
         M clear = here;
-        if (!NAME(any)(here)) {
-            continue;
-        }
+        if (!NAME(any)(here)) continue;
         for (int i = 0; i < MODEL_NX; i++) {
             next[i] = s->at[lane_point(at)].forced[i];
             size[i] = NAME(size)(g->x[i]);
@@ -157,16 +140,12 @@ static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
         LANES_HOME_SUMS(s->guard, g->x, g0);
         LANES_HOME_SUMS(s->guard, next, g1);
         LANES_BOUND_SUMS(s->bound, size, bound);
-        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+        for (int c = 0; c < LANES_HOME_GUARDS; c++)
             clear &= NAME(least)(g0[c], g1[c]) > bound[c];
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             g->x[i] = NAME(pick)(clear, next[i], g->x[i]);
-        }
         g->at[home] = NAME(pick)(clear, NAME(fill)((double)(at + 1)), g->at[home]);
         stopped |= here & ~clear;
     }
-    if (NAME(any)(stopped)) {
-        NAME(from_group)(pool, group, stopped, at);
-    }
+    if (NAME(any)(stopped)) NAME(from_group)(pool, group, stopped, at);
 }

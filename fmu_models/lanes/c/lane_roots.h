@@ -83,9 +83,8 @@ static INLINE V NAME(root)(const V *q, V u, V low, V high, M wanted, M *undecide
 static __attribute__((noinline)) V NAME(lowest)(const V *q, V d_low, V d_high, M wanted, M *undecided)
 {
     V slope[LANES_ORDER + 1];
-    for (int k = 0; k < LANES_ORDER; k++) {
+    for (int k = 0; k < LANES_ORDER; k++)
         slope[k] = -NAME(fill)((double)(k + 1)) * q[k + 1];
-    }
     slope[LANES_ORDER] = NAME(fill)(0.0);
     /* the slope rises through zero: its opposite falls */
     return NAME(root)(slope, d_low / (d_low - d_high), NAME(fill)(0.0), NAME(fill)(1.0), wanted, undecided);
@@ -97,9 +96,8 @@ static INLINE V NAME(bend_rest)(const V *q)
 {
     V rest[2] = {NAME(fill)(0.0), NAME(fill)(0.0)};
     LANES_UNROLL
-    for (int k = LANES_ORDER; k >= 4; k--) {
+    for (int k = LANES_ORDER; k >= 4; k--)
         rest[k % 2] += NAME(fill)((double)(k * (k - 1))) * NAME(size)(q[k]);
-    }
     return rest[0] + rest[1];
 }
 
@@ -197,21 +195,17 @@ static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M
         for (int g = LANES_NG - 2; g >= 0; g--) {
             guard = NAME(pick)(open[g], NAME(fill)((double)g), guard);
             bend = NAME(pick)(open[g], rest[g], bend);
-            for (int k = 0; k <= LANES_ORDER; k++) {
+            for (int k = 0; k <= LANES_ORDER; k++)
                 one[k] = NAME(pick)(open[g], q[g][k], one[k]);
-            }
             any |= open[g];
         }
-        if (!NAME(any)(any)) {
-            break;
-        }
+        if (!NAME(any)(any)) break;
         const V at = NAME(guard_falls)(one, bend, any, longer);
         const M sooner = (at < first);
         *which = NAME(pick)(sooner, guard, *which);
         first = NAME(pick)(sooner, at, first);
-        for (int g = 0; g < LANES_GUARDS; g++) {
+        for (int g = 0; g < LANES_GUARDS; g++)
             open[g] &= (guard != NAME(fill)((double)g));
-        }
     }
     return first;
 }
@@ -233,9 +227,7 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
         place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));
         *which = NAME(pick)(falls, guard, *which);
         left &= longer;
-        if (!NAME(any)(left)) {
-            break;
-        }
+        if (!NAME(any)(left)) break;
         /* half of it, for lanes that need it */
         const V half = NAME(pick)(left, NAME(fill)(0.5), NAME(fill)(1.0));
         reach *= half;

@@ -8,22 +8,18 @@ static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
         1.0,        1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,
         1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800};
     V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH], flow[LANES_NF];
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         y[0][j] = now[j] = b->z[j];
-    }
-    for (int j = 0; j < LANES_HARMONICS; j++) {
+    for (int j = 0; j < LANES_HARMONICS; j++)
         turn[j] = h * b->wave[j];
-    }
-    for (int e = 0; e < LANES_FLOW; e++) {
+    for (int e = 0; e < LANES_FLOW; e++)
         flow[e] = h * b->flow[e];
-    }
     LANES_UNROLL
     for (int k = 1; k <= LANES_ORDER; k++) {
-        if (k <= LANES_LOW) {
+        if (k <= LANES_LOW)
             LANES_FLOW(flow, now, rates);
-        } else {
+        else
             LANES_FLOW_HIGH(flow, now, rates);
-        }
         for (int j = 0; j < LANES_HARMONICS; j++) {
             const V c = now[MODEL_NX + 2 * j];
             now[MODEL_NX + 2 * j] = -(turn[j] * now[MODEL_NX + 2 * j + 1]);
@@ -35,11 +31,8 @@ static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
                 now[i] = k == 1 ? now[i] + h * b->constant[i] : now[i];
             }
         }
-        for (int j = 0; j < LANES_Z; j++) {
-            if (k <= LANES_LOW || lanes_endless[j]) {
-                y[k][j] = now[j] * NAME(fill)(part[k]);
-            }
-        }
+        for (int j = 0; j < LANES_Z; j++)
+            if (k <= LANES_LOW || lanes_endless[j]) y[k][j] = now[j] * NAME(fill)(part[k]);
     }
 }
 
@@ -50,17 +43,14 @@ static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, 
     V g[LANES_NG];
     LANES_UNROLL
     for (int k = 0; k <= to; k++) {
-        for (int i = 0; i < LANES_GUARDS; i++) {
+        for (int i = 0; i < LANES_GUARDS; i++)
             g[i] = k == 0 ? b->guard_constant[i] : NAME(fill)(0.0);
-        }
-        if (k <= LANES_LOW) {
+        if (k <= LANES_LOW)
             LANES_GUARD_SUMS(b->guard, y[k], g);
-        } else {
+        else
             LANES_GUARD_SUMS_HIGH(b->guard, y[k], g);
-        }
-        for (int i = 0; i < LANES_GUARDS; i++) {
+        for (int i = 0; i < LANES_GUARDS; i++)
             q[i][k] = g[i];
-        }
     }
 }
 
@@ -69,9 +59,8 @@ static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value,
 {
     V along[LANES_Z];
     LANES_FLOW(b->flow, z, along);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         along[i] += b->constant[i];
-    }
     for (int j = 0; j < LANES_HARMONICS; j++) {
         along[MODEL_NX + 2 * j] = -(b->wave[j] * z[MODEL_NX + 2 * j + 1]);
         along[MODEL_NX + 2 * j + 1] = b->wave[j] * z[MODEL_NX + 2 * j];
@@ -88,9 +77,8 @@ static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value,
 static INLINE void NAME(left_now)(NAME(Batch) * b, V (*q)[LANES_ORDER + 1])
 {
     const V zero = NAME(fill)(0.0);
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         b->known[g] -= (b->known[g] == NAME(none)()) & (q[g][0] == zero) & (q[g][1] > zero);
-    }
 }
 
 /* a stop that has let go and is left on the way: nothing changes but its guards. Lanes in which its guard g falls all the
@@ -114,9 +102,8 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
     const V fourth = (h * h) * (h * h);
     V size[MODEL_NX];
     M found = NAME(none)();
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         size[i] = NAME(size)(b->z[i]);
-    }
     for (int g = 0; g < LANES_GUARDS; g++) {
         V tail;
         EACH(tail, b->mode[l]->tail_constant[g])
@@ -154,17 +141,14 @@ static INLINE void NAME(deflate)(V *q, M known)
     M count = known & ~always;
     while (NAME(any)(count)) {
         const M more = count > none;
-        for (int k = 0; k < LANES_ORDER; k++) {
+        for (int k = 0; k < LANES_ORDER; k++)
             q[k] = NAME(pick)(more, q[k + 1], q[k]);
-        }
         q[LANES_ORDER] = NAME(pick)(more, NAME(fill)(0.0), q[LANES_ORDER]);
         count += more;
     }
-    if (NAME(any)(always)) {
-        for (int k = 0; k <= LANES_ORDER; k++) {
+    if (NAME(any)(always))
+        for (int k = 0; k <= LANES_ORDER; k++)
             q[k] = NAME(pick)(always, NAME(fill)(k == 0 ? 1.0 : 0.0), q[k]);
-        }
-    }
 }
 
 /* states and time at a place u of the sub-step */
@@ -177,11 +161,8 @@ static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
         const int first = lanes_endless[j] ? LANES_ORDER : LANES_LOW;
         V part[2] = {y[0][j], NAME(fill)(0.0)};
         LANES_UNROLL
-        for (int n = LANES_ORDER; n >= 0; n--) {
-            if (n <= first) {
-                part[n % 2] = n >= first - 1 ? y[n][j] : part[n % 2] * square + y[n][j];
-            }
-        }
+        for (int n = LANES_ORDER; n >= 0; n--)
+            if (n <= first) part[n % 2] = n >= first - 1 ? y[n][j] : part[n % 2] * square + y[n][j];
         b->z[j] = first > 0 ? part[0] + u * part[1] : part[0];
     }
     b->left = NAME(pick)(whole, NAME(fill)(0.0), b->left - h * u);
@@ -203,21 +184,16 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
     NAME(go)(b, y, h, NAME(fill)(1.0));
     NAME(vary)(b, NAME(pick)(open, NAME(fill)(0.0), h), pool->directions);
     b->left = NAME(pick)(open, left, b->left);
-    for (int j = 0; j < LANES_Z; j++) {
+    for (int j = 0; j < LANES_Z; j++)
         b->z[j] = NAME(pick)(open, y[0][j], b->z[j]);
-    }
-    for (int g = 0; g < LANES_GUARDS; g++) {
+    for (int g = 0; g < LANES_GUARDS; g++)
         b->known[g] &= open;
-    }
     for (int l = 0; l < b->count; l++) {
-        if (!wanted[l]) {
-            continue;
-        }
+        if (!wanted[l]) continue;
         if (!open[l] && b->left[l] == 0.0 && gone[l] < 0.0 && b->mode[l]->home >= 0 && !b->lane[l]->failed) {
             NAME(Group) *g = NAME(group)(pool, b->slot[l]);
-            for (int i = 0; i < MODEL_NX; i++) {
+            for (int i = 0; i < MODEL_NX; i++)
                 AT(g->x[i], b->slot[l] % LANES_W) = b->z[i][l];
-            }
             NAME(save_tangents)(pool, b, l);
             NAME(arrive)(pool, g, b->slot[l]);
             continue;
@@ -227,9 +203,7 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
             pool_queue(pool, b->slot[l], QUEUE_EVENT);
             continue;
         }
-        if (gone[l] >= 0.0) {
-            NAME(happen)(pool, b->slot[l], (int)gone[l], 0);
-        }
+        if (gone[l] >= 0.0) NAME(happen)(pool, b->slot[l], (int)gone[l], 0);
         NAME(pass_on)(pool, b->slot[l]);
     }
 }

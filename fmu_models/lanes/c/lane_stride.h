@@ -9,14 +9,12 @@ static INLINE M NAME(stays)(const NAME(Batch) * b, V h, const V *f0, const V *d0
     const V fourth = (h * h) * (h * h);
     V size[MODEL_NX];
     M found = b->there;
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         size[i] = NAME(size)(b->z[i]);
-    }
     for (int g = 0; g < LANES_GUARDS; g++) {
         V rest = tail_constant[g];
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             rest += tail[g][i] * size[i];
-        }
         rest *= fourth;
         const M known = (b->known[g] > NAME(none)()) | ((f0[g] == zero) & (d0[g] > zero));
         const V b1 = f0[g] + third * d0[g];
@@ -41,19 +39,15 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
     V steps = NAME(fill)(0.0);
     NAME(gather)(pool, QUEUE_STRIDE, &b);
     const V h = b.longest;
-    for (int i = 0; i < MODEL_NX; i++) {
-        for (int j = 0; j <= LANES_Z; j++) {
+    for (int i = 0; i < MODEL_NX; i++)
+        for (int j = 0; j <= LANES_Z; j++)
             EACH(flow[i][j], b.mode[l]->stride[i][j])
-        }
-    }
-    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++)
         EACH(turn[j], b.mode[l]->turn[j])
-    }
     for (int g = 0; g < LANES_GUARDS; g++) {
         EACH(tail_constant[g], b.mode[l]->tail_constant[g])
-        for (int i = 0; i < MODEL_NX; i++) {
+        for (int i = 0; i < MODEL_NX; i++)
             EACH(tail[g][i], b.mode[l]->tail[g][i])
-        }
     }
     NAME(guard_line)(&b, b.z, f0, d0);
     const V most = NAME(fill)((double)LANES_ROUNDS);
@@ -63,9 +57,8 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
         V next[LANES_Z];
         for (int i = 0; i < MODEL_NX; i++) {
             next[i] = flow[i][LANES_Z];
-            for (int j = 0; j < LANES_Z; j++) {
+            for (int j = 0; j < LANES_Z; j++)
                 next[i] += flow[i][j] * b.z[j];
-            }
         }
         for (int j = MODEL_NX; j < LANES_Z; j += 2) {
             const V c = turn[j - MODEL_NX];
@@ -77,20 +70,17 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
         const M stays = NAME(stays)(&b, h, f0, d0, f1, d1, tail, tail_constant);
         open |= going & ~stays;
         going &= stays;
-        for (int j = 0; j < LANES_Z; j++) {
+        for (int j = 0; j < LANES_Z; j++)
             b.z[j] = NAME(pick)(going, next[j], b.z[j]);
-        }
         for (int n = 0; n < pool->directions; n++) {
             V moved[MODEL_NX];
             for (int i = 0; i < MODEL_NX; i++) {
                 moved[i] = NAME(fill)(0.0);
-                for (int j = 0; j < MODEL_NX; j++) {
+                for (int j = 0; j < MODEL_NX; j++)
                     moved[i] += flow[i][j] * b.tangent[n][j];
-                }
             }
-            for (int i = 0; i < MODEL_NX; i++) {
+            for (int i = 0; i < MODEL_NX; i++)
                 b.tangent[n][i] = NAME(pick)(going, moved[i], b.tangent[n][i]);
-            }
         }
         for (int g = 0; g < LANES_GUARDS; g++) {
             f0[g] = NAME(pick)(going, f1[g], f0[g]);
@@ -103,20 +93,17 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
     }
     for (int l = 0; l < b.count; l++) {
         Lane *lane = b.lane[l];
-        for (int j = 0; j < LANES_Z; j++) {
+        for (int j = 0; j < LANES_Z; j++)
             lane->z[j] = b.z[j][l];
-        }
-        for (int g = 0; g < LANES_GUARDS; g++) {
+        for (int g = 0; g < LANES_GUARDS; g++)
             lane->known[g] = b.known[g][l];
-        }
         NAME(save_tangents)(pool, &b, l);
         lane->left = b.left[l];
         lane->rounds += (int)steps[l];
         lane->failed |= lane->rounds > LANES_ROUNDS;
-        if (open[l] && !lane->failed) {
+        if (open[l] && !lane->failed)
             pool_queue(pool, b.slot[l], QUEUE_EVENT);
-        } else {
+        else
             NAME(pass_on)(pool, b.slot[l]);
-        }
     }
 }

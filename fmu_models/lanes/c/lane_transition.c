@@ -31,9 +31,8 @@ typedef struct {
 static int guard_of(int c, int slot)
 {
     int g = 0;
-    while (lanes_guard_contact[g] != c || lanes_guard_slot[g] != slot) {
+    while (lanes_guard_contact[g] != c || lanes_guard_slot[g] != slot)
         g++;
-    }
     return g;
 }
 
@@ -41,14 +40,11 @@ static int guard_of(int c, int slot)
 static int look(LaneTable *t, const Lane *lane, const double *z, Next *next)
 {
     const int mode = table_mode(next->state);
-    if (mode < 0 || !table_at(t, mode)->usable) {
-        return 0;
-    }
+    if (mode < 0 || !table_at(t, mode)->usable) return 0;
     next->mode = &t->mode[mode];
     memcpy(next->z, z, sizeof next->z);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         next->z[i] = (z[i] + t->mode[lane->mode].shift[i]) - next->mode->shift[i];
-    }
     return 1;
 }
 
@@ -56,9 +52,7 @@ static int look(LaneTable *t, const Lane *lane, const double *z, Next *next)
 static int is_bound(const LaneMode *m, int g)
 {
     const int c = lanes_guard_contact[g];
-    if (lanes_guard_slot[g] == GUARD_NORMAL) {
-        return lanes_impulsive[c] && m->state[c] == CONTACT_TOUCHING;
-    }
+    if (lanes_guard_slot[g] == GUARD_NORMAL) return lanes_impulsive[c] && m->state[c] == CONTACT_TOUCHING;
     return !lanes_compliant[c] && m->state[c] == CONTACT_STICK;
 }
 
@@ -72,9 +66,7 @@ static int fits(const Next *next, int c)
         const double *row = m->full.guard[g];
         const int rubs = lanes_guard_slot[g] == GUARD_TANGENTIAL && abs(m->state[e]) == 1 && lanes_sticks[e] && e != c;
         const double least = is_bound(m, g) ? TIE : rubs ? AT_REST : -1.0;
-        if (least > 0.0 && !(row_value(row, next->z) > least * row_size(row, next->z))) {
-            return 0;
-        }
+        if (least > 0.0 && !(row_value(row, next->z) > least * row_size(row, next->z))) return 0;
         rough += lanes_guard_slot[g] == GUARD_NORMAL && lanes_partner[e] && m->state[e] == CONTACT_TOUCHING;
     }
     const int rubbing = rough && abs(m->state[(int)lanes_partner[m->held[0]] - 1]) == 1;
@@ -88,15 +80,9 @@ static void note(const LaneTable *t, Lane *lane, int c, int after, int struck, d
     const int rigid = lanes_impulsive[c];
     const int held = lane_holds(m->state, c);
     const int holds = rigid ? after == CONTACT_TOUCHING : after == CONTACT_STICK;
-    if (after == m->state[c] && !struck) {
-        return;
-    }
-    if (held && !holds) {
-        m->held[c] += t->origin + time - m->since[c];
-    }
-    if (holds && !held) {
-        m->since[c] = t->origin + time;
-    }
+    if (after == m->state[c] && !struck) return;
+    if (held && !holds) m->held[c] += t->origin + time - m->since[c];
+    if (holds && !held) m->since[c] = t->origin + time;
     m->began[c] += rigid ? !held : holds && !held;
 }
 
@@ -116,9 +102,8 @@ void lane_change_mode(LaneTable *t, Lane *lane, double *z)
     const LaneMode *from = &t->mode[lane->mode];
     lane->mode = table_mode(lane->motion.state);
     const LaneMode *to = table_at(t, lane->mode);
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX; i++)
         z[i] = (z[i] + from->shift[i]) - to->shift[i];
-    }
     lane->failed |= !to->usable;
 }
 
@@ -137,18 +122,12 @@ static int yields_to(const Next *stuck, int c)
 static int stick_or_yield(LaneTable *t, const Lane *lane, const double *z, Next *next, int c, int64_t *known)
 {
     next->state[c] = CONTACT_STICK;
-    if (!look(t, lane, z, next)) {
-        return 0;
-    }
+    if (!look(t, lane, z, next)) return 0;
     Next settled = *next;
     held_settle(t, settled.mode, settled.z);
-    if (fits(&settled, c)) {
-        return 1;
-    }
+    if (fits(&settled, c)) return 1;
     next->state[c] = (signed char)yields_to(&settled, c);
-    if (next->state[c] == CONTACT_STICK || !look(t, lane, z, next) || !fits(next, c)) {
-        return 0;
-    }
+    if (next->state[c] == CONTACT_STICK || !look(t, lane, z, next) || !fits(next, c)) return 0;
     const int g = guard_of(c, GUARD_TANGENTIAL);
     double size;
     const double rate = guard_rate(t, next->mode, next->z, g, &size);
@@ -160,9 +139,7 @@ static int slip_falls(LaneTable *t, Lane *lane, double *z, int c, double time, i
 {
     Next next;
     memcpy(next.state, lane->motion.state, sizeof next.state);
-    if (!stick_or_yield(t, lane, z, &next, c, known) || next.state[c] == lane->motion.state[c]) {
-        return 0;
-    }
+    if (!stick_or_yield(t, lane, z, &next, c, known) || next.state[c] == lane->motion.state[c]) return 0;
     take(t, lane, z, next.state, -1, time);
     return 1;
 }
@@ -190,9 +167,7 @@ static int margin_falls(LaneTable *t, Lane *lane, double *z, int g, double time,
         return 0;
     }
     const double rate = guard_rate(t, next.mode, next.z, slip, &size);
-    if (rate < -TIE * size) {
-        return 0;
-    }
+    if (rate < -TIE * size) return 0;
     /* without a jump of the force the rate of slip is zero too */
     known[slip] = rate > TIE * size ? 1 : 2;
     take(t, lane, z, next.state, -1, time);
@@ -206,15 +181,9 @@ static int force_falls(LaneTable *t, Lane *lane, double *z, int g, double time, 
     Next next;
     memcpy(next.state, lane->motion.state, sizeof next.state);
     next.state[c] = CONTACT_AWAY;
-    if (rub >= 0 && next.state[rub] == CONTACT_STICK) {
-        return 0;
-    }
-    if (rub >= 0) {
-        next.state[rub] = CONTACT_AWAY;
-    }
-    if (!falls_clearly(t, lane, z, g) || !look(t, lane, z, &next) || !fits(&next, c)) {
-        return 0;
-    }
+    if (rub >= 0 && next.state[rub] == CONTACT_STICK) return 0;
+    if (rub >= 0) next.state[rub] = CONTACT_AWAY;
+    if (!falls_clearly(t, lane, z, g) || !look(t, lane, z, &next) || !fits(&next, c)) return 0;
     /* gap, speed and acceleration */
     known[g] = 3;
     take(t, lane, z, next.state, -1, time);
@@ -227,9 +196,7 @@ int lane_is_alone(const LaneTable *t, const Lane *lane, const double *z, int c)
         const int state = lane->motion.state[e];
         if (e == c || state == CONTACT_AWAY) {
             const int rigid = e != c && lanes_impulsive[e];
-            if (rigid && fabs(row_value(t->depth[e], z)) <= LANES_AT_WALL * row_size(t->depth[e], z)) {
-                return 0;
-            }
+            if (rigid && fabs(row_value(t->depth[e], z)) <= LANES_AT_WALL * row_size(t->depth[e], z)) return 0;
         } else if (lanes_compliant[e] ? lanes_digits[e] == 3 : lanes_impulsive[e]) {
             return 0;
         }
@@ -246,9 +213,7 @@ static int impulses(const LaneTable *t, const double *z, int c, double *normal, 
     *rub = 0.0;
     *normal = wanted / G[c];
     *friction = CONTACT_AWAY;
-    if (f < 0) {
-        return 1;
-    }
+    if (f < 0) return 1;
     const double mu = t->mu[f];
     const double slip = row_value(t->approach[f], z);
     const double determinant = G[c] * t->G[f][f] - G[f] * t->G[f][c];
@@ -284,9 +249,7 @@ static int new_sides(const LaneTable *t, const double *z, signed char *state)
         if (lanes_rubs[e] && state[e] != CONTACT_AWAY) {
             const double slip = row_value(t->approach[e], z);
             const int rests = fabs(slip) <= AT_REST * row_size(t->approach[e], z);
-            if (rests && state[e] != CONTACT_STICK) {
-                return 0;
-            }
+            if (rests && state[e] != CONTACT_STICK) return 0;
             state[e] = (signed char)(rests ? CONTACT_STICK : slip > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS);
         }
     }
@@ -300,27 +263,15 @@ static int rest(LaneTable *t, const Lane *lane, const double *z, int c, int fric
     const int g = guard_of(c, GUARD_NORMAL);
     next->state[c] = CONTACT_TOUCHING;
     known[g] = 0;
-    if (f >= 0 && friction == CONTACT_STICK) {
-        return stick_or_yield(t, lane, z, next, f, known);
-    }
-    if (f >= 0) {
-        next->state[f] = (signed char)friction;
-    }
-    if (!look(t, lane, z, next)) {
-        return 0;
-    }
-    if (fits(next, -1)) {
-        return 1;
-    }
+    if (f >= 0 && friction == CONTACT_STICK) return stick_or_yield(t, lane, z, next, f, known);
+    if (f >= 0) next->state[f] = (signed char)friction;
+    if (!look(t, lane, z, next)) return 0;
+    if (fits(next, -1)) return 1;
     const double *force = next->mode->full.guard[g];
-    if (!(row_value(force, next->z) < -TIE * row_size(force, next->z))) {
-        return 0;
-    }
+    if (!(row_value(force, next->z) < -TIE * row_size(force, next->z))) return 0;
     /* it would have to pull: it leaves without speed */
     next->state[c] = CONTACT_AWAY;
-    if (f >= 0) {
-        next->state[f] = CONTACT_AWAY;
-    }
+    if (f >= 0) next->state[f] = CONTACT_AWAY;
     known[g] = 2;
     return look(t, lane, z, next) && fits(next, -1);
 }
@@ -341,16 +292,12 @@ static int arrives(LaneTable *t, Lane *lane, double *z, int c, double time, int6
     }
     memcpy(next.state, lane->motion.state, sizeof next.state);
     memcpy(after, z, sizeof after);
-    for (int i = 0; i < MODEL_NQ; i++) {
+    for (int i = 0; i < MODEL_NQ; i++)
         after[i] += depth * t->push[c][MODEL_NQ + i];
-    }
-    for (int i = MODEL_NQ; i < MODEL_NX; i++) {
+    for (int i = MODEL_NQ; i < MODEL_NX; i++)
         after[i] += t->W[i][c] * normal + (f >= 0 ? t->W[i][f] * rub : 0.0);
-    }
     known[guard_of(c, GUARD_NORMAL)] = 1;
-    if (!new_sides(t, after, next.state)) {
-        return 0;
-    }
+    if (!new_sides(t, after, next.state)) return 0;
     if (leaves > 0.0 ? !look(t, lane, after, &next) || !fits(&next, -1)
                      : !rest(t, lane, after, c, friction, &next, known)) {
         return 0;
@@ -366,9 +313,7 @@ int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, int
     const int c = lanes_guard_contact[g];
     const int state = lane->motion.state[c];
     int done = 0;
-    if (!t->unique[c] || lanes_compliant[c]) {
-        return 0;
-    }
+    if (!t->unique[c] || lanes_compliant[c]) return 0;
     if (lanes_guard_slot[g] == GUARD_NORMAL) {
         /* regions of friction are the engine's */
         done = !lanes_impulsive[c]     ? 0
@@ -379,8 +324,6 @@ int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, int
     } else if (lanes_sticks[c]) {
         done = slip_falls(t, lane, z, c, time, known);
     }
-    if (!done) {
-        memset(known, 0, sizeof lane->known);
-    }
+    if (!done) memset(known, 0, sizeof lane->known);
     return done;
 }

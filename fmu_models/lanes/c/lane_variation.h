@@ -3,20 +3,16 @@
 /* from their records, and back */
 static INLINE void NAME(load_tangents)(const Pool *pool, NAME(Batch) * b)
 {
-    for (int n = 0; n < pool->directions; n++) {
-        for (int i = 0; i < MODEL_NX; i++) {
+    for (int n = 0; n < pool->directions; n++)
+        for (int i = 0; i < MODEL_NX; i++)
             EACH(b->tangent[n][i], b->lane[l]->tangent[n][i])
-        }
-    }
 }
 
 static INLINE void NAME(save_tangents)(const Pool *pool, const NAME(Batch) * b, int l)
 {
-    for (int n = 0; n < pool->directions; n++) {
-        for (int i = 0; i < MODEL_NX; i++) {
+    for (int n = 0; n < pool->directions; n++)
+        for (int i = 0; i < MODEL_NX; i++)
             b->lane[l]->tangent[n][i] = b->tangent[n][i][l];
-        }
-    }
 }
 
 /* exp(A h) d in each lane, by the series of the states without harmonics and constants; two at a time: the terms of one

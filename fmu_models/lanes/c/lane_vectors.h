@@ -34,9 +34,8 @@ static INLINE V NAME(most)(V a, V b) { return NAME(pick)(a > b, a, b); }
 static INLINE int NAME(any)(M m)
 {
     int64_t bits = 0;
-    for (int l = 0; l < LANES_W; l++) {
+    for (int l = 0; l < LANES_W; l++)
         bits |= m[l];
-    }
     return bits != 0;
 }
 

@@ -61,13 +61,9 @@ static int widest(void)
 #if LANES_X86
     unsigned a, b, c, d, low, high;
     const unsigned AVX = 0x6, AVX512 = 0xe6; /* registers that the system keeps */
-    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE)) {
-        return 2;
-    }
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE)) return 2;
     __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-    if ((low & AVX) != AVX || !__get_cpuid_count(7, 0, &a, &b, &c, &d) || !(b & bit_AVX2)) {
-        return 2;
-    }
+    if ((low & AVX) != AVX || !__get_cpuid_count(7, 0, &a, &b, &c, &d) || !(b & bit_AVX2)) return 2;
     const unsigned wanted = bit_AVX512F | bit_AVX512DQ | bit_AVX512VL;
     return (low & AVX512) == AVX512 && (b & wanted) == wanted ? 8 : 4;
 #else
@@ -86,9 +82,8 @@ static Layout layout(int64_t motions, int64_t width, int64_t group)
     l.used = ((int64_t)sizeof(Pool) + 63) / 64 * 64;
     l.tables = pool_reserve(&l.used, motions * (int64_t)sizeof(LaneTable));
     l.lanes = pool_reserve(&l.used, motions * (int64_t)sizeof(Lane));
-    for (int q = 0; q < QUEUES; q++) {
+    for (int q = 0; q < QUEUES; q++)
         l.queue[q] = pool_reserve(&l.used, groups * width * (int64_t)sizeof(int32_t));
-    }
     l.columns = pool_reserve(&l.used, groups * group);
     return l;
 }
@@ -101,9 +96,8 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
     pool->motions = motions;
     pool->tables = (LaneTable *)(void *)(base + l.tables);
     pool->lanes = (Lane *)(void *)(base + l.lanes);
-    for (int q = 0; q < QUEUES; q++) {
+    for (int q = 0; q < QUEUES; q++)
         pool->queue[q] = (Queue){0, (int32_t *)(void *)(base + l.queue[q])};
-    }
     pool->columns = (double *)(void *)(base + l.columns);
     for (int64_t i = 0; i < motions; i++) {
         pool->tables[i].usable = 0;
@@ -123,9 +117,7 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
 {
     Pool *pool = room;
     LaneTable *t = &pool->tables[slot];
-    if (is_table_of(t, p, u, origin, period)) {
-        return t->usable;
-    }
+    if (is_table_of(t, p, u, origin, period)) return t->usable;
     pool->lanes[slot].settled = 0;
     t->steps = 0;
     if (slot > 0 && is_table_of(t - 1, p, u, origin, period)) {

@@ -159,13 +159,12 @@ static STATUS get_one(Model *m, unsigned v, double *value)
 
 static STATUS set_one(Model *m, unsigned v, double value)
 {
-    if (v >= 1 && v <= NX) {
+    if (v >= 1 && v <= NX)
         m->x[v - 1] = value;
-    } else if (v > 200 && v <= 200 + NP) {
+    else if (v > 200 && v <= 200 + NP)
         m->p[v - 201] = value;
-    } else {
+    else
         return FAILED;
-    }
     return OK;
 }
 

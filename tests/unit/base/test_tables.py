@@ -81,8 +81,7 @@ def test_rows_become_columns():
 
 
 @given(
-    st.integers(40, 120),
-    st.lists(st.lists(st.floats(allow_nan=False), min_size=6, max_size=6), min_size=1, max_size=5),
+    st.integers(40, 120), st.lists(st.lists(st.floats(allow_nan=False), min_size=6, max_size=6), min_size=1, max_size=5)
 )
 def test_no_number_breaks(width, values):
     made = table(

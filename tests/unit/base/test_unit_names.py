@@ -92,10 +92,7 @@ def test_what_is_no_unit_is_refused(text: str, message: str) -> None:
         parse_unit(text)
     assert message in str(refused.value)
     if text:
-        for ask in (
-            lambda: converted(f"1 {text}", "mm", "length"),
-            lambda: column_conversion(text, "mm", "column"),
-        ):
+        for ask in (lambda: converted(f"1 {text}", "mm", "length"), lambda: column_conversion(text, "mm", "column")):
             with pytest.raises(StickslipError, match=r"length|column"):
                 ask()
     with pytest.raises(ValueError, match=r"a unit is not understood|measure different"):

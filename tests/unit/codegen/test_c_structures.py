@@ -118,7 +118,7 @@ def test_arrays_pointers_and_structures_within(header) -> None:
     """
     inner, outer = header(text).structure("Inner"), header(text).structure("Outer")
     assert [(f, k._length_ if f == "s" else k) for f, k in inner._fields_] == [
-        *(("a", ctypes.c_void_p), ("b", ctypes.c_void_p), ("s", 5), ("kind", ctypes.c_int)),
+        *(("a", ctypes.c_void_p), ("b", ctypes.c_void_p), ("s", 5), ("kind", ctypes.c_int))
     ]
     assert ctypes.sizeof(outer) == ctypes.sizeof(inner) + 3 * ctypes.sizeof(ctypes.c_void_p)
     assert vars(header(text).constants("Kind")) == {"ONE": 0, "TWO": 7, "THREE": 8}

@@ -174,10 +174,7 @@ BAD_VALUES = [
     ({"e": 1.1}, r"restitution of contact 'rim' must lie between 0 and 1 \(found e = 1.1\)"),
     ({"e": -0.1}, "restitution of contact 'rim' must lie between 0 and 1"),
     ({"mu": -0.1}, r"mu of contact 'rim' must not be negative \(found mu = -0.1\)"),
-    (
-        {"s": 0.55},
-        r"the mass matrix must be positive definite; the determinant of its first 2 rows and columns is",
-    ),
+    ({"s": 0.55}, r"the mass matrix must be positive definite; the determinant of its first 2 rows and columns is"),
 ]
 
 

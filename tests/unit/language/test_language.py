@@ -74,11 +74,7 @@ WRONG = {
     ),
     "slip not affine": ({"contacts": [contact(x.v**2 - v_belt)]}, "not affine in the velocities"),
     "slip times slip": (
-        {
-            "coordinates": [x, y],
-            "kinetic_energy": m * (x.v**2 + y.v**2) / 2,
-            "contacts": [contact(x.v * y.v)],
-        },
+        {"coordinates": [x, y], "kinetic_energy": m * (x.v**2 + y.v**2) / 2, "contacts": [contact(x.v * y.v)]},
         "not affine in the velocities",
     ),
     "slip without velocity": ({"contacts": [contact(x - v_belt)]}, "independent of every velocity"),

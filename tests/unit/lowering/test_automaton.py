@@ -181,11 +181,7 @@ def test_a_ball_bounces_by_its_reset(tmp_path):
     e = Parameter("e", 0.8, "1", "restitution")
     floor = Switch(name="floor", function=z, unit="m")
     ball = declare(
-        name="ball",
-        states=[z, w],
-        flows={z: w, w: -g},
-        switches=(floor,),
-        resets=[Reset(floor, "+", {w: -e * w})],
+        name="ball", states=[z, w], flows={z: w, w: -g}, switches=(floor,), resets=[Reset(floor, "+", {w: -e * w})]
     )
     trajectory = run(ball, tmp_path, 2.0)
     first = math.sqrt(0.2)

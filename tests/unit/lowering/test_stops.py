@@ -274,12 +274,7 @@ LAWS: dict[str, tuple[Law, float, float, bool]] = {
     "exponential": (Tustin(N, mu_s, mu_k, v_s), 5 * (0.3 + 0.2 * float(mpmath.exp(-1.5))), 2.5, True),
     "viscous": (ContiViscous(N, mu_s, mu_k, p, b), 5 * (0.2 / 4 + 0.3) + 0.21, 2.5, True),
     "tanh": (Tanh(CONTI, width), 5 * (0.2 / 4 + 0.3), 2.5, False),
-    "arctan": (
-        Arctan(Coulomb(N, mu), width),
-        2.0 * 2 / float(mpmath.pi) * float(mpmath.atan(30)),
-        2.0,
-        False,
-    ),
+    "arctan": (Arctan(Coulomb(N, mu), width), 2.0 * 2 / float(mpmath.pi) * float(mpmath.atan(30)), 2.0, False),
 }
 
 

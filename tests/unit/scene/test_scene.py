@@ -116,10 +116,7 @@ def test_free_parameters_stay_parameters(tmp_path: Path) -> None:
     assert fmu.parameters == ["mu_s0"]
     run = simulate(fmu, **arguments(scene, parameters={"mu_s0": 0.5}))
     whole = simulate(
-        Fmu.open(built("disc_rig", contacts=["disc0"])),
-        5.0,
-        parameters={"N0": 8.0, "mu_s0": 0.5},
-        inputs={"w0": 0.83},
+        Fmu.open(built("disc_rig", contacts=["disc0"])), 5.0, parameters={"N0": 8.0, "mu_s0": 0.5}, inputs={"w0": 0.83}
     )
     assert run["theta"] == pytest.approx(whole["theta"], abs=1e-13)
     with pytest.raises(StickslipError, match=r"constant of scene 'given'\. Move it to \[free\]"):

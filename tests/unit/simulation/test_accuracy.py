@@ -21,10 +21,7 @@ from fmu_models.simulation.defect import defect_of
 def free_decay(t: float) -> list[float]:
     s, w = 0.055 / (2 * 0.0548), math.sqrt(2.62 / 0.0548 - (0.055 / (2 * 0.0548)) ** 2)
     decay = 0.15 * math.exp(-s * t)
-    return [
-        decay * (math.cos(w * t) + s / w * math.sin(w * t)),
-        -decay * (w + s * s / w) * math.sin(w * t),
-    ]
+    return [decay * (math.cos(w * t) + s / w * math.sin(w * t)), -decay * (w + s * s / w) * math.sin(w * t)]
 
 
 # name, end s, arguments, states at the end as printed or in closed form, rounding of these

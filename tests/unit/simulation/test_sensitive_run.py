@@ -76,6 +76,17 @@ def test_after_a_refusal_the_next_run_is_sound(kept):
     assert found["F0"] == pytest.approx(plain["F0"], abs=1e-13)
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_a_looser_tolerance_is_followed(kept, tolerance):
+    """Local errors of some hundred steps add up to between a tenth of the tolerance and a hundred of it."""
+    times, start = np.linspace(0.0, 20.0, 41), {"theta": 0.05}
+    with SensitiveRun(RIG, by=["J", "theta"], recorded=["theta"], tolerance=tolerance) as loose:
+        run, exact = loose.run(times, start=start), kept.run(times, start=start)
+    for found, expected in ((run["theta"], exact["theta"]), (run.of("theta"), exact.of("theta"))):
+        error = np.max(np.abs(found - expected)) / np.max(np.abs(expected))
+        assert tolerance / 10 < error < 100 * tolerance
+
+
 def test_names_that_were_not_recorded(kept):
     found = kept.run([0.1])
     assert found.of("F0").shape == (1, 2)

@@ -28,10 +28,7 @@ def log_of(name: str, start: list[float], values: dict[str, float], count: int =
 
 @pytest.mark.parametrize(
     ("name", "start", "truth", "first"),
-    [
-        ("logistic", [0.1], {"r": 3.8}, {"r": 3.0}),
-        ("henon", [0.1, 0.1], {"a": 1.4, "b": 0.3}, {"a": 1.0, "b": 0.4}),
-    ],
+    [("logistic", [0.1], {"r": 3.8}, {"r": 3.0}), ("henon", [0.1, 0.1], {"a": 1.4, "b": 0.3}, {"a": 1.0, "b": 0.4})],
 )
 def test_a_chaotic_map_is_found_from_its_iterates(name, start, truth, first):
     """Joined segments: a free run would lose the log after ten iterates, which is said."""

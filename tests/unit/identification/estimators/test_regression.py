@@ -25,11 +25,7 @@ def points(slip: np.ndarray, measured: np.ndarray) -> RegressionProblem:
 
 
 @settings(max_examples=40, deadline=None)
-@given(
-    mu_k=st.floats(0.05, 0.6),
-    drop=st.floats(0.02, 0.6),
-    p=st.floats(3, 200),
-)
+@given(mu_k=st.floats(0.05, 0.6), drop=st.floats(0.02, 0.6), p=st.floats(3, 200))
 def test_exact_coefficients_give_the_law_back_without_a_start(mu_k: float, drop: float, p: float) -> None:
     truth = np.array([mu_k + drop, mu_k, p])
     slip = np.linspace(0.01, 0.25, 60)

@@ -6,14 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting, weak_form
 from identification.estimators.base import Options
 from identification.fit.fit import fit_friction
-from identification.fit.law_spread import contest, with_spread
+from identification.fit.law_spread import Contest, by_residuals, with_spread
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import fit_rivals
+from identification.free_friction.evidence import SeenLaw
 from identification.laws import find_law, slip_laws
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
@@ -40,14 +42,15 @@ def test_the_interval_of_a_wrong_law_holds_the_truth_by_the_spread(exponential: 
     assert any("Tustin fits these logs better than Conti" in said for said in fit.warnings)
     weights = {one.law: one.weight for one in fit.rivals}
     assert sum(weights.values()) == pytest.approx(1) and weights["Tustin"] + weights["Conti+viscous"] > 0.999
-    # by hand from fits of their own: the same quantity under both names, each about the value of Conti's law
-    power = 0.0
+    # by hand from fits of their own, the same quantity under both names: the interval holds 95 % of their mixture
+    rng, draws = np.random.default_rng(0), np.zeros(0)
     for law in ("Tustin", "Conti+viscous"):
-        other = fit_friction(exponential, estimator="weak-form", law=law)["mu_s"]
+        other = fit_friction(exponential, estimator="weak-form", law=law, law_spread="none")["mu_s"]
         assert next(one for one in fit.rivals if one.law == law).values["mu_s"] == pytest.approx(other.value, abs=2e-3)
-        spread = other.plain_deviation**2 - fit["mu_s"].plain_deviation ** 2
-        power += weights[law] * ((other.value - fit["mu_s"].value) ** 2 + max(spread, 0.0))
-    assert fit["mu_s"].law_deviation == pytest.approx(1.5 * np.sqrt(power), rel=0.05)
+        width = np.hypot(max(other.standard_deviation, fit["mu_s"].standard_deviation), fit["mu_s"].scale_deviation)
+        draws = np.append(draws, rng.normal(other.value, width, round(1e5 * weights[law])))
+    off = np.abs(draws - fit["mu_s"].value)
+    assert 1.96 * fit["mu_s"].total_deviation == pytest.approx(np.quantile(off, 0.95), rel=0.05)
     assert fit["mu_s"].law_deviation is not None and fit["mu_s"].total_deviation > fit["mu_s"].law_deviation
     assert "Tustin" in fit.words_of_law and FrictionFit.from_json(fit.to_json()) == fit
 
@@ -61,11 +64,32 @@ def test_a_law_that_is_wrong_does_not_tell_whether_breakaway_ages(exponential: P
     unseen = replace(fit.breakaway, of_wrong_law=False, excess=0.1, square_deviation=1e-3)
     assert unseen.ages and unseen.warnings
     made = weak_form.estimate(exponential, find_law("Conti"), Options())
-    found = contest(exponential, made, "all")
+    found = by_residuals(exponential, made, "all")
     assert found is not None
     judged = with_spread(replace(fit, breakaway=unseen, warnings=unseen.warnings), found)
     assert judged.breakaway == replace(unseen, of_wrong_law=True) and len(judged.warnings) == 1
     assert "fits these logs better than Conti" in judged.warnings[0]
+
+
+@pytest.mark.parametrize(
+    "centre, width, weight", [(0.5, 0.4, 0.001), (0.3, 0.2, 0.06), (0.2, 0.1, 0.5), (-0.4, 0.3, 1)]
+)
+def test_the_interval_holds_its_share_of_the_average_over_laws(centre: float, width: float, weight: float) -> None:
+    law, own, fit = find_law("Conti"), 0.05, made_fit()
+    wide = (replace(q, standard_deviation=0.03, scale_deviation=0.04) for q in fit.parameters)
+    fit = replace(fit, parameters=tuple(wide))
+    seen = {
+        name: SeenLaw(law, fit.law_values + at, np.eye(3) * deviation**2, 1.0, 1)
+        for name, at, deviation in (("Conti", 0.0, 0.02), ("other", centre, np.hypot(width, 0.02)))
+    }
+    lead = 2 * np.log([max(weight, 1e-9), max(1 - weight, 1e-9)])
+    judged = with_spread(fit, Contest("Conti", seen, dict(zip(seen, lead - lead.min(), strict=True))))
+    rng, count = np.random.default_rng(1), 1_000_000
+    other = rng.random(count) < weight
+    draws = np.where(other, centre, 0.0) + rng.normal(size=count) * np.where(other, np.hypot(own, width), own)
+    reach = 1.96 * judged["mu_k"].total_deviation
+    assert np.mean(np.abs(draws) < reach) == pytest.approx(0.95, abs=1e-3)
+    assert judged["mu_k"].law_deviation == pytest.approx(0.0, abs=0.01) or weight > 0.01
 
 
 def test_what_is_not_asked_is_said(exponential: Pool) -> None:
@@ -81,10 +105,10 @@ def test_a_law_that_fits_worse_than_one_nested_in_it_is_sought_from_there(expone
     stopped = made.solution.values + np.array([0.05, 0.05, 5.0, 0.0])
     short = replace(made, solution=replace(made.solution, values=stopped, evaluation=made.problem.evaluate(stopped)))
     assert np.sum(short.solution.evaluation.residual**2) > np.sum(simple**2)
-    found = contest(exponential, short, "all")
-    assert found is not None
-    assert found.fitted["Conti+viscous"].sum < found.fitted["Conti"].sum
-    assert found.fitted["Conti"].sum == pytest.approx(np.sum(simple**2), rel=1e-6)
+    found = by_residuals(exponential, short, "all")
+    assert found is not None and found.shot is not None
+    assert found.laws["Conti+viscous"].misfit == found.shot.sum < found.laws["Conti"].misfit
+    assert found.laws["Conti"].misfit == pytest.approx(np.sum(simple**2), rel=1e-6)
 
 
 def test_a_fall_below_all_slip_speeds_is_said() -> None:

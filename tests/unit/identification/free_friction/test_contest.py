@@ -94,7 +94,7 @@ def test_what_nobody_knows_has_no_name_and_widens_the_law() -> None:
     def walking(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
         return walk[: len(time)]
 
-    fit = fit_friction(logs(9, Faults(laser=walking)), law_spread="none")
+    fit = fit_friction(logs(9, Faults(laser=walking)))
     assert fit.free is not None and fit.free.unexplained > 0 and fit.causes == ()
     assert all(parameter.law_deviation for parameter in fit.parameters)
     assert np.all(np.abs(off(fit)) < 4)

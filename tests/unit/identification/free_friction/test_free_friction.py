@@ -13,12 +13,13 @@ from oracle.bench import Bench
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
+from identification.fit.samples import samples_by_disc
 from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.contest import contest
 from identification.free_friction.slips import MODES, STARTS, Guess, Slips
 from identification.laws import find_law
 from identification.report.fit_summary import fit_summary
-from identification.report.friction_figure import fitted_law
+from identification.report.friction_figure import fitted_law, friction_figure
 
 Law = Callable[[np.ndarray], np.ndarray]
 SPEEDS = (0.41, 0.83)
@@ -136,6 +137,20 @@ def test_it_is_kept_and_shown(plain: FrictionFit) -> None:
     text = StringIO()
     Console(file=text, width=300).print(fit_summary(plain))
     assert "Friction free of any law: 0." in text.getvalue()
+
+
+def test_the_figure_has_both_bands_speeds_and_releases(plain: FrictionFit) -> None:
+    assert plain.solved is not None and plain.free is not None and plain.breakaway is not None
+    problem = plain.solved.problem
+    assert isinstance(problem, ShootingProblem)
+    figure = friction_figure(plain, samples_by_disc(plain, problem.ready))
+    above = figure.axes[0]
+    labels = [text.get_text() for text in above.get_legend().get_texts()]
+    assert {"the same, of one speed", f"release of {len(plain.breakaway.releases)} sticks, 95 %"} <= set(labels)
+    whole, one = (band.get_paths()[0].get_extents() for band in above.collections[:2])
+    assert whole.height > one.height and whole.x0 == 0.0
+    low, high = above.get_ylim()
+    assert low < plain.breakaway.level < high
 
 
 def test_lesser_logs_tell_none(plain: FrictionFit) -> None:

@@ -14,11 +14,7 @@ pytestmark = pytest.mark.digits
 
 NAMES = ("J", "k", "c")
 AT = np.array([1.0, 48.0, 1.0])
-READINGS = (
-    Reading("J", {"J": 1}, 1.0, 0.006),
-    Reading("k", {"k": 1}, 48.0, 0.008),
-    Reading("c", {"c": 1}, 1.0, 0.02),
-)
+READINGS = (Reading("J", {"J": 1}, 1.0, 0.006), Reading("k", {"k": 1}, 48.0, 0.008), Reading("c", {"c": 1}, 1.0, 0.02))
 
 
 def ratio(off: float, deviation: float = 1e-6) -> Pull:
@@ -40,10 +36,7 @@ def test_an_exact_ratio_shares_its_error_by_the_deviations() -> None:
 
 def test_a_ratio_as_a_reading_says_the_same_as_one_of_residuals() -> None:
     tied = (*READINGS, Reading("k/J", {"k": 1, "J": -1}, 48.0 * np.exp(0.01), 1e-6))
-    by_reading, by_residuals = (
-        adjusted(NAMES, AT, READINGS, ratio(0.01)),
-        adjusted(NAMES, AT, tied, Pull.nothing(3)),
-    )
+    by_reading, by_residuals = (adjusted(NAMES, AT, READINGS, ratio(0.01)), adjusted(NAMES, AT, tied, Pull.nothing(3)))
     assert by_reading.step == pytest.approx(by_residuals.step, rel=1e-4)
     assert by_reading.covariance == pytest.approx(by_residuals.covariance, rel=1e-4)
 

@@ -138,7 +138,7 @@ def test_a_spatial_chain_agrees_with_newton_and_euler():
 def test_base_parameters_take_up_what_goes_with_them(arm: Mechanism):
     base = base_parameters(regressor_of(arm, KNOWN))
     assert [one.combination for one in base.parameters] == [
-        *("J1 + 0.09 m2", "J2", "m1 r1 + 0.3 m2", "m2 r2", "b1", "b2", "f1", "f2"),
+        *("J1 + 0.09 m2", "J2", "m1 r1 + 0.3 m2", "m2 r2", "b1", "b2", "f1", "f2")
     ]
     assert [one.name for one in base.parameters if one.frictional] == ["b1", "b2", "f1", "f2"]
 

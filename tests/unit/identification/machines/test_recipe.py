@@ -207,11 +207,7 @@ def test_an_unknown_name_gets_a_hint(tmp_path, monkeypatch):
             'column = "F"\nfilter = { cutoff = 600 }',
             "cutoff of 600 Hz is not below half the sampling rate",
         ),
-        (
-            "[terms]",
-            '[sampling]\nleast_speed = "3 deg/s"\n[terms]',
-            "'least_speed' .* rad/s, but the body slides",
-        ),
+        ("[terms]", '[sampling]\nleast_speed = "3 deg/s"\n[terms]', "'least_speed' .* rad/s, but the body slides"),
         ("[terms]", '[terms]\nk = "stiffness"\nx0 = "gravity"', "one of a body that turns"),
     ],
 )

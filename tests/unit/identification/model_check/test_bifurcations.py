@@ -63,8 +63,7 @@ def test_sequence_of_two_discs_that_touch_in_turn() -> None:
 def test_uncertainty_of_a_fold_is_that_of_its_parameters() -> None:
     fit = made_fit()
     fit = replace(
-        fit,
-        parameters=tuple(q if q.name == "p" else replace(q, standard_deviation=0.0) for q in fit.parameters),
+        fit, parameters=tuple(q if q.name == "p" else replace(q, standard_deviation=0.0) for q in fit.parameters)
     )
     model = fitted_model(fit)
     found = Transition("disc0", 2.430235821, ("disc0",), ())

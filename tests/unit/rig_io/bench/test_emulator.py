@@ -113,12 +113,7 @@ def test_a_free_decay_swings_as_the_closed_form_says() -> None:
     assert (
         log.kind == "free-decay"
         and log.contacts == ()
-        and set(log.columns)
-        == {
-            "laser",
-            "encoder_count",
-            "encoder_edge_time",
-        }
+        and set(log.columns) == {"laser", "encoder_count", "encoder_edge_time"}
     )
     decay = 0.055 / (2 * 0.0548)
     frequency = np.sqrt(2.62 / 0.0548 - decay**2)

@@ -114,10 +114,7 @@ def test_files_of_one_recorder_are_put_in_order() -> None:
     time = np.arange(100) / RATE
     stamped = [
         replace(table(name, time=86400.0 * early + time, laser=time), begin=begin, stamps=("time",))
-        for name, begin, early in (
-            ("late", datetime(2025, 3, 2), 0),
-            ("early", datetime(2025, 3, 1), 0.9),
-        )
+        for name, begin, early in (("late", datetime(2025, 3, 2), 0), ("early", datetime(2025, 3, 1), 0.9))
     ]
     run = joined(stamped, "time", {})
     assert np.all(np.diff(run.table.columns["time"]) > 0) and "'early', 'late'" in run.said[0]

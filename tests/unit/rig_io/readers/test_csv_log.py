@@ -15,11 +15,7 @@ from hypothesis import strategies as st
 from kept_log import CALIBRATION, RIG, a_log, edit_sidecar
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import (
-    Experiment,
-    RigLog,
-    StickslipWarning,
-)
+from rig_io.logs.log import Experiment, RigLog, StickslipWarning
 from rig_io.packages.datapackage import read_log, read_package, write_package
 
 
@@ -45,11 +41,7 @@ def test_round_trip_keeps_everything(package: Path) -> None:
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    start=st.floats(-100, 100),
-    steps=st.lists(st.floats(1e-4, 0.4), min_size=9, max_size=40),
-    data=st.data(),
-)
+@given(start=st.floats(-100, 100), steps=st.lists(st.floats(1e-4, 0.4), min_size=9, max_size=40), data=st.data())
 def test_any_log_survives_the_file(tmp_path_factory, start: float, steps: list[float], data) -> None:
     time = np.round(start + np.concatenate([[0.0], np.cumsum(steps)]), 9)
     exact = st.lists(st.floats(-1e30, 1e30), min_size=len(time), max_size=len(time))

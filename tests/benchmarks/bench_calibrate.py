@@ -173,7 +173,7 @@ def peer(case: EmulatedCase, fmu: Fmu, log: dict[str, np.ndarray], known: dict[s
         most = np.inf if bound is None else float(bound)
         sought.add(key, value=known.get(name, fmu.start_of(name)), min=0.0 if name in case.free else -np.inf, max=most)
     fixed = {name: value for name, value in known.items() if name not in names}
-    instance = fmpy.instantiate_fmu(str(fmu.folder), fmu.description, fmi_type="ModelExchange")
+    instance: Any = fmpy.instantiate_fmu(str(fmu.folder), fmu.description, fmi_type="ModelExchange")
 
     def residual(values: lmfit.Parameters) -> np.ndarray:
         start = {**fixed, **{name: values[key].value for key, name in keys.items()}}

@@ -83,8 +83,7 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
         below.legend(fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderpad=0.0)
     other = "" if len(fit.contacts) == 1 else f" on {contact}"
     above.set_ylabel(f"friction coefficient F/N{other} (1)")
-    below.set_ylabel("residual (1)")
-    below.set_xlabel("slip speed |r w - R th'| (m/s)")
+    below.set(ylabel="residual (1)", xlabel="slip speed |r w - R th'| (m/s)")
     spread = float(np.quantile(np.abs(samples.coefficient - law(samples.slip)), 0.98))
     below.set_ylim(-1.5 * spread, 1.5 * spread)
     centre = law(speed)
@@ -132,8 +131,7 @@ def draw_fit(axes: Axes, fit: FrictionFit) -> None:
         axes.errorbar(
             [m.slip for m in means], [m.coefficient for m in means], yerr=error, label="measured means", **style
         )
-    axes.set_xlabel("slip speed |r w - R th'| (m/s)")
-    axes.set_ylabel("friction coefficient F/N (1)")
+    axes.set(xlabel="slip speed |r w - R th'| (m/s)", ylabel="friction coefficient F/N (1)")
     axes.legend(fontsize="small", frameon=False)
     axes.grid(alpha=0.25)
 

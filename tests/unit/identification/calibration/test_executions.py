@@ -10,9 +10,15 @@ import pytest
 from noisy_belt import FREE, OFF, noisy
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.version import version
+from fmu_models.families.cluster import packed, run_part
 from fmu_models.families.execution import Execution
+from fmu_models.families.jobs import Jobs
 from identification.calibration import trials
 from identification.calibration.calibrate import calibrate
+from identification.calibration.log import model_log
+from identification.calibration.pose import Settings, problem_of
+from identification.calibration.search import Plan, Search
 from identification.calibration.subject import Stretch
 from identification.calibration.systems import opened, subject_of
 from identification.calibration.ties import TiedSubject, of_lmfit
@@ -59,3 +65,20 @@ def test_a_subject_travels_by_what_it_was_made_from(belt, kind):
     there = pickle.loads(pickle.dumps(subject))
     np.testing.assert_array_equal(there.respond(stretch).slopes, subject.respond(stretch).slopes)
     assert there.fmu.sha256 == subject.fmu.sha256
+
+
+def test_workers_of_a_cluster_score_and_descend_as_here(belt):
+    pytest.importorskip("distributed")
+    settings = Settings(parameters=OFF)
+    problem, sought = problem_of(belt, [model_log(noisy(belt, 3), belt)], FREE, settings)
+    asked = Search(problem, sought, Plan(guesses=2)).trials
+    parcel, fmus = packed(asked)
+    assert fmus == [belt]
+    guess, stop = problem.first, np.zeros(1, np.int32)
+    scored = asked.run(Jobs(guess[None]), stop).points[0]
+    there = run_part(version(), parcel, Jobs(guess[None]), belt.path.read_bytes()).points[0]
+    np.testing.assert_array_equal(there, scored)
+    row = Jobs(np.append(guess, scored[0, 1:])[None])
+    here, there = asked.run(row, stop), run_part(version(), parcel, row, belt.path.read_bytes())
+    np.testing.assert_array_equal(there.points, here.points)
+    assert asked.minimum(row.starts[0], there).misfit == asked.minimum(row.starts[0], here).misfit

@@ -100,6 +100,17 @@ def test_what_nobody_knows_has_no_name_and_widens_the_law() -> None:
     assert np.all(np.abs(off(fit)) < 4)
 
 
+def test_what_explains_but_half_has_no_name() -> None:
+    """A load that rocks at 3.3 Hz goes best with a bend of the laser, and leaves residuals that are no noise."""
+
+    def rocking(time: float, angle: float, log: int, turned: float) -> float:
+        return 1 + 0.008 * float(np.sin(2 * np.pi * 3.3 * time))
+
+    fit = fit_friction(logs(0, factor=rocking))
+    assert fit.causes == () and fit.free is not None and fit.free.unexplained > 0
+    assert np.all(np.abs(off(fit)) < 3)
+
+
 def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> None:
     fit = fit_friction(logs(6), law_spread="none", disturbances="none")
     solved = fit.solved

@@ -145,7 +145,7 @@ def test_the_figure_has_both_bands_speeds_and_releases(plain: FrictionFit) -> No
     assert isinstance(problem, ShootingProblem)
     figure = friction_figure(plain, samples_by_disc(plain, problem.ready))
     above = figure.axes[0]
-    labels = [text.get_text() for text in above.get_legend().get_texts()]
+    labels = above.get_legend_handles_labels()[1]
     assert {"the same, of one speed", f"release of {len(plain.breakaway.releases)} sticks, 95 %"} <= set(labels)
     whole, one = (band.get_paths()[0].get_extents() for band in above.collections[:2])
     assert whole.height > one.height and whole.x0 == 0.0

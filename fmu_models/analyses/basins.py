@@ -141,11 +141,6 @@ class Basins(Pictured):
         return np.array([(self.labels == i).mean() for i in range(len(self.attractors))])
 
     @property
-    def share_errors(self) -> Vector:
-        """(attractors,) binomial standard errors, as of starts chosen by chance."""
-        return np.sqrt(self.shares * (1.0 - self.shares) / self.labels.size)
-
-    @property
     def boundary(self) -> float:
         """Share of the starts beside which another one comes to another attractor."""
         beside = np.zeros(self.labels.shape, bool)

@@ -41,6 +41,7 @@ class LawFunctions:
     name: what people call it; reference: what ``language.laws.LAWS`` loads it by; steady: where its steady friction is
     declared, for laws that share it are not told apart by slips; sticks: whether it knows exact stick;
     directed: whether friction depends on the direction of slip;
+    spans: the parameter that is the greatest slip speed of logs, of a curve free of any form, "" of others;
     value(v, q): friction coefficients, shape of v (slip speed >= 0, m/s; as `along` makes it), for parameters q (m,);
     gradient(v, q): their derivatives by q, (m, *shape of v);
     linear: of each parameter, whether mu is linear in it and in the other linear ones together;
@@ -52,6 +53,7 @@ class LawFunctions:
     steady: str
     sticks: bool
     directed: bool = False
+    spans: str = ""
     parameters: tuple[LawParameter, ...]
     linear: tuple[bool, ...]
     value: Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -161,6 +163,7 @@ def _text(reference: str, law: Any) -> str:
             "made.append(LawFunctions(",
             f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r},",
             f"    steady={law.magnitude.__qualname__!r}, sticks={law.sticks!r}, directed={directed!r},",
+            f"    spans={getattr(law, 'spans', '')!r},",
             f"    parameters={tuple(parameter for _, parameter in declared)!r},",
             f"    linear={_linear(mu, tuple(q.values()))!r},",
             "    value=value, gradient=gradient, warned=warned,",

@@ -8,14 +8,15 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Inputs, Json, Overwrite
-from fmu_models.base.figures import save_figure
-from fmu_models.commands.arguments import Besides, Figure, Plots, Within, check_asked
+from fmu_models.base.console import Inputs, Json
+from fmu_models.commands.arguments import RunFiles
+from fmu_models.commands.bundles import bundled
 
 SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
 
 
 @console.trusting
+@bundled
 def couple(
     path: Annotated[
         Path,
@@ -27,14 +28,8 @@ def couple(
     tolerance: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
     inputs: Inputs = None,
     samples: Annotated[int | None, typer.Option(help="Number of output times.", min=2)] = None,
-    figure: Figure = None,
-    plot: Plots = None,
-    beside: Besides = None,
-    within: Within = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
-    ] = None,
-    overwrite: Overwrite = False,
+    *,
+    files: RunFiles,
     json: Json = False,
 ) -> None:
     """Simulate several FMUs as one system.
@@ -50,11 +45,11 @@ def couple(
 
     from fmu_models.coupling import run
     from fmu_models.coupling.toml_system import read_system
-    from fmu_models.report import beside_summary, coupled_summary
-    from fmu_models.simulation.beside import Beside, deviations, times_beside
+    from fmu_models.report import coupled_summary
+    from fmu_models.simulation.beside import times_beside
 
-    check_asked(output, figure, plot, beside, within, overwrite)
-    logs = [Beside.read(text) for text in beside or ()]
+    files.check()
+    logs = files.logs()
     system = read_system(path)
     changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
     system = system.changed(**{name: value for name, value in changes.items() if value is not None})
@@ -65,20 +60,8 @@ def couple(
         times = times_beside(logs, times)
     with console.output_of_libraries(), console.progress("simulating") as advance:
         recording = run.recorded(system, output_times=times, progress=advance)
-    measured = [deviation for log in logs for deviation in log.match(recording.trajectory)]
-    drawn = None
-    if figure:
-        from fmu_models.report.trajectory_figure import trajectory_figure
-
-        drawn = trajectory_figure(recording.trajectory, system.fmus, plot or (), measured, system.name)
-    if output:
-        recording.write(output, overwrite=overwrite)
-    content = coupled_summary.summary(system, recording)
-    if figure and drawn:
-        save_figure(drawn, figure, overwrite=overwrite)
-    content["files"] = [str(path) for path in (output, figure) if path]
-    if logs:
-        content["beside"] = beside_summary.summary(deviations(recording.trajectory, measured), within)
+    written = files.write(recording, logs, system.fmus, system.name)
+    content = coupled_summary.summary(system, recording) | written
     console.say(json, content, lambda out: coupled_summary.print_summary(content, out))
     if logs and content["beside"]["within"] is False:
         raise typer.Exit(1)

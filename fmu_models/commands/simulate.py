@@ -12,11 +12,11 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.child_process import MEMORY, TIME
-from fmu_models.base.console import Contacts, Inputs, Json, Overwrite, Settings
+from fmu_models.base.console import Contacts, Inputs, Json, Settings
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.figures import save_figure
 from fmu_models.base.shipped import is_scene
-from fmu_models.commands.arguments import NAMED, Besides, Figure, Plots, Within, check_asked, scene_of
+from fmu_models.commands.arguments import NAMED, RunFiles, scene_of
+from fmu_models.commands.bundles import bundled
 
 if TYPE_CHECKING:
     from fmu_models.base.child_process import Limits
@@ -32,6 +32,7 @@ OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 
 
 @console.trusting
+@bundled
 def simulate(
     model: Annotated[
         str, typer.Argument(metavar="MODEL", help=f"The .fmu file of anybody, a scene (.toml), or a model: {NAMED}.")
@@ -71,13 +72,8 @@ def simulate(
         bool,
         typer.Option("--second-run", help="Run again with other steps; exit with 1 if variables or events differ."),
     ] = False,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
-    ] = None,
-    figure: Figure = None,
-    plot: Plots = None,
-    beside: Besides = None,
-    within: Within = None,
+    *,
+    files: RunFiles,
     error: Annotated[
         bool, typer.Option("--error", help="Check the defect, run again four times otherwise, and estimate the error.")
     ] = False,
@@ -90,7 +86,6 @@ def simulate(
         float | None,
         typer.Option(help=f"With --isolate: memory that the run may use, MB (Linux; default: {MEMORY:g})."),
     ] = None,
-    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Simulate a model, or the FMU of anybody, and tell what happened.
@@ -110,14 +105,13 @@ def simulate(
     """
     from fmu_models.importer.experiment import perform, perform_with_error
     from fmu_models.importer.second_run import perform_twice
-    from fmu_models.report import beside_summary, run_summary
-    from fmu_models.simulation.beside import Beside, deviations
+    from fmu_models.report import run_summary
 
-    check_asked(output, figure, plot, beside, within, overwrite)
+    files.check()
     if error and second_run:
         raise StickslipError("--error and --second-run are two answers to how far a run can be trusted; choose one.")
     limits = _limits(isolate, time_limit, memory_limit)
-    logs = [Beside.read(text) for text in beside or ()]
+    logs = files.logs()
     changed = {"parameters": (settings, "parameter"), "start": (start, "start value"), "inputs": (inputs, "input")}
     fmu, options = _to_run(model, contacts, until, changed)
     experiment = _experiment(
@@ -136,24 +130,10 @@ def simulate(
             recording, second = perform_twice(fmu, experiment, limits=limits, progress=advance)
         else:
             recording = perform(fmu, experiment, limits=limits, progress=advance)
-    measured = [deviation for log in logs for deviation in log.match(recording.trajectory)]
-    drawn = None
-    if figure:
-        from fmu_models.report.trajectory_figure import trajectory_figure
-
-        drawn = trajectory_figure(recording.trajectory, fmu, plot or (), measured)
-    if output:
-        recording.write(output, overwrite=overwrite)
-        if recording.trajectory.texts and output.suffix.lower() == ".csv":
-            console.warn(f"CSV takes numbers; {', '.join(recording.trajectory.texts)} are kept by -o run.h5 alone.")
-    if figure and drawn:
-        save_figure(drawn, figure, overwrite=overwrite)
-    content = run_summary.summary(fmu, recording, estimate, second)
+    written = files.write(recording, logs, fmu)
+    content = run_summary.summary(fmu, recording, estimate, second) | written
     for name, time in content["not_finite"].items():
         console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
-    content["files"] = [str(path) for path in (output, figure) if path]
-    if logs:
-        content["beside"] = beside_summary.summary(deviations(recording.trajectory, measured), within)
     console.say(json, content, lambda out: run_summary.print_summary(content, out))
     if (second and not second.agrees) or (logs and content["beside"]["within"] is False):
         raise typer.Exit(1)

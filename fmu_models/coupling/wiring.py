@@ -53,10 +53,6 @@ class Wire:
     factor: float
     offset: float
 
-    @property
-    def converts(self) -> bool:
-        return self.factor != 1.0 or self.offset != 0.0
-
 
 def wires(fmus: Mapping[str, Fmu], connections: Sequence[Connection]) -> tuple[Wire, ...]:
     """The connections between these units, checked.

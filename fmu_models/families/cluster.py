@@ -101,7 +101,7 @@ def packed(system: Any) -> tuple[bytes, list[Fmu]]:
 
     class Pickler(cloudpickle.Pickler):
         def persistent_id(self, obj: Any) -> str | None:
-            if not isinstance(obj, Fmu):
+            if type(obj) is not Fmu:
                 return None
             fmus.append(obj)
             return obj.sha256

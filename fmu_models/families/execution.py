@@ -1,6 +1,6 @@
 """Who makes the chunks of a family of motions, and where they are kept.
 
-    chunks -> threads of this process, or workers of a cluster -> memory, or a store on the disk -> rows, in order
+    chunks -> threads, processes, or workers of a cluster -> memory, or a store on the disk -> rows, in order
 
 Only the process that asks for a family writes its store; a chunk is written when it arrives. Without a store no more
 chunks are ahead of the one that is waited for than workers need.
@@ -13,6 +13,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -27,6 +28,7 @@ from fmu_models.base.version import version
 from fmu_models.families import jobs as families
 from fmu_models.families.cluster import Cluster
 from fmu_models.families.jobs import Chunk, Jobs
+from fmu_models.families.processes import Processes, no_workers
 from fmu_models.families.store import Stage, Store
 from fmu_models.simulation.rows import RunRows, joined
 
@@ -38,10 +40,12 @@ TICK = 0.05  # s between looks at the progress
 
 
 class System(Protocol):
-    """What makes a chunk; see ``section_system``."""
+    """What makes a chunk; see ``section_system``. alone: no two threads may run it, so that processes share the work,
+    and an interrupt leaves rows that say how far they came; pace: 0 where ``together`` runs are worth a chunk."""
 
     together: int
     pace: int
+    alone: bool
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows: ...
     def check(self, name: str, values: Vector) -> None: ...
@@ -53,7 +57,7 @@ class Execution:
     """Who makes the runs of an analysis, and where they are kept.
 
     Attributes:
-        workers: Number of threads. Defaults to the number of cores.
+        workers: Number of threads, or of processes for a calibration. Defaults to the number of cores.
         scheduler: Address of the scheduler of a Dask cluster, whose workers make the chunks instead.
         store: Folder (.zarr) that keeps every chunk when it is finished.
         resume: Go on with an unfinished store; a finished one of the same plan is read in any case.
@@ -101,11 +105,14 @@ class Runner:
             except StickslipError:
                 if execution.store is not None:  # without one nobody asks later which system it was
                     raise
-        self.store, self.cluster = None, None
+        self.store: Store | None = None
+        self.cluster: Cluster | Processes | None = None
         if execution.store is not None:
             self.store = Store.open(Path(execution.store), self.provenance, execution.resume, execution.overwrite)
         if execution.scheduler is not None:
             self.cluster = Cluster(execution.scheduler, system)
+        elif system.alone:
+            self.cluster = Processes(system, self.workers)
 
     def __enter__(self) -> Self:
         return self
@@ -134,7 +141,8 @@ class Runner:
         return joined(chunks, begins)
 
     def each(self, jobs: Jobs, take: Take, *, quiet: bool = False) -> None:
-        """The rows chunk by chunk: ``take`` is called with the number of the first run of each, in order.
+        """The rows chunk by chunk: ``take`` is called with the number of the first run of each, in order; when it
+        returns True the family ends.
 
         Raises:
             StickslipError: values that parameters cannot have, and as ``run`` does; KeyboardInterrupt ends all threads
@@ -143,26 +151,31 @@ class Runner:
         for name, values in jobs.varied.items():
             self.system.check(name, values)
         chunks = jobs.chunks(self.system.together, self.system.pace, far=bool(self.store or self.cluster))
-        if self.store is None:
-            self._run(jobs, chunks, _InOrder(chunks, take, self._ahead if jobs.chain == 1 else len(chunks)), quiet)
-            return
-        stage = self.store.stage(jobs, chunks)
-        self._run(jobs, chunks, stage, quiet)
-        for k, chunk in enumerate(chunks):
-            take(chunk.begin, stage.get(k))
+        sink = (
+            self.store.stage(jobs, chunks) if self.store else _InMemory(self._ahead if jobs.chain == 1 else len(chunks))
+        )
+        self._run(jobs, chunks, sink, take, quiet)
 
     @property
     def _ahead(self) -> int:
-        return AHEAD * (self.cluster.threads() if self.cluster else self.workers)
+        return (AHEAD if self.system.pace else 1) * (self.cluster.threads() if self.cluster else self.workers)
 
-    def _run(self, jobs: Jobs, chunks: Sequence[Chunk], sink: _InOrder | Stage, quiet: bool) -> None:
-        """Have all chunks made that are not kept yet."""
+    def _run(self, jobs: Jobs, chunks: Sequence[Chunk], sink: _InMemory | Stage, take: Take, quiet: bool) -> None:
+        """Have all chunks made that are not kept yet, and taken in order."""
         ready = deque(k for k in range(len(chunks)) if not sink.has(k) and (not chunks[k].follows or sink.has(k - 1)))
         pending: dict[Future[RunRows], int] = {}
         stop = np.zeros(1, np.int32)
-        pool = self._pool(min(self.workers, len(chunks)))
+        pool, taken = self._pool(min(self.workers, len(chunks))), 0
         try:
-            while ready or pending:
+            while True:
+                while taken < len(chunks) and sink.has(taken):
+                    if take(chunks[taken].begin, sink.get(taken)) is True:
+                        return
+                    taken += 1
+                    # a link may still ask where this one ended
+                    sink.forget(taken - 2)
+                if not ready and not pending:
+                    return
                 while ready and len(pending) < self._ahead and (sink.has_room() or not pending):
                     k = ready.popleft()
                     chunk_jobs = self._part(jobs, chunks, k, sink)
@@ -172,16 +185,24 @@ class Runner:
                         else pool.submit(self.system.run, chunk_jobs, stop)
                     ] = k
                 for future in wait(pending, TICK, FIRST_COMPLETED).done:
-                    k = pending.pop(future)
-                    sink.put(k, future.result())
+                    k, rows = pending.pop(future), future.result()
+                    if families.STOPPED in rows.outcomes:
+                        take(chunks[k].begin, rows)
+                        raise KeyboardInterrupt
+                    sink.put(k, rows)
                     if k + 1 < len(chunks) and chunks[k + 1].follows and not sink.has(k + 1):
                         ready.appendleft(k + 1)
                 if not quiet:
                     self.progress(sink.count / len(chunks))
-        except BaseException:
-            stop[0] = 1
+        except KeyboardInterrupt:
+            if isinstance(self.cluster, Processes):
+                for k, rows in self.cluster.interrupted(pending):
+                    take(chunks[k].begin, rows)
             raise
+        except BrokenProcessPool as error:
+            raise no_workers() from error
         finally:
+            stop[0] = 1
             pool.shutdown(cancel_futures=True)
             if self.cluster is not None:
                 self.cluster.cancel(pending)
@@ -189,7 +210,7 @@ class Runner:
     def _pool(self, count: int) -> Executor:
         return ThreadPoolExecutor(max(1, count), "runs")
 
-    def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, sink: _InOrder | Stage) -> Jobs:
+    def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, sink: _InMemory | Stage) -> Jobs:
         """The jobs of a chunk; the first of a link goes on where the link before it ended, unless that failed."""
         chunk_jobs = jobs.part(chunks[k].begin, chunks[k].end)
         if chunks[k].follows:
@@ -201,16 +222,15 @@ class Runner:
         return chunk_jobs
 
 
-class _InOrder:
-    """Chunks that wait in memory until all before them have been taken; the last one taken is kept."""
+class _InMemory:
+    """Chunks that wait in memory until all before them have been taken."""
 
-    def __init__(self, chunks: Sequence[Chunk], take: Take, room: int) -> None:
-        self.chunks, self.take, self.room = chunks, take, room
-        self.count = self.taken = 0
+    def __init__(self, room: int) -> None:
+        self.room, self.count = room, 0
         self.rows: dict[int, RunRows] = {}
 
     def has(self, k: int) -> bool:
-        return k < self.taken or k in self.rows
+        return k in self.rows
 
     def has_room(self) -> bool:
         return len(self.rows) < self.room
@@ -221,11 +241,9 @@ class _InOrder:
     def put(self, k: int, rows: RunRows) -> None:
         self.rows[k] = rows
         self.count += 1
-        while self.taken in self.rows:
-            self.take(self.chunks[self.taken].begin, self.rows[self.taken])
-            self.taken += 1
-            # a link may still ask where this one ended
-            self.rows.pop(self.taken - 2, None)
+
+    def forget(self, k: int) -> None:
+        self.rows.pop(k, None)
 
 
 def _described(value: Any) -> Any:

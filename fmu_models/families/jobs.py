@@ -83,12 +83,13 @@ class Jobs:
         return dataclasses.replace(self, starts=self.starts[begin:end], varied=varied)
 
     def chunks(self, together: int = 1, pace: int = 1, *, far: bool = False) -> list[Chunk]:
-        """Of at least so many runs, at this pace; ``far``: to be stored, or to travel, and worth the while."""
+        """Of at least so many runs, at this pace, 0 where these are worth a chunk; ``far``: to be stored, or to travel,
+        and worth the while."""
         steps = self.transient + self.rows * self.batch
         if self.targets is not None or self.longest:
             steps = min(steps, EARLY)
         cost = max(1, steps * (1 + 2 * self.tangents))
-        target = min(max(FAR_CHUNK, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far else CHUNK * pace
+        target = min(max(FAR_CHUNK, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far and pace else CHUNK * pace
         if self.chain == 1:
             size = max(together, target // cost, 1)
             return [Chunk(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]

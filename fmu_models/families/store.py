@@ -190,6 +190,9 @@ class Stage:
         empty = RunRows.empty(len(texts), rows, width, 0)
         return replace(empty, **arrays, messages={int(i): str(texts[i]) for i in np.flatnonzero(texts != "")})
 
+    def forget(self, k: int) -> None:
+        """A chunk that was taken stays."""
+
     def _where(self, k: int) -> tuple[Any, ...]:
         """Place of a chunk in an array: of runs, or of runs in their chain."""
         chunk, chain = self._chunks[k], self._jobs.chain

@@ -21,6 +21,8 @@ class DryFriction(ABC):
     sticks: ClassVar[bool] = True
     label: ClassVar[str] = ""
     """What people call the law; the name of its class if empty."""
+    spans: ClassVar[str] = ""
+    """The parameter that is the greatest slip speed of logs, of a curve that is free of any form."""
 
     @classmethod
     def around(cls, own: Any, suffix: str = "") -> Self:

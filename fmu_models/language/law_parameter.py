@@ -12,6 +12,8 @@ from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 T_0 = 0.01  # s, of stick, after which breakaway that ages grows by decades
+# of the law `free`: distance of knots in ln(1 + v/V), power of its steps, knots from rest to the greatest slip speed
+KNOT_SPACING, STEEPNESS, KNOTS_INSIDE = 0.5, 4, 7
 
 
 @dataclass(frozen=True)

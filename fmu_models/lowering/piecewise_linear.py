@@ -12,6 +12,7 @@ Inputs count as constants.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -23,6 +24,7 @@ from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.lowering.hybrid_system import HybridSystem
 
 Row = tuple[Any, ...]
+APART = 1e-6  # relative, of two values that are no rounding of one
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +65,24 @@ class Lifted:
         factors = [sympy.diff(lifted, z) if z in present else sympy.S.Zero for z in unknowns]
         changing = {*unknowns, TIME}
         for factor in factors:
-            if factor.free_symbols & changing and sympy.expand(factor).free_symbols & changing:
+            if not factor.free_symbols & changing:
+                continue
+            if _changes(factor, changing) or sympy.expand(factor).free_symbols & changing:
                 return None
         constant = lifted.xreplace(dict.fromkeys(unknowns, sympy.S.Zero))
         if TIME in constant.free_symbols:
             return None
         n = len(unknowns) - len(further)
         return (*factors[:n], constant, *factors[n:])
+
+
+def _changes(factor: Any, changing: AbstractSet[Any]) -> bool:
+    """Whether two values of an expression show that it hangs on some symbols: much sooner than its expansion does."""
+    symbols = sorted(factor.free_symbols, key=str)
+    near = {symbol: sympy.Float(0.3 + 0.07 * number) for number, symbol in enumerate(symbols)}
+    far = {symbol: value + (0.29 if symbol in changing else 0) for symbol, value in near.items()}
+    first, second = (sympy.N(factor.xreplace(values)) for values in (near, far))
+    return bool(first.is_real and second.is_real and abs(first - second) > APART * (abs(first) + abs(second)))
 
 
 def obstacles(system: HybridSystem) -> tuple[str, ...]:

@@ -182,8 +182,7 @@ def _draw_curves(curves: Sequence[Curve], axes: Axes, closed_form: ClosedForm | 
         axes.plot(*np.array(places).T, "o", color="black", markersize=4, label=f"{i} {kind}", zorder=4)
         for point in places:
             axes.annotate(str(i), point, fontsize="small", xytext=(4, 4), textcoords="offset points")
-    axes.set_xlabel(with_unit(curves[0].second, curves[0].units))
-    axes.set_ylabel(with_unit(curves[0].over, curves[0].units))
+    axes.set(xlabel=with_unit(curves[0].second, curves[0].units), ylabel=with_unit(curves[0].over, curves[0].units))
     axes.set_title(curves[0].model, fontsize="medium")
     legend_below(axes, axes.get_legend_handles_labels()[0])
 
@@ -268,8 +267,7 @@ def _(result: Manifolds, axes: Axes) -> None:
         axes.plot(x, y, color=COLOURS[5 if curve.kind == "unstable" else 0], linewidth=0.8, label=label)
         labelled.add(curve.kind)
     axes.plot(result.saddle[:, columns[0]], result.saddle[:, columns[-1]], "s", color="black", label="saddle")
-    axes.set_xlabel(result.of[0])
-    axes.set_ylabel(result.of[-1])
+    axes.set(xlabel=result.of[0], ylabel=result.of[-1])
     axes.set_title(result.model, fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 
@@ -294,8 +292,7 @@ def _(result: Homoclinic, axes: Axes) -> None:
     y = min(1, len(result.states) - 1)
     axes.plot(result.points[:, 0], result.points[:, y], color="black", linewidth=1.2, label="homoclinic motion")
     axes.plot(result.saddle[0], result.saddle[y], "s", color="black", label="saddle")
-    axes.set_xlabel(result.states[0])
-    axes.set_ylabel(result.states[y])
+    axes.set(xlabel=result.states[0], ylabel=result.states[y])
     axes.set_title(f"{result.model}, {result.parameter} = {result.value:.9g}", fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 

@@ -50,8 +50,7 @@ def _draw_equilibria(branch: EquilibriumBranch, axes: Axes) -> None:
     if branch.cycles:
         handles.append(axes.plot([], [], color=COLOURS[0], label="cycles, where they begin")[0])
     axes.autoscale_view()
-    axes.set_xlabel(with_unit(branch.over, branch.units))
-    axes.set_ylabel(with_unit(branch.of, branch.units))
+    axes.set(xlabel=with_unit(branch.over, branch.units), ylabel=with_unit(branch.of, branch.units))
     axes.set_title(branch.model, fontsize="medium")
     legend_below(axes, handles)
 
@@ -91,8 +90,7 @@ def _draw_eigenvalues(branch: EquilibriumBranch, axes: Axes) -> None:
                 axes.annotate(f"$q$ = {share:.4g}", where, above, textcoords="offset points", fontsize="x-small")
     axes.axhline(0.0, color="0.6", linewidth=0.6, zorder=0)
     axes.axvline(0.0, color="0.6", linewidth=0.6, zorder=0)
-    axes.set_xlabel("real part (1/s)")
-    axes.set_ylabel("imaginary part (1/s)")
+    axes.set(xlabel="real part (1/s)", ylabel="imaginary part (1/s)")
     axes.set_title(branch.model, fontsize="medium")
     axes.legend(frameon=False, fontsize="small")
 

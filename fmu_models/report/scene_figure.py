@@ -86,8 +86,10 @@ def draw(
         axis.set_title(heading, fontsize="medium")
         lowest = i + columns >= len(panels)
         axis.tick_params(labelbottom=lowest, labelleft=i % columns == 0)
-        axis.set_xlabel(f"{x} ({trajectory.units[x]})" if lowest else "")
-        axis.set_ylabel(f"{y} ({trajectory.units[y]})" if i % columns == 0 else "")
+        axis.set(
+            xlabel=f"{x} ({trajectory.units[x]})" if lowest else "",
+            ylabel=f"{y} ({trajectory.units[y]})" if i % columns == 0 else "",
+        )
     save_figure(figure, path, overwrite=overwrite)
 
 
@@ -130,6 +132,5 @@ def _exponents(over: str, rows: Sequence[Row], axes: Axes) -> None:
             at, values, errors, fmt=".-", capsize=2, linewidth=0.8, color=COLOURS[i], label=f"exponent {i + 1}"
         )
     axes.axhline(0.0, color="black", linewidth=0.8)
-    axes.set_xlabel(over)
-    axes.set_ylabel(f"growth rate (1/{families[0].unit}), bars: 3 standard errors")
+    axes.set(xlabel=over, ylabel=f"growth rate (1/{families[0].unit}), bars: 3 standard errors")
     axes.legend(frameon=False)

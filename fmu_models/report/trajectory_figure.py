@@ -245,8 +245,7 @@ def _draw_portrait(
         when = np.any(list(contacts.values()), axis=0)
         axes.plot(np.where(when, x, np.nan), np.where(when, y, np.nan), color=SHADES[kind], linewidth=5, zorder=1)
     axes.xaxis.set_major_locator(MaxNLocator(5))
-    axes.set_xlabel(_label(trajectory, x_name))
-    axes.set_ylabel(_label(trajectory, y_name))
+    axes.set(xlabel=_label(trajectory, x_name), ylabel=_label(trajectory, y_name))
 
 
 def _draw_strip(axes: Axes, trajectory: Trajectory, spells: Spells, contacts: Sequence[str]) -> None:

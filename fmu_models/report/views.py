@@ -53,8 +53,7 @@ def _(diagram: Diagram, axes: Axes) -> None:
         )
     if diagram.branches is not None:
         draw_branches(diagram.branches.branches, diagram.of, axes)
-    axes.set_xlabel(with_unit(diagram.over, diagram.units))
-    axes.set_ylabel(with_unit(diagram.of, diagram.units))
+    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(diagram.of, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
         dots = [
@@ -99,8 +98,7 @@ def _mesh(axes: Axes, labels: Any, axes_of: Mapping[str, Any], classes: Sequence
                 rows, columns, masked, hatch=hatch, cmap=white, shading="nearest", edgecolor="0.4", linewidth=0.0
             )
             handles.append(Patch(facecolor="white", edgecolor="0.4", hatch=hatch, label=text))
-    axes.set_xlabel(name)
-    axes.set_ylabel(second)
+    axes.set(xlabel=name, ylabel=second)
     beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
     if axes.figure is not None and len(axes.figure.axes) > 1:  # panels side by side have no room between them
         beside = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "ncols": 2}
@@ -112,8 +110,7 @@ def _(basins: Basins, axes: Axes) -> None:
     names = list(basins.axes)
     if len(names) != 2:
         axes.plot(basins.axes[names[0]], basins.labels.reshape(len(basins.axes[names[0]]), -1), ".", color="black")
-        axes.set_xlabel(names[0])
-        axes.set_ylabel("attractor")
+        axes.set(xlabel=names[0], ylabel="attractor")
         return
     classes = attractors_of(basins)
     _mesh(axes, basins.labels, basins.axes, classes, classes)
@@ -170,8 +167,7 @@ def _(result: ReducedMap, axes: Axes) -> None:
         axes.plot(x, x, "o", color="black" if abs(slope) < 1.0 else "white", markeredgecolor="black", markersize=5)
         text_offset: dict[str, Any] = {"xytext": (-7, 5), "ha": "right"} if slope > 1.0 else {"xytext": (7, -9)}
         axes.annotate(f"slope {slope:.3f}", (x, x), textcoords="offset points", fontsize="small", **text_offset)
-    axes.set_xlabel(name)
-    axes.set_ylabel(f"{name} after the step")
+    axes.set(xlabel=name, ylabel=f"{name} after the step")
     axes.set_title(result.model, fontsize="medium")
 
 
@@ -188,8 +184,7 @@ def _(spectrum: Spectrum, axes: Axes) -> None:
         axes.fill_between(spectrum.frequency, spectrum.low, spectrum.high, color="0.8", label="95 %")
         axes.set_ylabel(f"density of {spectrum.of} (({spectrum.unit})$^2$/Hz)")
         axes.legend(frameon=False)
-    axes.set_yscale("log")
-    axes.set_xlabel("frequency (Hz)")
+    axes.set(yscale="log", xlabel="frequency (Hz)")
 
 
 @draw.register(Exponents)
@@ -201,8 +196,7 @@ def _(result: Exponents, axes: Axes) -> None:
         axes.annotate("$-\\infty$", (number[i], 0.0), ha="center", va="top")
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_xticks(number)
-    axes.set_xlabel("exponent")
-    axes.set_ylabel(f"growth rate (1/{result.unit}), bars: 3 standard errors")
+    axes.set(xlabel="exponent", ylabel=f"growth rate (1/{result.unit}), bars: 3 standard errors")
 
 
 @draw.register(PoincareSection)
@@ -216,8 +210,7 @@ def _(section: PoincareSection, axes: Axes) -> None:
         axes.figure.colorbar(drawn, ax=axes, label="points in a cell")
     else:
         axes.plot(x, y, "o", color="black", markersize=1.2, markeredgewidth=0.0)
-    axes.set_xlabel(names[0])
-    axes.set_ylabel(names[-1])
+    axes.set(xlabel=names[0], ylabel=names[-1])
     axes.set_title(section.model, fontsize="medium")
 
 

@@ -45,6 +45,7 @@ class SectionSystem(Shown, ABC):
     unit: str = "s"
     autonomous: bool = False
     together: int = 4096
+    alone = False  # threads may share it
     pace: int = 1
 
     @property

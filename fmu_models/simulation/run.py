@@ -54,9 +54,9 @@ def simulate(
         StickslipError: unknown name, value out of its range, times out of order, an FMU of somebody else, or a motion
             that the engine cannot continue (the message says when and why).
     """
-    check_tolerance(tolerance)
-    span = start_time, stop_time
-    return _run(fmu, facts_of(fmu), tolerance, span, parameters, start, inputs, output_times, progress)
+    run = KeptRun(fmu, tolerance=tolerance)
+    values: dict[str, Any] = {"parameters": parameters, "start": start, "inputs": inputs}
+    return run(stop_time, start_time=start_time, **values, output_times=output_times, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -157,29 +157,13 @@ class KeptRun(Shown):
         Raises:
             StickslipError: as for ``simulate``, after which the next run is as any other; or this was closed.
         """
-        if self._facts is None:
+        model, span = self._facts, (start_time, stop_time)
+        if model is None:
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
-        span = start_time, stop_time
-        return _run(self.fmu, self._facts, self.tolerance, span, parameters, start, inputs, output_times, progress)
-
-
-def _run(
-    fmu: Fmu,
-    model: RunFacts,
-    tolerance: float,
-    span: tuple[float, float],
-    parameters: Mapping[str, float] | None,
-    start: Mapping[str, float] | None,
-    inputs: Mapping[str, Any] | None,
-    output_times: ArrayLike | None,
-    progress: Callable[[float], None] | None,
-) -> Trajectory:
-    """The arguments are those of ``simulate``; in their order, since names cost time."""
-    check_span(*span)
-    times = checked_times(output_times, *span)
-    recorded = model.recorded
-    result = _rows(fmu, model, tolerance, span, parameters, start, inputs, times, progress, None, recorded)
-    return model.trajectory(times, result)
+        check_span(*span)
+        times, values = checked_times(output_times, *span), (parameters, start, inputs)
+        result = _rows(self.fmu, model, self.tolerance, span, *values, times, progress, None, model.recorded)
+        return model.trajectory(times, result)
 
 
 def _rows(
@@ -195,7 +179,10 @@ def _rows(
     ends: NDArray[np.float64] | None,
     recorded: NDArray[np.uint32],
 ) -> whole_run.Result:
-    """The values of the recorded variables; ends: times at which steps have to end beside where they would."""
+    """The values of the recorded variables; arguments in their order, since names cost time.
+
+    ends: times at which steps have to end beside where they would.
+    """
     start_time, stop_time = span
     initial, driven = settings_of(fmu, model, span, parameters, start, inputs, ends)
     stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times

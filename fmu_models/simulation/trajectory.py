@@ -260,8 +260,7 @@ class Trajectory(Tabular):
             axes.plot(self[across], self[up], linewidth=0.9, label=up)
             labels["x"].append(self._label(across))
             labels["y"].append(self._label(up))
-        axes.set_xlabel(", ".join(dict.fromkeys(labels["x"])))
-        axes.set_ylabel(", ".join(dict.fromkeys(labels["y"])))
+        axes.set(xlabel=", ".join(dict.fromkeys(labels["x"])), ylabel=", ".join(dict.fromkeys(labels["y"])))
         if len(variables) > 1:
             axes.legend(frameon=False)
         return axes

@@ -15,14 +15,16 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
+from fmu_models.families.execution import Execution
 from fmu_models.fmu.fmu import Fmu
 from identification.calibration.conclude import Concluded, conclude
+from identification.calibration.descent import Minimum, Progress
 from identification.calibration.follow import follow, residuals_of
 from identification.calibration.log import LogLike, ModelLog, Reading, model_log, rows_of
 from identification.calibration.pose import Settings, problem_of, with_instruments
 from identification.calibration.problem import IDEAL, SegmentProblem
 from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum
-from identification.calibration.search import Minimum, Plan, Progress, search
+from identification.calibration.search import HERE, Plan, Search
 from identification.calibration.systems import opened
 from identification.calibration.ties import of_lmfit
 from identification.calibration.unknowns import Free
@@ -46,6 +48,7 @@ def calibrate(
     *,
     free: Sequence[str] | Parameters,
     settings: Settings | None = None,
+    execution: Execution = HERE,
     progress: Progress | None = None,
     **more: object,
 ) -> Calibration:
@@ -58,11 +61,13 @@ def calibrate(
         free: parameters that are sought; or `lmfit.Parameters`, whose values, bounds, held ones and expressions are
             taken, and in which a state is one whose start is sought.
         settings: what else is known; each of its fields may be given as an argument of its own instead.
+        execution: who scores guesses and descends from them, processes or a cluster, and where that is kept, so that an
+            interrupted search goes on from there. Values do not depend on it.
         progress: called with the fraction done.
 
     Raises:
-        StickslipError: a name that is none, a log that does not fit the model, a parameter without effect, more
-            unknowns than samples, first values outside their bounds; all of that before any search.
+        StickslipError: as `Runner`; a name that is none, a log that does not fit the model, a parameter without
+            effect, more unknowns than samples, first values outside their bounds; all of that before any search.
     """
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
     fmu = opened(model)
@@ -76,13 +81,20 @@ def calibrate(
     said = with_instruments(said, read)
     problem, sought = problem_of(fmu, read, list(free), said)
     _check_count(problem)
-    plan = Plan(said.guesses, said.attempts, said.segments, said.seed, progress or (lambda _: None))
-    minima = search(problem, sought, plan)
+    plan = Plan(said.guesses, said.attempts, said.segments, said.seed, progress or (lambda _: None), execution)
+    searched = Search(problem, sought, plan)
+    with searched.runner:
+        minima = searched.minima()
     concluded = conclude(minima[0])
     held_out = [_log(log, fmu, said, f"held out {n + 1}") for n, log in enumerate(said.held_out)]
     named = model if isinstance(model, str) else ""
     notes = _said(concluded, minima)
+    if minima[0].interrupted:
+        how = " Go on: --resume (in Python resume=True)." if execution.store else ""
+        notes.append(f"Interrupted: the best so far, not a minimum.{how}")
     found = replace(_result(fmu, concluded, minima, sought, notes, named), reading=_reading(said, read))
+    if not found.interrupted:
+        searched.runner.finish(found)
     if said.ties:
         found = replace(found, held={**found.held, **said.ties.values(found.values)})
     followed = [follow(found, fmu, log) for log in held_out]
@@ -142,8 +154,6 @@ def _said(concluded: Concluded, minima: Sequence[Minimum]) -> list[str]:
             f"The motion is chaotic: from the same start noise grows as large as the motion within {horizon:.3g} s. "
             "Compare a free run with the log over that time only."
         )
-    if minima[0].interrupted:
-        notes.append("Interrupted: the best so far, not a minimum.")
     return notes
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.calibration.descent import Minimum
 from identification.calibration.problem import SegmentProblem
-from identification.calibration.search import Minimum
 from identification.calibration.untold import column_norms, meeting, untold_directions
 from identification.inference.colour import Whitened, whitened
 from identification.inference.identifiability import Collinearity, of_gradient

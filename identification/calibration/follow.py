@@ -17,12 +17,13 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
+from identification.calibration.descent import STAGES, over_segments
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes, nodes_of, rolled
 from identification.calibration.pose import Settings, problem_of
 from identification.calibration.problem import Segment, SegmentProblem
 from identification.calibration.result import Calibration, SeriesResidual
-from identification.calibration.search import STAGES, over_segments, rates_of
+from identification.calibration.search import rates_of
 from identification.inference.colour import Autoregression
 from identification.inference.levenberg import levenberg
 from identification.inference.problem import Evaluation, Solution, solve

@@ -8,184 +8,169 @@ predictions from nodes of the data, without any optimization (Bock's multiple sh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.calibration.grown import grown, signs_of
-from identification.calibration.log import ModelLog
-from identification.calibration.nodes import Nodes, local_motion, nodes_of, rolled
-from identification.calibration.problem import Segment, SegmentProblem
-from identification.calibration.unknowns import Free, Scaled
-from identification.calibration.untold import CERTAIN, column_norms, telling
-from identification.inference.levenberg import levenberg
-from identification.inference.problem import SOFT, Problem, Solution, Unknown
+from fmu_models.families.execution import Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.simulation.rows import RunRows
+from identification.calibration.descent import ALIKE, LEFT, Minimum, Progress, begun, best_first
+from identification.calibration.grown import grown
+from identification.calibration.nodes import local_motion, nodes_of, rolled
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.trials import Trials
+from identification.calibration.unknowns import Free
+from identification.calibration.untold import telling
 
 GUESSES = 24
 DENSITY = 4.0  # points of a line for each change of the prediction by as much as the measured motion
 POINTS = (6, 200)  # of a line, at least and at most
 CANDIDATES = 8  # for each start, of which those are taken at which every parameter has an effect
 STARTS = 3  # of the guesses, from which a search is made
-WHITE = 1.2  # mean square of the residuals, in units of the noise, at which a search has arrived
-STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))
-POLISHED = 3  # stages, after which a free run is tried
-ROUGH = 1e-4  # relative, of a stage
-FINE = 1e-9  # of the last one
-SEARCHED = 2000  # samples of a log in the search; the last step takes all
 SCAN = 0.3  # of the work
-POLISH = 60  # evaluations of the free run
-FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
-LEFT = 0.5  # of what is measured: a search that leaves more has not arrived
 DOUBTFUL = 3.0  # deviations of the noise: where no search leaves less, and no two agree, more are made
 MORE = 2  # times as many
 ANEW = 3  # times that segments are parted anew at the best minimum, as long as that lowers it
-OUTLIER = 10.0  # times the median residual
-DRAWS = 40  # beside a solution of a soft loss
 TIMED = 1e-3  # of the time between events: their noise, until residuals show it
+SCORED = 8  # guesses, at a time
+HERE = Execution(workers=1)  # in this process
 SAME = 0.05  # relative: guesses whose parameters differ less are one
-ALIKE, FAR = 1e-3, 0.25  # relative: misfits and parameters of minima that are one
-
-Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Minimum:
-    """Where one start led to. problem: the free run, or segments of a chaotic motion, with its solution; horizon: s
-    over which a free run says something, None for ever; interrupted: by the user, on the way."""
-
-    problem: SegmentProblem
-    solution: Solution
-    horizon: float | None
-    interrupted: bool = False
-
-    @property
-    def misfit(self) -> float:
-        """Root mean square of the residuals in units of the noise, those of continuity left out."""
-        here = self.solution.evaluation
-        return float(np.sqrt(np.mean(here.residual[here.log < len(self.problem.series)] ** 2)))
-
-    @property
-    def left(self) -> float:
-        """Root mean square of the residuals in standard deviations of what is measured."""
-        series, here = self.problem.series, self.solution.evaluation
-        shares = [
-            np.mean(here.residual[here.log == number] ** 2) * (self.problem.noise[log, name] / spread) ** 2
-            for number, (log, name) in enumerate(series)
-            if (spread := float(np.std(self.problem.logs[log].observed[name]))) > 0
-        ]
-        return float(np.sqrt(np.mean(shares))) if shares else 0.0
-
-    @property
-    def arrived(self) -> bool:
-        """Whether there is nothing more to be looked for: the residuals are the noise, or the user wants no more."""
-        return self.interrupted or self.misfit**2 < WHITE
-
-    def near(self, other: Minimum) -> bool:
-        """Whether it is the same as another one: as good, and not far off along what the logs tell least."""
-        shared = self.problem.shared
-        mine, others = self.solution.values[:shared], other.solution.values[:shared]
-        alike = abs(self.misfit - other.misfit) <= ALIKE * min(self.misfit, other.misfit)
-        apart = np.abs(mine - others) / np.maximum(np.maximum(np.abs(mine), np.abs(others)), 1e-300)
-        return bool(alike and np.all(apart <= FAR))
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """How it is searched. count: segments of a log; seed: of the guesses."""
+    """How it is searched. count: segments of a log; seed: of the guesses; execution: who scores and descends, and where
+    that is kept."""
 
     guesses: int = GUESSES
     starts: int = STARTS
     segments: int | None = None
     seed: int = 0
     progress: Progress = field(default=lambda _: None)
+    execution: Execution = HERE
 
 
-def search(free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> tuple[Minimum, ...]:
-    """Minima of a free run, the best first.
+class Search:
+    """The search of a free run; its `runner` is open.
 
     Raises:
-        StickslipError: no guess could be run at all.
+        StickslipError: as `Runner`.
     """
-    light = _thinned(free_run)
-    generator = np.random.default_rng(plan.seed)
-    if not any(log.measured for log in light.logs):
-        met = grown(light, free, plan.guesses, plan.starts, generator)
-        return _descended([_between_events(problem, x) for problem, x in met], free_run, plan)
-    draws = [light.first]
-    for _ in range(plan.guesses - 1 if plan.guesses > 1 else 0):
-        guess = light.first.copy()
-        guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
-        draws.append(guess)
-    if not light.subject.states:
-        return _descended(telling([(light, draw) for draw in draws], MORE * plan.starts, len(draws)), free_run, plan)
-    nodes = nodes_of(light, draws[: max(8, len(draws) // 3)], rates_of(light), plan.segments)
-    scan = _Scan(light, nodes, free, generator)
-    for number, draw in enumerate(draws):
-        scan.score(draw)
-        plan.progress(SCAN * (number + 1) / len(draws) / 2)
-    scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
-    candidates = (over_segments(light, nodes, x, starts) for x, starts in scan.best())
-    trials = telling(candidates, MORE * plan.starts, CANDIDATES * plan.starts)
-    return _anew(_descended(trials, free_run, plan), scan, free_run, plan)
 
+    def __init__(self, free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> None:
+        self.free, self.plan = free, plan
+        self.generator = np.random.default_rng(plan.seed)
+        self.trials = trials = Trials(free_run)
+        self.draws: list[np.ndarray] = []
+        if any(log.measured for log in trials.light.logs):
+            self.draws = list(self._drawn(trials.light.first))
+            if trials.light.subject.states:
+                few = self.draws[: max(8, len(self.draws) // 3)]
+                trials.nodes = nodes_of(trials.light, few, rates_of(trials.light), plan.segments)
+        how = {"guesses": plan.guesses, "starts": plan.starts, "segments": plan.segments, "seed": plan.seed}
+        boxes = [(one.unknown.name, one.box) for one in free]
+        self.runner = Runner(trials, {"analysis": "calibrate", **how, "boxes": boxes}, plan.execution)
 
-def _anew(minima: tuple[Minimum, ...], scan: _Scan, free_run: SegmentProblem, plan: Plan) -> tuple[Minimum, ...]:
-    """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no log
-    shows then come from better parameters."""
-    light, nodes = scan.problem, scan.nodes
-    for _ in range(ANEW):
-        best = minima[0]
-        if best.arrived:
-            break
-        x = _begun(best.problem, best.solution.values)
-        problem, begin = over_segments(light, nodes, x, rolled(light, x, nodes)[0])
-        minima = best_first([*minima, descend(problem, begin, free_run, plan.progress)])
-        if minima[0].misfit > (1 - ALIKE) * best.misfit:
-            break
-    return minima
+    def _drawn(self, first: np.ndarray) -> Iterator[np.ndarray]:
+        """Guesses about the first values, these before all others."""
+        yield first
+        for _ in range(self.plan.guesses - 1):
+            guess = first.copy()
+            guess[: len(self.free)] = [one.spread(1, self.generator)[0] for one in self.free]
+            yield guess
 
+    def minima(self) -> tuple[Minimum, ...]:
+        """Minima, the best first; as many as there are when it is interrupted.
 
-def _begun(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
-    """The unknowns of the free run that begins as the segments do."""
-    return np.concatenate([x[: problem.shared], _first_starts(problem, x)])
+        Raises:
+            StickslipError: no guess could be run at all.
+        """
+        trials, plan, light = self.trials, self.plan, self.trials.light
+        if not self.draws:
+            met = grown(light, self.free, plan.guesses, plan.starts, self.generator)
+            return self._descended([x for _, x in met])
+        if trials.nodes is None:
+            return self._descended(telling(self.draws, trials.posed, MORE * plan.starts, len(self.draws)))
+        scan = _Scan(self.runner, trials, self.free, self.generator)
+        scan.score(self.draws, lambda done: plan.progress(SCAN * done / 2))
+        scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
+        rows = telling(scan.best(), trials.posed, MORE * plan.starts, CANDIDATES * plan.starts)
+        return self._anew(self._descended(rows))
 
+    def _anew(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
+        """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no
+        log shows then come from better parameters."""
+        trials = self.trials
+        assert trials.nodes is not None
+        for _ in range(ANEW):
+            best = minima[0]
+            if best.arrived:
+                break
+            x = begun(best.problem, best.solution.values)
+            row = np.append(x, rolled(trials.light, x, trials.nodes)[0])
+            minima = self._descended([row], minima)
+            if minima[0].misfit > (1 - ALIKE) * best.misfit:
+                break
+        return minima
 
-def best_first(minima: Sequence[Minimum]) -> tuple[Minimum, ...]:
-    """By their misfit; an interrupt of one search is one of all."""
-    ordered = sorted(minima, key=lambda one: one.misfit)
-    ordered[0] = replace(ordered[0], interrupted=any(one.interrupted for one in minima))
-    return tuple(ordered)
+    def _descended(self, rows: Sequence[np.ndarray], before: Sequence[Minimum] = ()) -> tuple[Minimum, ...]:
+        """Minima ``before``, and those from some rows, taken in order until there is nothing more to be looked for."""
+        minima = list(before)
+
+        def report(done: float) -> None:
+            share = (len(minima) - len(before) + done) / len(rows)
+            self.plan.progress(SCAN + (1 - SCAN) * share)
+
+        def take(number: int, made: RunRows) -> bool:
+            here = self.trials.minimum(rows[number], made)
+            again = any(here.near(one) for one in minima) and here.left < LEFT
+            minima.append(here)
+            enough = len(minima) >= self.plan.starts and min(one.misfit for one in minima) < DOUBTFUL
+            return again or here.arrived or enough
+
+        self.trials.progress, self.trials.together = report, 1
+        try:
+            self.runner.each(Jobs(np.array(rows)), take, quiet=True)
+        except KeyboardInterrupt:
+            if not minima:
+                raise
+            minima[0] = replace(minima[0], interrupted=True)
+        return best_first(minima)
 
 
 class _Scan:
-    """Guesses that were scored: (score, unknowns of the free run, start states of the segments)."""
+    """Guesses that were scored: (score, unknowns of the free run and start states of the segments)."""
 
-    def __init__(
-        self, problem: SegmentProblem, nodes: Nodes, free: Sequence[Free], generator: np.random.Generator
-    ) -> None:
-        self.problem, self.nodes, self.free, self.generator = problem, nodes, free, generator
-        self.scored: list[tuple[float, np.ndarray, np.ndarray]] = []
+    def __init__(self, runner: Runner, trials: Trials, free: Sequence[Free], generator: np.random.Generator) -> None:
+        self.runner, self.trials, self.free, self.generator = runner, trials, free, generator
+        self.scored: list[tuple[float, np.ndarray]] = []
 
-    def score(self, x: np.ndarray) -> float:
-        starts, score = rolled(self.problem, x, self.nodes)
-        self.scored.append((score, x, starts))
-        return score
+    def score(self, guesses: Sequence[np.ndarray], progress: Progress) -> None:
+        """Score some more, in order."""
+
+        def take(number: int, made: RunRows) -> None:
+            for guess, (score, *starts) in zip(guesses[number:], made.points[:, 0], strict=False):
+                self.scored.append((score, np.append(guess, starts)))
+            progress((number + len(made.points)) / len(guesses))
+
+        self.trials.together = SCORED
+        self.runner.each(Jobs(np.array(guesses)), take, quiet=True)
 
     def along_lines(self, progress: Progress) -> None:
         """From the best guess along each parameter in turn, in points as dense as its effect asks: a frequency that is
         off by one part in a hundred has lost its phase at the end of a log."""
-        least, x, starts = min(self.scored, key=lambda one: one[0])
-        segmented, z = over_segments(self.problem, self.nodes, x, starts)
+        problem = self.trials.light
+        row = min(self.scored, key=lambda one: one[0])[1]
+        segmented, z = self.trials.posed(row)
+        x = row[: len(problem.first)]
         here = segmented.evaluate(z)
         data = here.log < len(segmented.series)
         spread = np.concatenate(
             [
-                np.full(
-                    int(np.sum(here.log == n)),
-                    np.std(self.problem.logs[log].observed[name]) / self.problem.noise[log, name],
-                )
+                np.full(int(np.sum(here.log == n)), np.std(problem.logs[log].observed[name]) / problem.noise[log, name])
                 for n, (log, name) in enumerate(segmented.series)
             ]
         )
@@ -194,34 +179,21 @@ class _Scan:
         counts = np.clip(DENSITY * effects * sizes, *POINTS).astype(int)
         done, total = 0, int(counts.sum())
         for place in np.argsort(-counts):
-            for value in self.free[place].spread(int(counts[place]), self.generator):
-                guess = x.copy()
-                guess[place] = value
-                score = self.score(guess)
-                if score < least:
-                    least, x = score, guess
-                done += 1
-                progress(done / total)
+            guesses = np.tile(x, (counts[place], 1))
+            guesses[:, place] = self.free[place].spread(int(counts[place]), self.generator)
+            before, count = done, counts[place]
+            self.score(list(guesses), lambda share, b=before, c=count: progress((b + share * c) / total))
+            x = min(self.scored, key=lambda one: one[0])[1][: len(x)]
+            done += int(count)
 
-    def best(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Guesses and start states that differ, the best first."""
-        chosen: list[tuple[np.ndarray, np.ndarray]] = []
+    def best(self) -> list[np.ndarray]:
+        """Guesses with start states that differ, the best first."""
+        chosen: list[np.ndarray] = []
         shared = len(self.free)
-        for _, x, starts in sorted(self.scored, key=lambda one: one[0]):
-            if all(np.any(np.abs(x - y)[:shared] > SAME * np.abs(x)[:shared]) for y, _ in chosen):
-                chosen.append((x, starts))
+        for _, row in sorted(self.scored, key=lambda one: one[0]):
+            if all(np.any(np.abs(row - other)[:shared] > SAME * np.abs(row)[:shared]) for other in chosen):
+                chosen.append(row)
         return chosen
-
-
-def _thinned(problem: SegmentProblem) -> SegmentProblem:
-    """With at most `SEARCHED` samples of each log."""
-    return _with_logs(problem, tuple(log.every(max(-(-log.time.size // SEARCHED), 1)) for log in problem.logs))
-
-
-def _with_logs(problem: SegmentProblem, logs: tuple[ModelLog, ...]) -> SegmentProblem:
-    """The problem with other samples of the same logs, whose ends may move."""
-    segments = [replace(one, end=float(logs[one.log].time[-1])) if one.last else one for one in problem.segments]
-    return replace(problem, logs=logs, segments=tuple(segments))
 
 
 def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
@@ -243,151 +215,3 @@ def rates_of(problem: SegmentProblem) -> dict[str, str]:
         return problem.subject.rates(stretch)
     except StickslipError:
         return {}
-
-
-def _between_events(problem: SegmentProblem, x: np.ndarray) -> tuple[SegmentProblem, np.ndarray]:
-    """The problem over segments of one event each, begun on the free run at x; the free run where it ends early."""
-    segments: list[Segment] = []
-    states: list[np.ndarray] = []
-    for number, log in enumerate(problem.logs):
-        times = np.sort(np.concatenate(list(log.events.values())))
-        nodes = np.concatenate([[log.time[0]], (times[1:] + times[:-1]) / 2])
-        try:
-            run = problem.subject.values(problem.stretch(number, x, nodes))
-        except StickslipError:
-            return problem, x
-        ends = [*nodes[1:].tolist(), float(log.time[-1])]
-        segments += [Segment(number, *pair, pair[1] == ends[-1]) for pair in zip(nodes.tolist(), ends, strict=True)]
-        states += list(run[:, : len(problem.subject.states)])
-    return over_segments(problem, Nodes(tuple(segments), np.array(states)), x, np.array(states))
-
-
-def over_segments(
-    light: SegmentProblem, nodes: Nodes, x: np.ndarray, starts: np.ndarray
-) -> tuple[SegmentProblem, np.ndarray]:
-    """The problem over segments; its unknowns from a guess x of the free run and start states (segments, states)."""
-    states = light.subject.states
-    shared = light.shared
-    scale = np.std(starts, axis=0)
-    scale = np.where(scale > 0, scale, np.maximum(np.abs(starts).max(axis=0), 1e-9))
-    unknowns, first, places = list(light.unknowns[:shared]), list(x[:shared]), np.full(starts.shape, -1)
-    for number, segment in enumerate(nodes.segments):
-        begins = number == 0 or nodes.segments[number - 1].log != segment.log
-        for place, name in enumerate(states):
-            if begins and light.starts[segment.log, place] < 0:
-                continue
-            places[number, place] = len(first)
-            unknowns.append(Unknown(f"{name}({segment.begin:g})", ""))
-            first.append(starts[number, place])
-    return replace(
-        light, segments=nodes.segments, unknowns=tuple(unknowns), first=np.array(first), starts=places, scale=scale
-    ), np.array(first)
-
-
-def _descended(
-    trials: Sequence[tuple[SegmentProblem, np.ndarray]], free_run: SegmentProblem, plan: Plan
-) -> tuple[Minimum, ...]:
-    minima: list[Minimum] = []
-    for number, (problem, x) in enumerate(trials):
-        if number >= plan.starts and min(one.misfit for one in minima) < DOUBTFUL:
-            break
-        share = SCAN + (1 - SCAN) * number / len(trials)
-        here = descend(problem, x, free_run, lambda done, s=share: plan.progress(s + (1 - SCAN) * done / len(trials)))
-        again = any(here.near(one) for one in minima) and here.left < LEFT
-        minima.append(here)
-        if again or here.arrived:
-            break
-    return best_first(minima)
-
-
-def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, progress: Progress) -> Minimum:
-    """From one guess to a minimum: segments that come together, then the free run; where that does not follow them they
-    are joined closer, and stay the result if the motion is chaotic. An interrupt ends it where it is."""
-    parted = len(problem.segments) > len(problem.logs)
-    horizon, free, stages = None, None, STAGES if parted else STAGES[:1]
-    try:
-        for place, (loss, weight, evaluations) in enumerate(stages):
-            problem = replace(problem, weight=weight)
-            scaled = Scaled(problem, signs_of(problem))
-            x = scaled.natural(
-                levenberg(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
-            )
-            progress((place + 1) / (len(STAGES) + 1))
-            if place + 1 in (POLISHED, len(stages)):
-                horizon = _horizon(problem, x)
-                free = _polished(problem, x, free_run, horizon)
-                if not parted or free.misfit < FOLLOWS * Minimum(problem, _at(problem, x), horizon).misfit:
-                    return free
-    except KeyboardInterrupt:
-        return Minimum(problem, _at(problem, x), horizon, True)
-    whole_logs = _with_logs(problem, free_run.logs)
-    joined = Minimum(whole_logs, levenberg(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
-    return joined if free is None or horizon is not None or joined.misfit < LEFT * free.misfit else free
-
-
-def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, horizon: float | None) -> Minimum:
-    """The free run that begins as the segments do; once more from where a soft loss leads to, if single samples are far
-    off: of a variable that jumps, those on the wrong side of the jump."""
-    begin = _begun(problem, x)
-    scaled = Scaled(free_run, signs_of(free_run))
-
-    def descended(begin: np.ndarray) -> Minimum:
-        solution = levenberg(scaled, begin, tolerance=FINE, evaluations=POLISH)
-        values = scaled.natural(solution.values)
-        return Minimum(free_run, replace(solution, values=values, evaluation=free_run.evaluate(values)), horizon)
-
-    minimum = descended(scaled.scaled(begin))
-    residual = np.abs(minimum.solution.evaluation.residual)
-    if minimum.misfit**2 > WHITE and np.max(residual) > OUTLIER * np.median(residual):
-        soft = levenberg(scaled, scaled.scaled(begin), tolerance=ROUGH, evaluations=POLISH, loss="cauchy")
-        return min(minimum, descended(_across(scaled, soft)), key=lambda one: one.misfit)
-    return minimum
-
-
-def _across(problem: Problem, soft: Solution) -> np.ndarray:
-    """The best of unknowns (m,) drawn from what a soft loss leaves open: a sample on the wrong side of a jump is a wall
-    to every descent, and within deviations of the other samples it is behind one."""
-    here = soft.evaluation
-    weights = 1 / np.sqrt(1 + (here.residual / SOFT) ** 2)
-    slopes = weights[:, None] * here.gradient
-    norms = column_norms(slopes)
-    _, singular, right = np.linalg.svd(slopes / norms, full_matrices=False)
-    spread = np.sqrt(np.mean((weights * here.residual) ** 2)) / np.maximum(singular, CERTAIN * singular[0])
-    normal = np.random.default_rng(0).normal(size=(DRAWS, len(singular)))
-    draws = np.clip(soft.values + (normal * spread) @ right / norms, *problem.limits)
-    return min((soft.values, *draws), key=lambda x: float(np.sum(problem.residual(x) ** 2)))
-
-
-def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:
-    return Solution(x, problem.evaluate(x), True, "segments joined", (False,) * len(x))
-
-
-def _first_starts(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
-    """Start states of the logs, as far as they are unknown."""
-    begins = [n for n, one in enumerate(problem.segments) if n == 0 or problem.segments[n - 1].log != one.log]
-    places = problem.starts[begins]
-    return x[places[places >= 0]]
-
-
-def _horizon(problem: SegmentProblem, x: np.ndarray) -> float | None:
-    """s after which noise has grown as large as the motion, where it is so at the end of a log; else None."""
-    if len(problem.segments) <= len(problem.logs):
-        return None
-    least = min(
-        sd / max(float(np.std(problem.logs[n].observed[name])), 1e-300) for (n, name), sd in problem.noise.items()
-    )
-    try:
-        tangents = problem.tangents(x)
-    except StickslipError:
-        return None
-    growth, beyond = np.eye(len(problem.scale)), None
-    for number, (segment, tangent) in enumerate(zip(problem.segments, tangents, strict=True)):
-        if number and problem.segments[number - 1].log != segment.log:
-            growth, beyond = np.eye(len(problem.scale)), None
-        growth = tangent @ growth
-        large = float(np.linalg.norm(growth, 2)) * least > 1
-        if large and beyond is None:
-            beyond = segment.end - float(problem.logs[segment.log].time[0])
-        if segment.last and large:
-            return beyond
-    return None

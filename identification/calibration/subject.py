@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,16 @@ class Subject(ABC):
 
     note = ""
     half = HALF  # samples to either side that a parabola may join; 0 of a map, whose iterates no smooth motion joins
+    _made_from: tuple[Any, ...]
+
+    def __new__(cls, *made_from: Any) -> Self:
+        subject = super().__new__(cls)
+        subject._made_from = made_from
+        return subject
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # instances of an engine stay where they are: another process makes its own
+        return type(self), self._made_from
 
     def __init__(self, fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> None:
         self.fmu, self.states, self.contacts = fmu, tuple(fmu.states), ()

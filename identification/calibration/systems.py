@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.run import CoupledDriver
 from fmu_models.coupling.system import CoupledSystem
@@ -78,6 +80,17 @@ class SystemFmu(Fmu):
             **{"modelExchange": None, "coSimulation": None, "outputs": [], "eventIndicators": []},
         )
         return cls(Path(declared.name), Path(), description, variables, declared, {})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (SystemFmu.of_map if isinstance(self.system, Map) else SystemFmu.coupled), (self.system,)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the rule of a map; of what a system couples, and how."""
+        if isinstance(self.system, Map):
+            return digest(repr(self.system))
+        units = [(name, u.fmu.sha256, u.parameters, u.start, u.inputs) for name, u in self.system.units.items()]
+        return digest(repr((units, self.system.connections)))
 
     @property
     def states(self) -> list[str]:  # type: ignore[override]  # of all units, or of the map

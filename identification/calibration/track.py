@@ -17,6 +17,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from identification.calibration.course import Course, Drift, Path
+from identification.calibration.descent import Progress, over_segments
 from identification.calibration.drifting import CHANCE, DriftProblem
 from identification.calibration.follow import residuals_of
 from identification.calibration.log import LogLike, ModelLog, model_log
@@ -24,7 +25,7 @@ from identification.calibration.nodes import nodes_of, rolled
 from identification.calibration.pose import Settings, problem_of, with_instruments
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import SeriesResidual
-from identification.calibration.search import Progress, over_segments, rates_of
+from identification.calibration.search import rates_of
 from identification.calibration.systems import opened, subject_of
 from identification.inference.problem import Evaluation, solve
 

@@ -6,7 +6,7 @@ segments that meet:  C_p dp + C_s ds = 0,    ds = -C_s^+ C_p dp + N w,    N the 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -21,7 +21,6 @@ TAKES_PART = 0.01  # of the largest effect of a direction: who has less has no p
 SILENT = 1e-9  # deviations of the noise by which a parameter moves the residuals if it is doubled: none
 
 Names = tuple[str, ...]
-Trial = tuple[SegmentProblem, np.ndarray]
 
 
 def untold_directions(
@@ -84,17 +83,24 @@ def words(names: Names) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]} move together unseen"
 
 
-def telling(candidates: Iterable[Trial], count: int, most: int) -> list[Trial]:
+def telling(
+    candidates: Iterable[np.ndarray],
+    posed: Callable[[np.ndarray], tuple[SegmentProblem, np.ndarray]],
+    count: int,
+    most: int,
+) -> list[np.ndarray]:
     """The first ``count`` of guesses at which every parameter has an effect, and if these are too few, those at which
-    fewest have none; with a warning of what the first of them does not tell, before any search. most: guesses that are
-    tried, unless some parameter is silent at all of them: then the others are tried for its sake.
+    fewest have none; with a warning of what the first of them does not tell, before any search. posed: the problem of a
+    guess, and its unknowns; most: guesses that are tried, unless some parameter is silent at all of them: then the
+    others are tried for its sake.
 
     Raises:
         StickslipError: no guess can be run, or a parameter has no effect at any of them.
     """
-    judged: list[tuple[int, Trial]] = []
+    judged: list[tuple[int, np.ndarray]] = []
     heard, telling_trials = np.zeros(0, dtype=bool), 0
-    for problem, x in candidates:
+    for candidate in candidates:
+        problem, x = posed(candidate)
         here = problem.evaluate(x)
         slopes = here.gradient[here.log < len(problem.series)]
         sizes = np.maximum(np.abs(x[: problem.shared]), SILENT)
@@ -102,13 +108,13 @@ def telling(candidates: Iterable[Trial], count: int, most: int) -> list[Trial]:
         if not judged and effects.all():
             _warn_of_untold(problem, x, slopes @ meeting(here, problem))
         heard = heard | effects if judged else effects
-        judged.append((int(np.count_nonzero(~effects)), (problem, x)))
+        judged.append((int(np.count_nonzero(~effects)), candidate))
         telling_trials += bool(effects.all())
         if telling_trials == count or (len(judged) >= most and heard.all()):
             break
-    _check_heard(judged[0][1][0], heard, len(judged))
+    _check_heard(posed(judged[0][1])[0], heard, len(judged))
     judged.sort(key=lambda one: one[0])
-    return [trial for _, trial in judged[:count]]
+    return [candidate for _, candidate in judged[:count]]
 
 
 def _warn_of_untold(problem: SegmentProblem, x: np.ndarray, slopes: np.ndarray) -> None:

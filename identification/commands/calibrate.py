@@ -10,34 +10,23 @@ from typing import Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Inputs, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
-from identification.commands.calibrations import (
-    Clips,
-    Columns,
-    Hold,
-    ModelName,
-    Noise,
-    Segments,
-    columns_of,
-    names_of,
-    pairs_of,
-    ranges_of,
-    sensors_of,
-)
-from identification.commands.fits import FigurePath, print_files
+from fmu_models.commands.bundles import bundled
+from identification.commands.calibrations import ModelLogs, ModelName, names_of, pairs_of, ranges_of
 from identification.commands.logs import stated
-from identification.commands.recipes import ResultPath, check_targets, finish
+from identification.commands.recipes import ResultFiles
 
 
 @console.trusting
+@bundled
 def calibrate(
     model: ModelName,
     logs: Annotated[
         list[Path], typer.Argument(metavar="LOG...", help="Logs with columns named after states, outputs and inputs.")
     ],
     free: Annotated[str, typer.Option("--free", metavar="NAMES", help="Parameters that are sought, between commas.")],
-    settings: Settings = None,
+    *,
+    known: ModelLogs,
     bounds: Annotated[
         list[str] | None, typer.Option("--bound", metavar="NAME=LOW:HIGH", help="Bounds of the search; repeat.")
     ] = None,
@@ -57,11 +46,6 @@ def calibrate(
             "--sensor", metavar="NAME:gain,offset,delay", help="What is sought of the sensor of a variable; repeat."
         ),
     ] = None,
-    clips: Clips = None,
-    noise: Noise = None,
-    columns: Columns = None,
-    inputs: Inputs = None,
-    hold: Hold = None,
     events: Annotated[
         list[str] | None,
         typer.Option("--events", metavar="CONTACT=COLUMN", help="Times at which a contact began to touch or to slip."),
@@ -74,18 +58,22 @@ def calibrate(
     ] = None,
     guesses: Annotated[int | None, typer.Option(help="Guesses that are scored (default: 24).", min=1)] = None,
     attempts: Annotated[int | None, typer.Option(help="Searches from the best of them (default: 3).", min=1)] = None,
-    segments: Segments = None,
     seed: Annotated[int, typer.Option(help="Of the guesses.")] = 0,
-    result: ResultPath = None,
-    figure: FigurePath = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    workers: Annotated[int, typer.Option(help="Processes that search.", min=1)] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None,
+    store: Annotated[
+        Path | None, typer.Option(metavar="FOLDER.zarr", help="Keep guesses and descents here as they come.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an unfinished store.")] = False,
+    files: ResultFiles,
 ) -> None:
     """Find parameters of any model, and the start states of its logs, from measured series.
 
     --set holds parameters and start states, or gives a free one its first value. Logs are parted into segments, guesses
     about the first values are scored, the best are searched from, and the segments are joined. What the logs do not
-    tell is said. Ctrl-C keeps the best so far.
+    tell is said. Ctrl-C keeps the best so far, and a --store from which --resume goes on.
 
     Example: stickslip calibrate tanks.py train.csv --free k1,k2,k3,k4 --held-out test.csv -o tanks.json
 
@@ -93,40 +81,37 @@ def calibrate(
 
     Example: stickslip calibrate pump.fmu a.csv b.csv --free k,c --each k --sensor y:gain,delay --prior "c=2+-0.1"
     """
-    check_targets(result, figure, overwrite)
+    files.check()
+    if resume and store is None:
+        raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
     names = names_of(free)
     how: dict[str, Any] = {
-        "parameters": console.assignments(settings, "parameter"),
         "bounds": ranges_of(bounds, "--bound"),
         "priors": _priors(priors),
         "starts": None if starts is None else names_of(starts),
-        "noise": console.assignments(noise, "noise"),
-        "columns": columns_of(columns),
-        "inputs": console.settings(inputs, "input", columns=True),
-        "hold": names_of(hold),
         "events": dict(pairs_of(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
         "each": names_of(each),
         "held_out": held_out or [],
-        "segments": segments,
         "seed": seed,
+        "sensed": _sensed(sensors),
+        **known.arguments(),
     }
     how |= {key: value for key, value in (("guesses", guesses), ("attempts", attempts)) if value is not None}
-    sensed = _sensed(sensors)
     with console.warnings_said(), console.output_of_libraries(), console.progress("calibrating") as advance:
+        from fmu_models.families.execution import Execution
         from identification.calibration.calibrate import calibrate as find
 
-        found = find(model, list(logs), free=names, sensors=sensors_of(clips), sensed=sensed, progress=advance, **how)
-        if figure:
-            found.figure(figure, overwrite=overwrite)
-    content = finish(found.to_dict(), result, figure, overwrite)
+        how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
+        found = find(model, list(logs), free=names, **how)
+        if files.figure:
+            found.figure(files.figure, overwrite=files.overwrite)
 
-    def show(out: Any) -> None:
+    def report() -> object:
         from identification.report.calibration_summary import calibration_report
 
-        out.print(calibration_report(found))
-        print_files(content["files"], out)
+        return calibration_report(found)
 
-    console.say(json, content, show)
+    files.say(found.to_dict(), report)
 
 
 def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.console import Inputs, Settings
 from fmu_models.base.errors import StickslipError
 from identification.commands.fits import print_files, say_report
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
     from identification.calibration.log import ModelLog
-    from identification.calibration.problem import Sensor
     from identification.calibration.result import Calibration
 
 ModelName = Annotated[
@@ -25,19 +26,44 @@ ModelName = Annotated[
         help="A model or a map by its name, its file my_model.py or .fmu, or a system of FMUs: .toml, .ssd, .ssp.",
     ),
 ]
-Clips = Annotated[list[str] | None, typer.Option("--clip", metavar="NAME=LOW:HIGH", help="Range of a sensor; repeat.")]
-Noise = Annotated[
-    list[str] | None,
-    typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
-]
-Columns = Annotated[
-    list[str] | None, typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat.")
-]
-Hold = Annotated[
-    str | None,
-    typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
-]
-Segments = Annotated[int | None, typer.Option(help="Segments of a log (default: by its swings).", min=1)]
+
+
+@dataclass(frozen=True)
+class ModelLogs:
+    """What is known of a model and of the logs that it is held against."""
+
+    settings: Settings = None
+    noise: Annotated[
+        list[str] | None,
+        typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
+    ] = None
+    clips: Annotated[
+        list[str] | None, typer.Option("--clip", metavar="NAME=LOW:HIGH", help="Range of a sensor; repeat.")
+    ] = None
+    columns: Annotated[
+        list[str] | None,
+        typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
+    ] = None
+    inputs: Inputs = None
+    hold: Annotated[
+        str | None,
+        typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
+    ] = None
+    segments: Annotated[int | None, typer.Option(help="Segments of a log (default: by its swings).", min=1)] = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of ``calibrate`` and ``track``."""
+        from identification.calibration.problem import Sensor
+
+        return {
+            "parameters": console.assignments(self.settings, "parameter"),
+            "noise": console.assignments(self.noise, "noise"),
+            "sensors": {name: Sensor(clip=ends) for name, ends in ranges_of(self.clips, "--clip").items()},
+            "columns": columns_of(self.columns),
+            "inputs": console.settings(self.inputs, "input", columns=True),
+            "hold": names_of(self.hold),
+            "segments": self.segments,
+        }
 
 
 def names_of(text: str | None) -> list[str]:
@@ -67,12 +93,6 @@ def ranges_of(given: Sequence[str] | None, option: str) -> dict[str, tuple[float
 
 def columns_of(given: Sequence[str] | None) -> dict[str, str]:
     return dict(pairs_of(given, "--column", "NAME=COLUMN, such as y=level"))
-
-
-def sensors_of(clips: Sequence[str] | None) -> dict[str, Sensor]:
-    from identification.calibration.problem import Sensor
-
-    return {name: Sensor(clip=ends) for name, ends in ranges_of(clips, "--clip").items()}
 
 
 def read_calibrated(

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
-from fmu_models.base.errors import StickslipError
-from identification.commands.fits import FigurePath, print_files
+from fmu_models.base.console import Settings
+from fmu_models.commands.bundles import bundled
+from identification.commands.calibrations import columns_of
 from identification.commands.logs import ReaderOption, Repairs, repairs
 from identification.commands.machines import Gravity, gravity_of
-from identification.commands.recipes import ResultPath, check_targets, finish
+from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 CUTOFF = 10.0  # Hz
 
 
+@bundled
 def inverse(
     recipe: Annotated[
         str,
@@ -68,10 +69,8 @@ def inverse(
     laws: Annotated[bool, typer.Option("--laws", help="Compare friction laws, joint by joint.")] = False,
     repair: Repairs = None,
     reader: ReaderOption = None,
-    result: ResultPath = None,
-    figure: FigurePath = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    files: ResultFiles,
 ) -> None:
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
@@ -81,13 +80,13 @@ def inverse(
 
     Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
-    check_targets(result, figure, overwrite)
+    files.check()
     with console.warnings_said(), console.progress("fitting") as advance:
         from identification.machines.identify import METHODS
         from identification.machines.read import is_recipe, machine_at
 
         own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method or still)
-        machine = machine_at(recipe, gravity_of(gravity), _named(columns))
+        machine = machine_at(recipe, gravity_of(gravity), columns_of(columns))
         seen, others = (machine.logs(part, reader=reader, repair=repairs(repair)) for part in (logs, held_out or ()))
         advance(0.2)
         how: dict[str, Any] = {
@@ -98,18 +97,16 @@ def inverse(
             "known": machine.known(None if own else CUTOFF) | console.assignments(settings, "constant"),
         }
         fit = _identified(machine, seen, others, laws, how, lambda done: advance(0.2 + 0.7 * done))
-        fit = replace(fit, declaration=recipe, gravity=gravity_of(gravity), columns=_named(columns))
-        if figure:
-            _draw(machine.mechanism, fit, others, figure, overwrite)
-    content = finish(fit.to_dict(), result, figure, overwrite)
+        fit = replace(fit, declaration=recipe, gravity=gravity_of(gravity), columns=columns_of(columns))
+        if files.figure:
+            _draw(machine.mechanism, fit, others, files.figure, files.overwrite)
 
-    def show(out: Any) -> None:
+    def report() -> object:
         from identification.report.machine_tables import machine_report
 
-        out.print(machine_report(fit))
-        print_files(content["files"], out)
+        return machine_report(fit)
 
-    console.say(json, content, show)
+    files.say(fit.to_dict(), report)
 
 
 def _identified(
@@ -134,13 +131,3 @@ def _draw(mechanism: Mechanism, fit: MachineFit, others: Sequence[MachineLog], f
 
     held_out = predict_efforts(mechanism, fit, others) if others else []
     save_figure(machine_fit_figure(mechanism, fit, fitted_efforts(fit), held_out), figure, overwrite=overwrite)
-
-
-def _named(columns: list[str] | None) -> dict[str, str]:
-    found = {}
-    for text in columns or ():
-        name, equals, column = text.partition("=")
-        if not equals or not name or not column:
-            raise StickslipError(f"--column takes NAME=COLUMN, such as tau1=torque_1; found '{text}'.")
-        found[name] = column
-    return found

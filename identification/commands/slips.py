@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.console import Settings
 from fmu_models.base.errors import StickslipError
-from identification.commands.fits import FigurePath, print_files
+from fmu_models.commands.bundles import bundled
 from identification.commands.logs import ReaderOption, Repairs, repairs
-from identification.commands.recipes import Log, RecipeArgument, ResultPath, check_targets, finish
+from identification.commands.recipes import Log, RecipeArgument, ResultFiles
 
 
+@bundled
 def slips(
     recipe: RecipeArgument,
     log: Log,
@@ -27,10 +28,8 @@ def slips(
         ),
     ] = "large",
     seed: Annotated[int, typer.Option(help="Of the bootstrap.", min=0)] = 0,
-    result: ResultPath = None,
-    figure: FigurePath = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    files: ResultFiles,
 ) -> None:
     """Find the slip events in a log of friction, and compare their statistics with a block on a belt.
 
@@ -42,7 +41,7 @@ def slips(
     from identification.slips.block_on_belt import fit_slip_model
     from identification.slips.statistics import slip_statistics
 
-    check_targets(result, figure, overwrite)
+    files.check()
     with console.warnings_said(), console.progress("looking for slips") as advance:
         given = console.assignments(settings, "constant")
         asked = {"definition": events, "seed": seed, "reader": reader, "repair": repairs(repair)}
@@ -53,19 +52,17 @@ def slips(
         except StickslipError as error:
             model, missing = None, str(error)
         advance(0.8)
-        if figure:
+        if files.figure:
             from fmu_models.base.figures import save_figure
             from identification.report.slip_figure import slip_figure
 
-            save_figure(slip_figure(statistics, found_events, model), figure, overwrite=overwrite)
+            save_figure(slip_figure(statistics, found_events, model), files.figure, overwrite=files.overwrite)
     found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
     found |= {"no_model": missing, "table": found_events.to_dict()}
-    content = finish(found, result, figure, overwrite)
 
-    def show(out: Any) -> None:
+    def report() -> object:
         from identification.report.slip_tables import slip_report
 
-        out.print(slip_report(statistics, model, missing))
-        print_files(content["files"], out)
+        return slip_report(statistics, model, missing)
 
-    console.say(json, content, show)
+    files.say(found, report)

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Inputs, Json, Overwrite, Settings
-from identification.commands.calibrations import (
-    Clips,
-    Columns,
-    Hold,
-    ModelName,
-    Noise,
-    Segments,
-    columns_of,
-    names_of,
-    sensors_of,
-)
-from identification.commands.fits import FigurePath, print_files
-from identification.commands.recipes import Log, ResultPath, check_targets, finish
+from fmu_models.commands.bundles import bundled
+from identification.commands.calibrations import ModelLogs, ModelName, names_of
+from identification.commands.recipes import Log, ResultFiles
 
 
 @console.trusting
+@bundled
 def track(
     model: ModelName,
     log: Log,
@@ -33,17 +23,9 @@ def track(
     states: Annotated[
         str | None, typer.Option("--state", metavar="NAMES", help="States and outputs to follow (default: all states).")
     ] = None,
-    settings: Settings = None,
-    noise: Noise = None,
-    clips: Clips = None,
-    columns: Columns = None,
-    inputs: Inputs = None,
-    hold: Hold = None,
-    segments: Segments = None,
-    result: ResultPath = None,
-    figure: FigurePath = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    known: ModelLogs,
+    files: ResultFiles,
 ) -> None:
     """Follow states, and parameters that change slowly, along a log, each with its standard deviation.
 
@@ -54,7 +36,7 @@ def track(
 
     Example: stickslip track pump.fmu run.csv --drift c --state x,flow --json
     """
-    check_targets(result, figure, overwrite)
+    files.check()
     with console.warnings_said(), console.output_of_libraries(), console.progress("tracking") as advance:
         from identification.calibration.track import track as follow
 
@@ -64,22 +46,14 @@ def track(
             drift=names_of(drift),
             states=None if states is None else names_of(states),
             progress=advance,
-            parameters=console.assignments(settings, "parameter"),
-            noise=console.assignments(noise, "noise"),
-            sensors=sensors_of(clips),
-            columns=columns_of(columns),
-            inputs=console.settings(inputs, "input", columns=True),
-            hold=names_of(hold),
-            segments=segments,
+            **known.arguments(),
         )
-        if figure:
-            course.figure(figure, overwrite=overwrite)
-    content = finish(course.to_dict(), result, figure, overwrite)
+        if files.figure:
+            course.figure(files.figure, overwrite=files.overwrite)
 
-    def show(out: Any) -> None:
+    def report() -> object:
         from identification.report.course_summary import course_report
 
-        out.print(course_report(course))
-        print_files(content["files"], out)
+        return course_report(course)
 
-    console.say(json, content, show)
+    files.say(course.to_dict(), report)

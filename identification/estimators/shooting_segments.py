@@ -149,6 +149,12 @@ class ShootingProblem(FrictionProblem):
             self, segments=tuple(segment for segment, _ in used), starts=tuple(replace(start) for _, start in used)
         )
 
+    @property
+    def beforehand(self) -> np.ndarray:
+        """What is known of the law."""
+        rows = self.law.beforehand
+        return np.hstack([rows, np.zeros((len(rows), len(self.unknowns) - rows.shape[1]))])
+
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction by inverse dynamics on the slip segments, for the eye: segments measure none."""
         ready = self.ready.with_constants(self.known(x))

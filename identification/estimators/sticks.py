@@ -124,15 +124,20 @@ def only(sticks: Sticks, chosen: np.ndarray) -> Sticks:
 
 
 def first_guess(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, ready: Pool) -> np.ndarray:
-    """First guess (n, 2): theta_0, rad, and x^2, as if released before slip is seen by half of what that takes without
-    ageing."""
+    """First guess (n, 2): theta_0, rad, and x^2."""
+    offset, release = first_releases(sticks, rig, ready)
+    beyond, _ = _excess(sticks, law, q, rig, offset, release)
+    return np.stack([offset, np.clip(beyond, 0.0, HIGHEST) ** 2], axis=1)
+
+
+def first_releases(sticks: Sticks, rig: RigValues, ready: Pool) -> tuple[np.ndarray, np.ndarray]:
+    """First guess of theta_0 (n,), rad, and of when each stick lets go (n,), s: before slip is seen by half of what
+    that takes without ageing."""
     sooner = np.sqrt(2 * ready.threshold * rig.J / np.maximum(rig.k * rig.r * np.abs(sticks.speed[:, -1]), 1e-9))
     release = sticks.ends - np.clip(0.5 * sooner, 2e-3, 0.5 * BEFORE * ready.natural_period)
     inside = sticks.used & (sticks.time <= release[:, None])
     residual = np.where(inside, sticks.seen - rig.r / rig.R * sticks.turned, 0.0)
-    offset = np.sum(residual, axis=1) / np.maximum(inside.sum(axis=1), 1)
-    beyond, _ = _excess(sticks, law, q, rig, offset, release)
-    return np.stack([offset, np.clip(beyond, 0.0, HIGHEST) ** 2], axis=1)
+    return np.sum(residual, axis=1) / np.maximum(inside.sum(axis=1), 1), release
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,11 +244,16 @@ def _excess(
     sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, offset: np.ndarray, release: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """What each stick carries beyond the law at rest (..., n), and how fast that grows, 1/s."""
+    level, growth = carried(sticks, rig, offset, release)
+    return level - law.value(law.along(np.zeros(len(sticks.sign)), sticks.sign), q), growth
+
+
+def carried(sticks: Sticks, rig: RigValues, offset: np.ndarray, release: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Friction coefficient of the force that each stick carries when it lets go (..., n), and its growth, 1/s."""
     position = np.clip((release - sticks.grid) / STEP, 0, sticks.speed.shape[1] - 1.001)
     index, rows = position.astype(int), np.arange(release.shape[-1])
     low, high = ((sticks.speed[rows, column], sticks.ramp[rows, column]) for column in (index, index + 1))
     speed, ramp = (a + (position - index) * (b - a) for a, b in zip(low, high, strict=True))
     turned = rig.r / rig.R * _turned(sticks, release)
-    carried = (rig.r / rig.R * (rig.J * ramp + rig.c * speed) + rig.k * (offset + turned)) / (rig.R * rig.N)
-    at_rest = law.value(law.along(np.zeros(len(rows)), sticks.sign), q)
-    return sticks.sign * carried - at_rest, np.maximum(sticks.sign * rig.spring * rig.r / rig.R * speed, SLOWEST)
+    level = (rig.r / rig.R * (rig.J * ramp + rig.c * speed) + rig.k * (offset + turned)) / (rig.R * rig.N)
+    return sticks.sign * level, np.maximum(sticks.sign * rig.spring * rig.r / rig.R * speed, SLOWEST)

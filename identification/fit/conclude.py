@@ -27,15 +27,7 @@ from identification.fit.result import FrictionFit
 from identification.fit.summaries import bins, sensors, summaries
 from identification.inference.choice import Inference, Inferred, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
-from identification.inference.problem import (
-    Problem,
-    Solution,
-    among,
-    determines,
-    information,
-    prior_precision,
-    searched,
-)
+from identification.inference.problem import Problem, Solution, among, determines, information, prior_rows, searched
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -57,8 +49,10 @@ def conclude(
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
+    sticks: bool = True,
 ) -> FrictionFit:
-    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator.
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
+    sticks: whether they are asked too.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
@@ -82,7 +76,7 @@ def conclude(
     )
     white = among(white_covariance(searched_problem, at_searched), free)
     covariance = among(inference.covariance, free)
-    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts)
+    elastic, releases = _in_stick(ready, solved, inference, covariance, shifts) if sticks else (None, None)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(side for conflict in solved.conflicts for side in _sides(solved, conflict, shifts))
@@ -293,7 +287,7 @@ def _shifts(
     """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; reduced, seen: the
     problem and solution of the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
-    roots = np.sqrt(prior_precision(reduced))
+    roots = prior_rows(reduced)
     stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
     for name, slope in problem.by_held(solution.values).items():

@@ -15,6 +15,7 @@ from identification.estimators.base import Estimate, Estimator, Options
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated, contradicted
 from identification.fit.causes import asked_for, causes_named, causes_of, judged, radii_of, terms_found
 from identification.fit.conclude import conclude
+from identification.fit.free import fit_free
 from identification.fit.law_spread import MODES, by_curve, by_residuals, with_spread
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
@@ -87,6 +88,12 @@ def fit_friction(
     if disturbances == AUTO and not ready.seen_well:
         disturbances = NONE
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
+    if form.spans:
+        if estimator != ESTIMATOR:
+            raise StickslipError(f"The law '{form.name}' is fitted by '{ESTIMATOR}', not by '{estimator}'.")
+        named = () if disturbances == NONE else asked_for(disturbances) or None
+        fit = fit_free(ready, sought, options, inference, named, stages)
+        return replace(fit, recorded=tuple(motion.log for motion in ready.motions))
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
         fit = work.without_causes()
@@ -122,7 +129,6 @@ class _Work:
             ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
         """
         first, options = self.estimated("search")
-        verdict = self.judged(first, ())
         try:
             solved = adjust(self.ready, first, options)
         except ContradictedRadii as error:
@@ -130,8 +136,7 @@ class _Work:
             if other is None or radii_of(other, self.ready):
                 raise
             if not other.explanations:  # the law's form is wrong, and no radius
-                solved = adjust(self.ready, first, options, radii_hold=True)
-                return self.contested(solved, verdict)
+                return self.contested(adjust(self.ready, first, options, radii_hold=True), other)
             radii = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
             warning = (
                 f"The motion asks for {radii}, which is not what was measured. A disturbance of the bench explains the "
@@ -139,7 +144,7 @@ class _Work:
                 "stated. Estimate it: --disturbances auto."
             )
             solved = as_stated(replace(first, warnings=(*first.warnings, warning)))
-        return self.contested(solved, verdict)
+        return self.contested(solved, self.judged(first, ()))
 
     def judged(self, estimate: Estimate | None, named: Sequence[str] | None = None) -> Verdict | None:
         """What the slips say without a law; nothing where friction hangs on their direction."""
@@ -212,8 +217,7 @@ class _Work:
             verdict = self.judged(None if failed else first, named or None)
             self.stages.of("causes")(1.0)
         except KeyboardInterrupt:
-            bare = as_stated(first) if failed else adjust(self.ready, first, options)
-            plain = conclude(self.ready, bare, DEFAULT_INFERENCE)
+            plain = conclude(self.ready, self._bare(first, options, failed), DEFAULT_INFERENCE)
             return _ended(plain, "disturbances were not sought to the end", failed)
         if verdict is not None and (radii := radii_of(verdict, self.ready)):
             deviations = max(verdict.wrong[name][1] for name in radii)
@@ -222,19 +226,12 @@ class _Work:
         causes = causes_named(named, self.ready) if verdict is None else causes_of(verdict, self.ready)
         if failed is not None and not causes:
             raise failed
-        bare = as_stated(first) if failed else adjust(self.ready, first, options, radii_hold=verdict is not None)
-        if not causes:
-            return self.contested(bare, verdict)
-        plain = self.concluded("conclusion", bare, DEFAULT_INFERENCE)
-        if plain.interrupted:
-            return plain
-        unsettled = {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}
-        ready = self.ready.loosened({name: OFF[name] for name in unsettled})
-        held = [one for one in causes if all(map(self._holds, terms_found(self.ready, [one])))]
-        if not held:
-            fit = self.contested(bare, verdict)
+        hold = verdict is not None
+        held = tuple(one for one in causes if all(map(self._holds, terms_found(self.ready, [one]))))
+        if held:
+            fit = self._added(held, first, options, failed, verdict)
         else:
-            fit = replace(self, ready=ready)._added(tuple(held), plain, failed, verdict)
+            fit = self.contested(self._bare(first, options, failed, hold), verdict)
         missed = [
             f"Disturbance {one.sentence} The estimator '{self.estimator.name}' cannot hold it, shooting can."
             for one in causes
@@ -242,18 +239,32 @@ class _Work:
         ]
         return replace(fit, warnings=(*missed, *fit.warnings))
 
+    def _bare(self, first: Estimate, options: Options, failed: StickslipError | None, hold: bool = False) -> Adjusted:
+        """The solution without disturbances."""
+        return as_stated(first) if failed else adjust(self.ready, first, options, hold)
+
     def _holds(self, term: DisturbanceTerm) -> bool:
         return term.by_inverse_dynamics or not self.estimator.inverse
 
     def _added(
-        self, causes: tuple[Cause, ...], plain: FrictionFit, failed: StickslipError | None, verdict: Verdict | None
+        self,
+        causes: tuple[Cause, ...],
+        first: Estimate,
+        options: Options,
+        failed: StickslipError | None,
+        verdict: Verdict | None,
     ) -> FrictionFit:
+        """The fit with these causes, from the estimate without."""
+        words, hold = ", ".join(cause.name for cause in causes), verdict is not None
+        unsettled = {name for one in ranked([cause.name for cause in causes]).values() for name in one.unsettles}
+        loose = replace(self, ready=self.ready.loosened({name: OFF[name] for name in unsettled}))
         try:
-            second = self.searched("search again", terms_found(self.ready, causes), verdict is not None)
+            second = loose.searched("search again", terms_found(self.ready, causes), hold)
         except KeyboardInterrupt:
-            words = ", ".join(cause.name for cause in causes)
+            plain = conclude(self.ready, self._bare(first, options, failed, hold), DEFAULT_INFERENCE)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
-        fit = self.contested(second, verdict)
+        fit = loose.contested(second, verdict)
+        plain = conclude(self.ready, as_stated(first), DEFAULT_INFERENCE, sticks=False)
         warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
         structure = (*fit.structure, *_assumed(causes))
         return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     import pandas
     from lmfit import Minimizer
 
-VERSION = 4  # of the format of a fit
+VERSION = 5  # of the format of a fit
 LEVEL = 0.95  # of intervals
 MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
 NAMES = {  # in JSON, as the tables have them
@@ -81,9 +81,9 @@ class FrictionFit(Moving):
     breakaway: where the sticks of one driving disc let go, and whether that ages;
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
-    beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
-    that of the fit, itself among them, empty where none were; posterior: where it was sampled; free: friction over slip
-    speed without any law, where the slips of one disc tell it.
+    beside the law; plain: the parameters without them, with constants as stated, empty where there are none; rivals:
+    laws that were asked beside that of the fit, itself among them, empty where none were; posterior: where it was
+    sampled; free: friction over slip speed without any law, where the slips of one disc tell it.
     solved: the problem behind it, None in a fit that was read back; recorded: its logs, beside which a notebook shows
     the model live; no file keeps them.
     """

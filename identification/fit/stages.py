@@ -26,7 +26,7 @@ class Stages:
         """The stages of a fit: with or without disturbances, and with or without other laws."""
         end = CONCLUSION + (inference.draws * DRAW if inference.covariance == "bootstrap" else 0.0)
         end += PROFILES if inference.profile else 0.0
-        between = {"causes": CAUSES, "conclusion": CONCLUSION, "search again": AGAIN} if causes else {}
+        between = {"causes": CAUSES, "search again": AGAIN} if causes else {}
         after = {"laws": LAWS} if laws else {}
         return cls(progress, {"search": 1.0, **between, "end": end, **after})
 

@@ -23,16 +23,18 @@ import numpy as np
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
+from identification.free_friction.basis import COEFFICIENTS
 from identification.free_friction.curve import OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
 from identification.free_friction.evidence import Evidence
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
-from identification.free_friction.spline import COEFFICIENTS
+from identification.inference.uncertainty import autocorrelation
 from identification.measurement.pooled import Pool
 
 ASTRAY = 4.0  # times the squares of the noise: slips that even an unexplained torque does not follow
 GAIN = 3.0  # of ln L, beyond what a candidate costs
 BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something unexplained: less is the best of a list
+COLOURED = 4.0  # standard deviations of the correlation of neighbours, by which what is left is no noise
 PRICE = 1.5  # of ln L, of a torque that nothing explains
 PAIRED = 7  # of single candidates, whose pairs are tried
 ROUNDS = 10
@@ -95,29 +97,47 @@ def contest(
 def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
     field = _Field.of(bare.ready, named)
     chosen = tuple(field.columns) if named is not None else ()
-    seen, first = {frozenset(chosen)}, None
-    while True:
+    every, noise = field.slips(bare, tuple(field.columns)), _neighbours(bare, guess)
+
+    def solved(guess: Guess, chosen: tuple[str, ...]) -> tuple[Slips, Guess, float, _Table]:
         slips = field.slips(bare, chosen)
         guess, tau = settled(slips, guess)
-        first = first or (guess, tau)
-        if named is not None and not named:
-            return _verdict(slips, guess, tau)
-        table = _Table(field, field.slips(bare, tuple(field.columns)), guess, chosen)
-        better = chosen if named is not None or len(seen) > ROUNDS else table.better()
-        if frozenset(better) in seen:
-            break
+        return slips, guess, tau, _Table(field, every, guess, chosen)
+
+    slips, guess, tau, table = solved(guess, chosen)
+    first = guess, tau
+    if named is not None and not named:
+        return _verdict(slips, guess, tau)
+    seen = {frozenset(chosen)}
+    while named is None and len(seen) <= ROUNDS and frozenset(better := table.better()) not in seen:
         seen.add(frozenset(better))
-        chosen = better
+        try:
+            ahead = solved(table.moved(better), better)
+            ahead[-1].likelihood(better)
+        except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
+            break
+        (slips, guess, tau, table), chosen = ahead, better
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
-    if named is None and chosen and tau > TAUS[0] and (tau >= first[1] or any(one.gain < BESIDE for one in found)):
-        # what is chosen leaves as much unexplained as was there, or adds little: the best of a list, no explanation
-        return _verdict(bare, *first)
+    if named is None and found:
+        if tau > TAUS[0]:  # as much is left as was there, or little was added
+            listed = tau >= first[1] or any(one.gain < BESIDE for one in found)
+        else:
+            listed = _neighbours(slips, guess) > noise + COLOURED
+        if listed:  # the best of a list, no explanation
+            return _verdict(bare, *first)
     wrong = {}
     for name in (name for name in chosen if name not in field.terms):
         for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
     return _verdict(slips, guess, tau, sorted(found, key=lambda one: -one.gain), wrong)
+
+
+def _neighbours(slips: Slips, guess: Guess) -> float:
+    """The correlation of neighbouring residuals in slips, over its deviation in white noise."""
+    residuals = [row.residual for row in slips.rows(guess)]
+    cluster = np.repeat(np.arange(len(residuals)), list(map(len, residuals)))
+    return autocorrelation(np.concatenate(residuals), cluster) * float(np.sqrt(len(cluster)))
 
 
 def _verdict(
@@ -213,6 +233,14 @@ class _Table:
         known = self._known.without(np.setdiff1d(held, moving), SURE)
         values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
         return (gram.least(known, values, columns) for gram in self._grams)
+
+    def moved(self, chosen: Sequence[str]) -> Guess:
+        """The guess with a set, to first order, from where it is sought; nothing is left of what is taken away."""
+        *_, least = self._least(chosen)
+        guess = self.guess.moved(least.step, least.local, self.slips.names)
+        kept = {column for name in chosen for column in self.field.columns[name]}
+        others = {column for columns in self.field.columns.values() for column in columns} - kept
+        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others})
 
     def _columns(self, chosen: Iterable[str]) -> np.ndarray:
         """Of candidates, and of all that is no candidate's."""

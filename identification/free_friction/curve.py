@@ -1,6 +1,6 @@
 """Friction over slip speed without any law, with bands that hold.
 
-The slips of all logs are followed by a spline of the slip speed (`spline`), each with a start of its own and with
+The slips of all logs are followed by a curve of the slip speed (`basis`), each with a start of its own and with
 torques that no term explains (`slips`), normal with deviation tau in units of the friction coefficient. The search
 goes by steps of Gauss and Newton from friction by inverse dynamics; tau has the greatest marginal likelihood among
 `TAUS`,
@@ -15,16 +15,17 @@ coefficients.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.disturbances.terms import terms_of
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import ShootingSegment
+from identification.free_friction.at_rest import Releases
+from identification.free_friction.basis import BENDS, COEFFICIENTS, SpeedBasis
 from identification.free_friction.result import FreeFriction
 from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Rows, Slips
-from identification.free_friction.spline import COEFFICIENTS, SCALE, SpeedSpline
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
 from identification.measurement.pooled import Pool
@@ -34,8 +35,12 @@ TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; t
 LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
-STEPS, CUTS, LITTLE = 10, 6, 0.02  # of a search: most steps, most cuts of one, gain of the sum of squares that ends it
+STEPS, CUTS = 10, 6  # of a search: most steps, most cuts of one
+LITTLE = 2e-3  # gain of the sum of squares that is not worth a step: 4 % of a deviation
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact, or of which nobody says
+ROUGH = 0.02  # deviation of the force that sticks carried last, at first
+ROUNDS, FARTHEST, NEAR = 2, 0.05, 5e-4  # with releases: slips followed anew; steps of a coefficient, most and last
+ASTRAY = 3.0  # deviations of the row of releases, which then are not what the curve would have
 LOOSE = 1e-3  # precision of the curve's level and slope beforehand
 OFF = {
     "J": 0.04,
@@ -47,7 +52,7 @@ OFF = {
     "r": 0.03,
     "gain": 0.01,
 }  # of constants that are wrong
-POINTS, DRAWS, SEED = 61, 2000, 0
+DRAWS, SEED = 2000, 0
 LEVEL = 0.95  # of the band of the whole curve
 SIGNED = 0.2  # share of the squares of unexplained torques from which on what goes with them is said
 
@@ -57,7 +62,7 @@ def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
     speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
     terms = terms_of(ready, ())
     names = (*(prior.name for prior in ready.priors), "gain", "delay", *(term.name for term in terms))
-    return Slips(ready, tuple(segments), SpeedSpline(float(speeds.max())), terms, names)
+    return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names)
 
 
 def begun(slips: Slips) -> Guess:
@@ -68,8 +73,8 @@ def begun(slips: Slips) -> Guess:
         StickslipError: no slip holds a window of inverse dynamics.
     """
     samples = friction_samples(slips.ready)
-    basis = slips.spline.basis(np.abs(samples.slip))
-    straight = basis.T @ basis + slips.spline.stiffness
+    basis = slips.curve.weights(np.abs(samples.slip))
+    straight = basis.T @ basis + BENDS.T @ BENDS
     guess = Guess(
         np.linalg.solve(straight, basis.T @ samples.coefficient),
         np.array([segment.guess for segment in slips.segments]),
@@ -117,10 +122,10 @@ class Known:
 
     @classmethod
     def of(cls, slips: Slips) -> Known:
-        """Of spline, constants (relative), sensors and terms."""
+        """Of the curve, constants (relative), sensors and terms."""
         size = COEFFICIENTS + len(slips.names)
         mean, precision, told = np.zeros(size), np.zeros((size, size)), np.zeros(size)
-        precision[:COEFFICIENTS, :COEFFICIENTS] = slips.spline.stiffness + LOOSE * np.eye(COEFFICIENTS)
+        precision[:COEFFICIENTS, :COEFFICIENTS] = BENDS.T @ BENDS + LOOSE * np.eye(COEFFICIENTS)
         deviations = {prior.name: _relative(prior) for prior in slips.ready.priors}
         instruments = np.sqrt(np.diag(slips.ready.sensors.covariance))
         deviations |= {n: max(float(d), EXACT) for n, d in zip(("gain", "delay"), instruments, strict=True)}
@@ -153,11 +158,12 @@ def _relative(prior: Prior) -> float:
 @dataclass(frozen=True, eq=False)
 class Least:
     """The least sum of squares to second order. hessian (m, m); step (m,) to it, and steps of slips (n_slips, STARTS +
-    MODES); likelihood: ln L there."""
+    MODES); squares: the sum, and likelihood: ln L there."""
 
     hessian: np.ndarray
     step: np.ndarray
     local: np.ndarray
+    squares: float
     likelihood: float
 
 
@@ -191,6 +197,15 @@ class Gram:
         matrix = whole - np.einsum("nij,nik->jk", across, solved[..., :-1])
         return cls(matrix, slope - np.einsum("nij,ni->j", across, solved[..., -1]), squares, volume, solved)
 
+    def beside(self, slope: np.ndarray, residual: float) -> Gram:
+        """With one more row, (m,) and its residual."""
+        return replace(
+            self,
+            matrix=self.matrix + np.outer(slope, slope),
+            slope=self.slope + slope * residual,
+            squares=self.squares + residual**2,
+        )
+
     def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None) -> Least:
         """With what is known beforehand, at values (m,). columns: the only ones that may move."""
         some = np.arange(len(values)) if columns is None else columns
@@ -207,7 +222,8 @@ class Gram:
         volume -= float(np.sum(np.log(np.diag(known.precision)[own])))
         local = -(self.solved[..., :-1] @ step + self.solved[..., -1])
         told = float(np.sum(known.told[some]))
-        return Least(hessian, step, local, float(told - 0.5 * (sum_of_squares + self.volume + volume)))
+        likelihood = float(told - 0.5 * (sum_of_squares + self.volume + volume))
+        return Least(hessian, step, local, float(sum_of_squares), likelihood)
 
 
 def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
@@ -221,7 +237,7 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
     before = total(guess)
     for _ in range(STEPS):
         best = Gram.of(slips.rows(guess), guess, tau).least(known, guess.values(slips.names))
-        if not np.isfinite(best.step).all():
+        if not before - best.squares > LITTLE:
             return guess
         for cut in range(CUTS):
             share = 3.0**-cut
@@ -231,42 +247,69 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
                 break
         else:
             return guess
-        guess, gained, before = other, before - after, after
-        if gained < LITTLE:
-            return guess
+        guess, before = other, after
     return guess
+
+
+def _at_rest(slips: Slips, guess: Guess, tau: float) -> tuple[Guess, Gram, int]:
+    """The best guess with what releases of sticks say beside the slips, the normal equations there, and of how many
+    sticks; as it was without any where they cannot be followed."""
+    known, every = Known.of(slips), Releases.of(slips)
+    plain = Gram.of(slips.rows(guess), guess, tau)
+    if every is None:
+        return guess, plain, 0
+    off, unit = guess.coefficients[0] - every.rough(guess), np.eye(len(known.mean))[0]
+    first = plain.beside(unit / ROUGH, off / ROUGH).least(known, guess.values(slips.names))
+    near = guess.moved(first.step, first.local, slips.names)
+    releases = every.begun(near)
+    if releases is None:
+        return guess, plain, 0
+    farthest = np.inf
+    for _ in range(ROUNDS):
+        gram, values, step = Gram.of(slips.rows(near), near, tau), near.values(slips.names), np.zeros(len(unit))
+        best = gram.least(known, values)
+        for _ in range(STEPS):
+            residual, slope = releases.row(near.moved(step, best.local, slips.names), tau, whole=False)
+            best = gram.beside(slope, residual - float(slope @ step)).least(known, values)
+            farthest = float(np.max(np.abs((best.step - step)[:COEFFICIENTS])))
+            step = step + min(1.0, FARTHEST / farthest) * (best.step - step)
+            if farthest < NEAR:
+                break
+        near = near.moved(step, best.local, slips.names)
+    residual, slope = releases.row(near, tau, whole=True)
+    if not farthest < NEAR or abs(residual) > ASTRAY:
+        return guess, plain, 0
+    return near, Gram.of(slips.rows(near), near, tau).beside(slope, residual), len(releases.at)
 
 
 def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
     """The curve of a guess that has settled, with its bands."""
-    rows = slips.rows(guess)
-    hessian = Gram.of(rows, guess, tau).least(Known.of(slips), guess.values(slips.names)).hessian
-    constants = {one.name for one in slips.ready.priors}
+    guess, gram, releases = _at_rest(slips, guess, tau)
+    hessian = gram.least(Known.of(slips), guess.values(slips.names)).hessian
+    constants = slips.constants(guess)
     form = [
         *range(COEFFICIENTS),
         *(n for n, name in enumerate(slips.names, COEFFICIENTS) if name.removesuffix(WRONG) not in constants),
     ]
-    speed = SCALE * np.sinh(np.linspace(0.0, np.arcsinh(slips.spline.greatest / SCALE), POINTS))
-    basis = slips.spline.basis(speed)
     inside = slice(None, COEFFICIENTS)
     alone = np.linalg.inv(hessian[np.ix_(form, form)])[inside, inside]
-    known = np.linalg.inv(hessian)[inside, inside]
-    form_deviation, deviation = (np.sqrt(np.einsum("ij,jk,ik->i", basis, c, basis)) for c in (alone, known))
     draws = np.random.default_rng(SEED).multivariate_normal(np.zeros(COEFFICIENTS), alone, DRAWS)
-    least = float(np.min(slips.slip_speeds(guess)))
-    seen = speed >= least
-    furthest = np.max(np.abs(draws @ basis[seen].T) / form_deviation[seen], axis=1)
-    count = sum(len(row.residual) for row in rows)
+    least, curve = float(np.min(slips.slip_speeds(guess))), slips.curve
+    seen = curve.grid >= least
+    furthest = np.max(np.abs(draws @ curve.weights(curve.grid[seen]).T) / curve.deviation(alone)[seen], axis=1)
+    count = sum(len(segment.time) for segment in slips.segments)
     return FreeFriction(
-        tuple(speed.tolist()),
-        tuple((basis @ guess.coefficients).tolist()),
-        tuple(form_deviation.tolist()),
-        tuple(deviation.tolist()),
+        curve.greatest,
+        tuple(guess.coefficients.tolist()),
+        tuple(map(tuple, alone.tolist())),
+        tuple(map(tuple, np.linalg.inv(hessian)[inside, inside].tolist())),
         float(np.quantile(furthest, LEVEL)),
         least,
         0.0 if tau == TAUS[0] else tau,
-        sum(float(row.residual @ row.residual) for row in rows) / count,
+        slips.squares(guess) / count,
         *(((), ()) if tau == TAUS[0] else _signature(slips, guess)),
+        releases=releases,
+        constants=constants,
     )
 
 

@@ -14,12 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
+from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.curve import Gram, Known
 from identification.free_friction.slips import Guess, Slips
-from identification.free_friction.spline import COEFFICIENTS, SpeedSpline
 from identification.laws import FittableLaw
 
-SPEEDS = 400  # among those seen, over which a law is carried to the spline
+SPEEDS = 400  # among those seen, over which a law is carried to the curve
 SEEN = 1e-9  # of the greatest eigenvalue: less is not told by slips
 
 
@@ -40,7 +40,7 @@ class Evidence:
     """root (k, COEFFICIENTS): K; target (k,): K c; speeds (n,): slip speeds as often as they were seen, m/s; samples:
     count of what the sensors showed."""
 
-    spline: SpeedSpline
+    basis: SpeedBasis
     root: np.ndarray
     target: np.ndarray
     speeds: np.ndarray
@@ -60,17 +60,17 @@ class Evidence:
         size, axes = np.sqrt(power[told]), axes[:, told].T
         target = axes @ (seen @ guess.coefficients) / size
         slip = np.quantile(np.maximum(slips.slip_speeds(guess), 0.0), np.linspace(0, 1, SPEEDS))
-        return cls(slips.spline, size[:, None] * axes / np.sqrt(noise), target / np.sqrt(noise), slip, samples)
+        return cls(slips.curve, size[:, None] * axes / np.sqrt(noise), target / np.sqrt(noise), slip, samples)
 
     @cached_property
     def _carried(self) -> np.ndarray:
         """From friction at ``speeds`` to K c (k, n)."""
-        return self.root @ np.linalg.pinv(self.spline.basis(self.speeds))
+        return self.root @ np.linalg.pinv(self.basis.weights(self.speeds))
 
     @cached_property
     def _curve(self) -> np.ndarray:
         """The curve at ``speeds`` as the slips alone tell it (n,)."""
-        return self.spline.basis(self.speeds) @ np.linalg.lstsq(self.root, self.target, rcond=None)[0]
+        return self.basis.weights(self.speeds) @ np.linalg.lstsq(self.root, self.target, rcond=None)[0]
 
     def seen(self, law: FittableLaw, start: np.ndarray | None = None) -> SeenLaw:
         """A law at its most likely values. start (m,): where the search begins; from the curve if left out."""

@@ -29,12 +29,12 @@ from identification.disturbances.term import (
 )
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.spline import SpeedSpline
+from identification.free_friction.basis import SpeedBasis
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values
 from rig_io.sensors.motion import Motion
 
-STEPS = 160  # a natural period: an error of 1e-7 of the motion
+STEPS = 80  # a natural period: an error of 1e-6 of the motion, and of 1e-3 of the noise
 MODES = 4  # of what no term explains, in each slip
 STARTS = 2  # angle and speed, of each slip
 DIFFERENCE = 1e-6  # rad, rad/s
@@ -45,7 +45,7 @@ Shown = tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]  # see `Slip
 
 @dataclass(eq=False)
 class Guess:
-    """Where a search is. coefficients: of the spline; starts (n_slips, STARTS): rad, rad/s; unexplained: (n_slips,
+    """Where a search is. coefficients: of the curve; starts (n_slips, STARTS): rad, rad/s; unexplained: (n_slips,
     MODES); shared: logarithms of constants over their values, gain, delay, terms, by name."""
 
     coefficients: np.ndarray
@@ -81,23 +81,26 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Slips:
-    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the spline."""
+    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the curve."""
 
     ready: Pool
     segments: tuple[ShootingSegment, ...]
-    spline: SpeedSpline
+    curve: SpeedBasis
     terms: tuple[DisturbanceTerm, ...]
     names: tuple[str, ...]
-    _last: list[tuple[Guess, tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, init=False, repr=False)
+    _last: list[tuple[Guess, set[str], tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, repr=False)
+    _rows: list[tuple[Guess, list[Rows]]] = field(default_factory=list, init=False, repr=False)
 
     def with_noise(self, louder: float) -> Slips:
         """The same slips seen by sensors whose noise is larger."""
         segments = tuple(replace(segment, deviation=louder * segment.deviation) for segment in self.segments)
-        return replace(self, segments=segments)
+        return self._alike(replace(self, segments=segments))
 
     def under(self, terms: Sequence[DisturbanceTerm], names: Sequence[str] = ()) -> Slips:
         """The same slips under other terms, of which these are shared."""
-        other = replace(self, terms=tuple(terms), names=tuple(names))
+        return self._alike(replace(self, terms=tuple(terms), names=tuple(names)))
+
+    def _alike(self, other: Slips) -> Slips:
         other.__dict__.update(
             {name: getattr(self, name) for name in ("lasts", "count", "sign", "time", "drive", "where")}
         )
@@ -152,11 +155,15 @@ class Slips:
             np.array(turned), nothing, np.array(share), log * same, np.array(load), lasts * same, nothing
         )
 
-    def rig(self, guess: Guess) -> RigValues:
-        """Constants of the rig at a guess."""
+    def constants(self, guess: Guess) -> dict[str, float]:
+        """Constants of the rig at a guess, by name."""
         stated = {prior.name: prior.value for prior in self.ready.priors}
         off = {name: guess.shared.get(name, 0.0) + guess.shared.get(name + WRONG, 0.0) for name in stated}
-        return rig_values({name: value * np.exp(off[name]) for name, value in stated.items()})
+        return {name: value * float(np.exp(off[name])) for name, value in stated.items()}
+
+    def rig(self, guess: Guess) -> RigValues:
+        """Constants of the rig at a guess."""
+        return rig_values(self.constants(guess))
 
     def factor(
         self, guess: Guess, state: tuple[np.ndarray, np.ndarray], place: int | slice, acts: str
@@ -168,7 +175,7 @@ class Slips:
 
     def forces(self, guess: Guess) -> Callable[[int | slice, tuple[np.ndarray, np.ndarray]], np.ndarray]:
         """theta'' at a place in time, of angles and speeds, each (n_slips,) or (n_slips, n)."""
-        rig, pieces, unexplained = self.rig(guess), self.spline.pieces(guess.coefficients), guess.unexplained
+        rig, coefficients, unexplained = self.rig(guess), guess.coefficients, guess.unexplained
         timed, bodily = ({acts: self.under(terms) for acts, terms in some.items()} for some in self._terms)
         still = {acts: slips.factor(guess, self._anywhere, slice(None), acts)[0] for acts, slips in timed.items()}
 
@@ -180,7 +187,7 @@ class Slips:
             angle, speed = state
             sign = self.sign[:, 0] if isinstance(place, int) else self.sign
             slip = sign * (rig.r * self.drive[:, place] * factor(DRIVE, place, state) - rig.R * speed)
-            friction = sign * self.spline.value(pieces, slip) * factor(FRICTION, place, state)
+            friction = sign * self.curve.value(coefficients, slip) * factor(FRICTION, place, state)
             torque = rig.R * rig.N * (friction + unexplained @ self.modes[:, place])
             spring, damping = rig.k * factor(SPRING, place, state), rig.c * factor(DAMPING, place, state)
             return (torque - spring * angle - damping * speed) / rig.J
@@ -208,10 +215,12 @@ class Slips:
 
     def run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
         """Angles and speeds (n_slips, count + 1), rad and rad/s."""
-        if self._last and self._last[0][0] is guess:
-            return self._last[0][1]
+        acting = {term.name for term in self.terms if guess.shared.get(term.name)}
+        for last, acted, motion in self._last:
+            if last is guess and acted == acting:
+                return motion
         motion = self._run(guess)
-        self._last[:] = [(guess, motion)]
+        self._last[:] = [(guess, acting, motion)]
         return motion
 
     def _run(self, guess: Guess) -> tuple[np.ndarray, np.ndarray]:
@@ -250,6 +259,8 @@ class Slips:
 
     def rows(self, guess: Guess) -> list[Rows]:
         """Residuals of all slips and their derivatives."""
+        if self._rows and self._rows[0][0] is guess:
+            return self._rows[0][1]
         angle, speed = self.run(guess)
         with np.errstate(all="ignore"):
             responses = _responses(guess, self, angle, speed)
@@ -259,6 +270,7 @@ class Slips:
             columns = segment.whitened(self._columns(number, responses[:, number], shown))
             residual = segment.whitened((shown[0] - segment.measured)[:, None])[:, 0]
             rows.append(Rows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
+        self._rows[:] = [(guess, rows)]
         return rows
 
     def _seen(self, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
@@ -313,8 +325,8 @@ class Slips:
 
 
 def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, spline and names."""
-    from scipy.integrate import cumulative_trapezoid
+    """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, curve and names."""
+    from scipy.integrate import cumulative_simpson
 
     steps, acceleration = slice(0, None, 2), slips.forces(guess)
     by_angle, by_speed = (
@@ -329,7 +341,7 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
     def response(torque: np.ndarray) -> np.ndarray:
         """Of the angle to an acceleration (n_slips, count + 1)."""
         first, second = (
-            step * cumulative_trapezoid(torque * part / whole, axis=1, initial=0)
+            step * cumulative_simpson(torque * part / whole, axis=1, initial=0)
             for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
         )
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
@@ -340,7 +352,7 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
 
 
 def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
-    """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, spline and names."""
+    """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, curve and names."""
     rig, steps = slips.rig(guess), slice(0, None, 2)
     scale, state = rig.R * rig.N / rig.J, (angle, speed)
     factor, by_friction = slips.factor(guess, state, steps, FRICTION)
@@ -349,7 +361,7 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
     faster, by_drive = slips.factor(guess, state, steps, DRIVE)
     drive = slips.drive[:, steps] * faster
     slip = slips.sign * (rig.r * drive - rig.R * speed)
-    basis, steep = slips.spline.basis(slip), slips.spline.basis(slip, 1) @ guess.coefficients
+    basis, steep = slips.curve.weights(slip), slips.curve.weights(slip, 1) @ guess.coefficients
     friction = slips.sign * (basis @ guess.coefficients)
     torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
     spring, damping = -rig.k / rig.J * angle, -rig.c / rig.J * speed

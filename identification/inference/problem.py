@@ -92,6 +92,12 @@ class Problem(ABC):
     noise_known: bool
 
     @property
+    def beforehand(self) -> np.ndarray:
+        """Rows (k, m) of unknowns together that were 0 within a unit deviation before these logs, about the solution;
+        none of most problems. They count in what is known, and a search does not heed them."""
+        return np.zeros((0, len(self.unknowns)))
+
+    @property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of the search (m,), below and above."""
         return np.array([unknown.minimum for unknown in self.unknowns]), np.array(
@@ -152,6 +158,11 @@ class Held(Problem):
     def noise_known(self) -> bool:  # type: ignore[override]  # that of the problem
         return self.problem.noise_known
 
+    @property
+    def beforehand(self) -> np.ndarray:
+        """As in `Problem`, of those left."""
+        return self.problem.beforehand[:, self.free]
+
     def full(self, x: np.ndarray) -> np.ndarray:
         """All unknowns (m,) from those left."""
         result = self.values.copy()
@@ -190,10 +201,17 @@ def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
     return full
 
 
+def prior_rows(problem: Problem) -> np.ndarray:
+    """What is known beforehand as rows (m + k, m): 1/sd of each unknown, 0 where there is no prior; and of several
+    together."""
+    roots = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty for u in problem.unknowns]
+    return np.vstack([np.diag(roots), problem.beforehand])
+
+
 def prior_precision(problem: Problem) -> np.ndarray:
     """What is known beforehand, (m, m): 1/sd^2 on the diagonal, 0 where there is no prior."""
-    precisions = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty**2 for u in problem.unknowns]
-    return np.diag(precisions)
+    rows = prior_rows(problem)
+    return rows.T @ rows
 
 
 def information(problem: Problem, evaluation: Evaluation) -> np.ndarray:

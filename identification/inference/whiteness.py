@@ -74,11 +74,6 @@ class Whiteness:
         return tuple(log.log for log in self.logs if log.course is not None and log.course * tested < REPEATED)
 
     @property
-    def more_than_noise(self) -> bool:
-        """Whether any test says that something is missing from the model."""
-        return bool(self.coloured or self.beyond or self.repeated)
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences where the residuals show that the model is wrong."""
         warnings = []

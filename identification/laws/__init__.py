@@ -24,9 +24,11 @@ def _own() -> dict[str, FittableLaw]:
 
 
 def slip_laws() -> dict[str, FittableLaw]:
-    """Those of our own whose steady friction every estimator can fit, whichever way the slips go; of those that share
-    it the first."""
-    first = {law.steady: name for name, law in reversed(_own().items()) if law.sticks and not law.directed}
+    """Those of our own whose steady friction every estimator can fit, whichever way the slips go, but for a curve of no
+    form; of those that share it the first."""
+    first = {
+        law.steady: name for name, law in reversed(_own().items()) if law.sticks and not (law.directed or law.spans)
+    }
     return {name: law for name, law in _own().items() if name in first.values()}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -17,7 +17,9 @@ CANDIDATES = np.geomspace(0.2, 100, 25)  # multiples of the greatest slip speed'
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FittableLaw(LawFunctions):
-    """A friction law to be fitted."""
+    """A friction law to be fitted. beforehand: as in `inference.problem.Problem`, of its parameters (k, m)."""
+
+    beforehand: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """State for another process, which makes the law from its declaration again."""

@@ -46,16 +46,14 @@ def _draw_time(axes: Axes, one: FollowedLog, name: str) -> None:
     axes.plot(log.time, log.measured[name], ".", color="0.6", markersize=3, label="measured")
     axes.plot(log.time, modelled, color=BLUE, linewidth=0.9, label="model")
     axes.set_title(log.name, fontsize="medium", loc="left")
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel(f"{name} ({_unit(one, name)})")
+    axes.set(xlabel="time (s)", ylabel=f"{name} ({_unit(one, name)})")
     axes.grid(alpha=0.25)
 
 
 def _draw_residual(axes: Axes, one: FollowedLog, name: str) -> None:
     axes.plot(one.log.time, one.log.measured[name] - one.modelled[name], ".", color="black", markersize=2)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel(f"{name}: measured less model ({_unit(one, name)})")
+    axes.set(xlabel="time (s)", ylabel=f"{name}: measured less model ({_unit(one, name)})")
     axes.grid(alpha=0.25)
 
 
@@ -67,6 +65,5 @@ def _draw_portrait(axes: Axes, one: FollowedLog, name: str) -> None:
         motion, _ = local_motion(part, np.arange(part.time.size))
         axes.plot(motion.value[name], motion.speed[name], mark, color=colour, linewidth=0.7, markersize=2)
     unit = _unit(one, name)
-    axes.set_xlabel(f"{name} ({unit})")
-    axes.set_ylabel(f"its rate ({unit}/s)" if unit != "1" else "its rate (1/s)")
+    axes.set(xlabel=f"{name} ({unit})", ylabel=f"its rate ({unit}/s)" if unit != "1" else "its rate (1/s)")
     axes.grid(alpha=0.25)

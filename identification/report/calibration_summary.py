@@ -151,6 +151,5 @@ def draw_calibration(axes: Axes, found: Calibration) -> None:
     shown = slice(None) if found.horizon is None else log.time <= log.time[0] + found.horizon
     axes.plot(log.time, log.measured[name], ".", color="0.6", markersize=3, label="measured")
     axes.plot(log.time[shown], np.asarray(run[name])[shown], color="#0072b2", linewidth=0.9, label="model")
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel(f"{name} ({run.units.get(name, '1')})")
+    axes.set(xlabel="time (s)", ylabel=f"{name} ({run.units.get(name, '1')})")
     axes.legend(frameon=False)

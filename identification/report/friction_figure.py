@@ -6,6 +6,7 @@ Curves and marks differ in shape and line as well as in colour. matplotlib is im
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from identification.estimators.releases import Breakaway
     from identification.estimators.savitzky_golay import FrictionSamples
     from identification.fit.result import FrictionFit
     from identification.free_friction.result import FreeFriction
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#777777", "#f0e442")
 SHOWN = 400  # marks per log: more hide each other
+RUG = 5  # of samples, one is marked on the axis of slip speeds
+WIDE = 100  # letters of a line of the title
 
 
 def friction_figure(fit: FrictionFit, samples: Mapping[str, FrictionSamples]) -> Figure:
@@ -66,6 +70,11 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     below.axhline(0.0, color="black", linewidth=1.2)
     if fit.free:
         _draw_free(above, below, fit.free, law)
+        above.plot(
+            samples.slip[::RUG], 0 * samples.slip[::RUG], "|", color="#a04070", transform=above.get_xaxis_transform()
+        )
+    if fit.breakaway:
+        _draw_releases(above, fit.breakaway)
     bins = [b for b in fit.bins if b.contact == contact and b.standard_error is not None]
     if bins:
         below.errorbar(
@@ -83,11 +92,12 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
         below.legend(fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderpad=0.0)
     other = "" if len(fit.contacts) == 1 else f" on {contact}"
     above.set_ylabel(f"friction coefficient F/N{other} (1)")
-    below.set_ylabel("residual (1)")
-    below.set_xlabel("slip speed |r w - R th'| (m/s)")
+    below.set(ylabel="residual (1)", xlabel="slip speed |r w - R th'| (m/s)")
     spread = float(np.quantile(np.abs(samples.coefficient - law(samples.slip)), 0.98))
     below.set_ylim(-1.5 * spread, 1.5 * spread)
-    centre = law(speed)
+    centre = (
+        fit.free.coefficient if fit.free else law(speed)
+    )  # a law of the wrong form may rise beyond all that was seen
     above.set_ylim(max(float(centre.min()) - 3 * spread, 0.0), float(centre.max()) + 3 * spread)
     above.legend(fontsize="small", framealpha=0.9, loc="best")
     for axes in (above, below):
@@ -96,15 +106,29 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
 
 
 def _draw_free(above: Axes, below: Axes, free: FreeFriction, law: Callable[[np.ndarray], np.ndarray]) -> None:
-    """The curve that is free of any law, and the band in which all of its form lies, where slips were seen."""
-    speed, curve = np.array(free.speed), np.array(free.coefficient)
-    seen, reach = speed >= free.least, free.simultaneous * np.array(free.form_deviation)
-    label = "free of any law, 95 % band of the whole form"
-    style = {"facecolor": "#f0a0c0", "edgecolor": "#a04070", "alpha": 0.5, "hatch": "////", "linewidth": 0.8}
+    """The curve that is free of any law, with the bands in which all of its form lies and each of its values, where
+    slips were seen, and from rest where releases of sticks tell it."""
+    told = free.speed >= (0.0 if free.releases else free.least)
+    speed, curve, deviation = free.speed[told], free.coefficient[told], free.form_deviation[told]
+    bands = {
+        "free of any law, 95 % band of the whole form": (free.simultaneous, "#f0a0c0", "////"),
+        "the same, of one speed": (1.96, "#c06090", None),
+    }
     for axes, off in ((above, np.zeros(len(speed))), (below, law(speed))):
-        middle = (curve - off)[seen]
-        axes.fill_between(speed[seen], middle - reach[seen], middle + reach[seen], label=label, zorder=3, **style)
-        axes.plot(speed[seen], middle, color="#a04070", linestyle="--", linewidth=1.0, zorder=4)
+        for label, (reach, colour, hatch) in bands.items():
+            ends = (curve - off - reach * deviation, curve - off + reach * deviation)
+            style = {"facecolor": colour, "edgecolor": "#a04070", "alpha": 0.5, "hatch": hatch, "linewidth": 0.8}
+            axes.fill_between(speed, *ends, label=label, zorder=3, **style)
+        axes.plot(speed, curve - off, color="#a04070", linestyle="--", linewidth=1.0, zorder=4)
+
+
+def _draw_releases(above: Axes, breakaway: Breakaway) -> None:
+    """The friction at which each stick let go, and their level."""
+    levels = [release.level for release in breakaway.releases]
+    above.plot(np.zeros(len(levels)), levels, "_", color="#777777", markersize=8, alpha=0.4)
+    style = {"fmt": "D", "color": "black", "markersize": 4, "markerfacecolor": "white", "capsize": 3, "zorder": 5}
+    label = f"release of {len(levels)} sticks, 95 %"
+    above.errorbar([0.0], [breakaway.level], yerr=[1.96 * breakaway.deviation], label=label, **style)
 
 
 def _values_in_words(fit: FrictionFit, contact: str) -> str:
@@ -116,6 +140,7 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
     parts = "noise, rig constants and law" if fit.rivals else "noise and rig constants"
     causes = ", ".join(cause.name for cause in fit.causes)
     corrected = f"\nmarks and means without what disturbances changed: {causes}" if causes else ""
+    values = "\n".join(wrap(values, WIDE))
     return f"{values}\n± one standard deviation, {parts} together{least}{corrected}"
 
 
@@ -132,8 +157,7 @@ def draw_fit(axes: Axes, fit: FrictionFit) -> None:
         axes.errorbar(
             [m.slip for m in means], [m.coefficient for m in means], yerr=error, label="measured means", **style
         )
-    axes.set_xlabel("slip speed |r w - R th'| (m/s)")
-    axes.set_ylabel("friction coefficient F/N (1)")
+    axes.set(xlabel="slip speed |r w - R th'| (m/s)", ylabel="friction coefficient F/N (1)")
     axes.legend(fontsize="small", frameon=False)
     axes.grid(alpha=0.25)
 

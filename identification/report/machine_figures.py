@@ -92,8 +92,10 @@ def draw_effort(axes: Axes, fit: MachineFit) -> None:
     )
     axes.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
     axes.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
-    axes.set_xlabel("time, logs one after another (s)" if len(pieces) > 1 else "time (s)")
-    axes.set_ylabel(f"effort of {fit.joints[place].joint} ({fit.joints[place].unit})")
+    axes.set(
+        xlabel="time, logs one after another (s)" if len(pieces) > 1 else "time (s)",
+        ylabel=f"effort of {fit.joints[place].joint} ({fit.joints[place].unit})",
+    )
 
 
 def _draw_friction(places: Sequence[Axes], mechanism: Mechanism, fit: MachineFit, seen: Sequence[Predicted]) -> None:
@@ -107,8 +109,7 @@ def _draw_friction(places: Sequence[Axes], mechanism: Mechanism, fit: MachineFit
     for place, (axes, score, q) in enumerate(named):
         axes.plot(speed[::every, place], friction[::every, place], ".", color=BLUE, markersize=2, alpha=0.5)
         axes.plot(line[:, place], curve[:, place], color="black", linewidth=1.6)
-        axes.set_xlabel(f"{q.v.name} ({q.v.unit})")
-        axes.set_ylabel(f"friction: effort less the rest ({score.unit})")
+        axes.set(xlabel=f"{q.v.name} ({q.v.unit})", ylabel=f"friction: effort less the rest ({score.unit})")
         axes.grid(alpha=0.25)
 
 

@@ -43,8 +43,7 @@ def _by_speed(axes: Axes, fit: FrictionFit) -> None:
     axes.errorbar(slip, mean, yerr=BEYOND * error, fmt="o", color="black", markersize=4, capsize=3,
                   label=f"mean ± {BEYOND:g} standard errors")  # fmt: skip
     axes.axhline(0.0, color="black", linewidth=1.0)
-    axes.set_xlabel("slip speed (m/s)")
-    axes.set_ylabel("mean residual / rms (1)")
+    axes.set(xlabel="slip speed (m/s)", ylabel="mean residual / rms (1)")
     axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     axes.grid(alpha=0.25)
 
@@ -60,8 +59,7 @@ def _correlation(axes: Axes, fit: FrictionFit, evaluation: Evaluation) -> None:
     band = 1.96 / np.sqrt(max(min(int(np.sum(evaluation.log == n)) for n in np.unique(evaluation.log)), 1))
     axes.axhspan(-band, band, facecolor="#dddddd", edgecolor="none", zorder=0, label="95 % of white residuals")
     axes.axhline(0.0, color="black", linewidth=1.0)
-    axes.set_xlabel("lag (values)")
-    axes.set_ylabel("autocorrelation of residuals (1)")
+    axes.set(xlabel="lag (values)", ylabel="autocorrelation of residuals (1)")
     axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     axes.grid(alpha=0.25)
 

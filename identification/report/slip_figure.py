@@ -36,8 +36,7 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
     for axes, chosen in ((whole, slice(None)), (part, slice(max(middle - 4, 0), middle + 5))):
         axes.plot(events.time[chosen], events.peak[chosen], "^", color=BLUE, markersize=3, label="peak")
         axes.plot(events.end[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
-        axes.set_xlabel("time (s)")
-        axes.set_ylabel("force over weight (1)")
+        axes.set(xlabel="time (s)", ylabel="force over weight (1)")
     figure.legend(
         *part.get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small", frameon=False
     )
@@ -53,8 +52,7 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
         axes.axvline(centre, color=BLUE, linewidth=1.6, label=f"measured {centre:.4g}")
         if name in lines:
             axes.axvline(lines[name], color="black", linestyle="--", linewidth=1.6, label=f"model {lines[name]:.4g}")
-        axes.set_xlabel(f"{name} ({unit})")
-        axes.set_ylabel("slip events")
+        axes.set(xlabel=f"{name} ({unit})", ylabel="slip events")
         axes.locator_params(axis="x", nbins=5)
         axes.locator_params(axis="y", integer=True)
         axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -1,13 +1,14 @@
 """Calibration from guesses half off: how often the truth is found and held by 95 % intervals, and what it costs.
 
-    python tests/benchmarks/bench_calibrate.py [--seeds 20] [--first-seed 0] [--only hinge,ball] [--data FOLDER]
+    python tests/benchmarks/bench_calibrate.py [--seeds 20] [--first-seed 0] [--only hinge,ball] [--peer] [--data DIR]
 
 A seed draws noise, start states up to a tenth from the default and first values, each off by a factor 1.5 to either
 side (an angle by .25 rad). *Fits* counts seeds whose residuals are the noise, by four deviations of their root mean
 square; *inside* the parameters that their 95 % intervals hold, over the seeds that fit; *z* is the root mean square of
 errors in deviations, *s* are CPU seconds. Measured logs (`calibrated_machines.py`) are searched from seeds too: *least*
 and *worst* are the root mean squares at which these end. Their files are not part of the project; a case without its
-file says so.
+file says so. With --peer the same seeds are given to lmfit, which minimizes over runs of fmpy (CVode) from the same
+first values, as a user of these two would.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,7 @@ from fmu_models.simulation.run import simulate
 from identification.calibration.calibrate import calibrate
 
 OFF = 1.5
+NORMAL = 1.96  # deviations to either side that hold 95 %
 CERTAIN = 4.0  # deviations of the root mean square of white noise
 START_SPREAD = 0.1
 
@@ -143,32 +145,78 @@ class Seed:
         return self.misfit < 1 + CERTAIN / np.sqrt(2 * independent)
 
 
-def run_seed(case: EmulatedCase, fmu: Fmu, seed: int) -> Seed | str:
+Solved = tuple[dict[str, tuple[float, float]], float, int]  # value and deviation by name, rms, samples
+
+
+def suite(case: EmulatedCase, fmu: Fmu, log: dict[str, np.ndarray], known: dict[str, float], seed: int) -> Solved:
+    """By `calibrate`."""
+    events = {"events": {case.measured: "hit"}} if case.events else {}
+    fit = calibrate(fmu, log, free=list(case.free), parameters=known, seed=seed, **events, **case.settings)
+    (line,) = fit.residuals
+    return (
+        {name: (fit[name].value, fit[name].standard_deviation or np.inf) for name in case.free},
+        line.rms,
+        line.samples,
+    )
+
+
+def peer(case: EmulatedCase, fmu: Fmu, log: dict[str, np.ndarray], known: dict[str, float], seed: int) -> Solved:
+    """By lmfit over fmpy: parameters and start states from the same first values; a run that fails is far off."""
+    import fmpy
+    import lmfit
+
+    names = [*case.free, *(fmu.states if case.scattered else [])]
+    keys = {f"p{number}": name for number, name in enumerate(names)}
+    sought = lmfit.Parameters()
+    for key, name in keys.items():
+        bound = fmu.variables[name].max
+        most = np.inf if bound is None else float(bound)
+        sought.add(key, value=known.get(name, fmu.start_of(name)), min=0.0 if name in case.free else -np.inf, max=most)
+    fixed = {name: value for name, value in known.items() if name not in names}
+    instance: Any = fmpy.instantiate_fmu(str(fmu.folder), fmu.description, fmi_type="ModelExchange")
+
+    def residual(values: lmfit.Parameters) -> np.ndarray:
+        start = {**fixed, **{name: values[key].value for key, name in keys.items()}}
+        instance.reset()
+        try:
+            run = fmpy.simulate_fmu(
+                str(fmu.folder), model_description=fmu.description, fmu_instance=instance, fmi_type="ModelExchange",
+                stop_time=case.until, output_interval=case.until / (case.samples - 1), relative_tolerance=1e-8,
+                start_values=start, output=[case.measured], record_events=False,
+            )  # fmt: skip
+            seen = np.interp(log["time"], run["time"], run[case.measured])
+        except Exception:
+            seen = np.zeros(case.samples)
+        return (seen - log[case.measured]) / case.noise
+
+    fit: Any = lmfit.minimize(residual, sought)
+    values = {name: (fit.params[key].value, fit.params[key].stderr or np.inf) for key, name in keys.items()}
+    return values, case.noise * float(np.sqrt(np.mean(fit.residual**2))), case.samples
+
+
+def run_seed(case: EmulatedCase, fmu: Fmu, seed: int, solve: Callable[..., Solved] = suite) -> Seed | str:
     """One seed, or why it was refused."""
     random = np.random.default_rng([seed, 31])
     log = emulated(case, fmu, random)
     known = {**case.others, **first_values(case.free, fmu, random)}
-    events = {"events": {case.measured: "hit"}} if case.events else {}
     began = time.process_time()
     try:
-        fit = calibrate(fmu, log, free=list(case.free), parameters=known, seed=seed, **events, **case.settings)
+        values, rms, samples = solve(case, fmu, log, known, seed)
     except StickslipError as error:
         return str(error)
     cpu = time.process_time() - began
-    z, inside = [], []
-    for name, truth in case.free.items():
-        low, high = fit.interval(name)
-        z.append((fit[name].value - truth) / (fit[name].standard_deviation or np.inf))
-        inside.append(low <= truth <= high)
-    (line,) = fit.residuals
-    return Seed(line.rms / case.noise, line.samples, np.array(z), np.array(inside), cpu, fit.values)
+    z = np.array([(values[name][0] - truth) / values[name][1] for name, truth in case.free.items()])
+    found = {name: value for name, (value, _) in values.items()}
+    return Seed(rms / case.noise, samples, z, np.abs(z) <= NORMAL, cpu, found)
 
 
-def emulated_row(name: str, case: EmulatedCase, fmu: Fmu, seeds: range, verbose: bool) -> str:
+def emulated_row(
+    name: str, case: EmulatedCase, fmu: Fmu, seeds: range, verbose: bool, solve: Callable[..., Solved] = suite
+) -> str:
     """A line of the table."""
     results = []
     for seed in seeds:
-        results.append(run_seed(case, fmu, seed))
+        results.append(run_seed(case, fmu, seed, solve))
         if verbose:
             print(f"  {name} {seed}: {results[-1]}", flush=True)
     solved = [one for one in results if isinstance(one, Seed)]
@@ -211,6 +259,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--only", default=",".join((*CASES, *MACHINES)), help="with commas (default: all)")
     parser.add_argument("--data", type=Path, default=Path(__file__).parents[2].parent / "shared" / "data")
+    parser.add_argument("--peer", action="store_true", help="lmfit over fmpy beside, on emulated logs")
     parser.add_argument("--verbose", action="store_true", help="a line for each seed")
     asked = parser.parse_args()
     names = asked.only.split(",")
@@ -221,8 +270,10 @@ def main() -> None:
         print(f"{'emulated':15} {'fits':>10}   {'inside':14} {'z':>5}   {'s':>6} {'worst':>6}")
         for name in (name for name in names if name in CASES):
             case = CASES[name]
-            fmu = Fmu.open(foreign(case.model, Path(folder), 3)) if case.foreign else load(case.model)
+            fmu = Fmu.open(foreign(case.model, Path(folder), 2)) if case.foreign else load(case.model)
             print(emulated_row(name, case, fmu, seeds, asked.verbose), flush=True)
+            if asked.peer and not case.events:
+                print(emulated_row("  lmfit, fmpy", case, fmu, seeds, asked.verbose, peer), flush=True)
         print(f"{'measured':15} {'reached':>10}   {'least':>9} {'worst':>9} {'(known)':9} {'s':>6} {'worst':>6}")
         for name in (name for name in names if name in MACHINES):
             if reason := MACHINES[name].missing(asked.data):

@@ -244,8 +244,10 @@ def test_a_fit_to_emulated_logs_finds_the_parameters(name: str, fitted: Fittable
         )
         for number, speed in enumerate((0.83, 1.4, -0.83, -1.4) if fitted.directed else (0.83, 1.4))
     ]
-    found = fit_friction(pool(logs, allow_no_stick=True), estimator="weak-form", law=name)
+    estimator = "shooting" if fitted.spans else "weak-form"
+    found = fit_friction(pool(logs, allow_no_stick=True), estimator=estimator, law=name)
     for one, true in zip(found.parameters, truth(fitted), strict=True):
-        assert abs(one.value - true) < 5 * one.total_deviation, one
+        # knots of a curve are where the slips are
+        assert fitted.spans or abs(one.value - true) < 5 * one.total_deviation, one
     slip = np.linspace(found.logs[-1].least_slip, found.logs[-1].greatest_slip, 20)
     np.testing.assert_allclose(fitted.value(slip, found.law_values), fitted.value(slip, truth(fitted)), atol=0.01)

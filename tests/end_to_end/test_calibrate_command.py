@@ -78,6 +78,7 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
         (["--free", "k", "--prior", "k=1"], "--prior takes a value and its standard deviation"),
         (["--free", "k", "--column", "y=x"], "no state, output or input"),
         (["--free", "k", "--sensor", "x"], "--sensor takes NAME:gain,offset,delay"),
+        (["--free", "k", "--resume"], "--resume goes on with a store: name it, --store search.zarr."),
         (["--free", "k", "--clip", "x=1:0"], "--clip takes NAME=LOW:HIGH with two ascending numbers"),
     ],
 )

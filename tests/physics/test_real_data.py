@@ -9,8 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmark_scripts import benchmark_script
+from known_deviation import deviation
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.load import load
+from identification.calibration.calibrate import calibrate
 from identification.machines.by_recipe import inverse_dynamics, recipe_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import MachineFit
@@ -46,6 +50,18 @@ def test_the_positioning_system_has_the_published_values_to_every_digit(emps):
     assert {e.name: shown(e.value, 4) for e in emps.parameters} == published
     assert shown(100 * emps.joints[0].seen.relative_error, 4) == "4.0834"
     assert shown(emps.raw_condition, 3) == "25.988"
+
+
+def test_in_its_loop_it_has_the_mass_that_inverse_dynamics_published():
+    """By calibration of the closed loop, whose speed is late: 8.6 kg are missing where it is not. Each value is
+    within a deviation of what was published."""
+    measured(EMPS)
+    case = benchmark_script("calibrated_machines").MACHINES["emps"]
+    log, _ = case.log(DATA)
+    found = calibrate(load(case.model), log, free=list(case.free), parameters=dict(case.free), guesses=1, attempts=1)
+    for name, published in (("M", 95.1089), ("Fv", 203.5034), ("Fc", 20.3935), ("off", 3.1648)):
+        assert abs(found[name].value - published) < deviation(found[name])
+    assert deviation(found["M"]) < 0.5 and found.residuals[0].rms < 1.1 * case.reached
 
 
 def test_its_standard_deviations_are_larger_than_published(emps):

@@ -75,45 +75,24 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
     return (fmi2Status)variables_get_contacts(c, __func__, vr, n, value);
 }
 
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[])
-{
-    (void)vr;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "of type Boolean");
-}
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[])
-{
-    (void)vr;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "of type String");
-}
-
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
 {
     return (fmi2Status)variables_set(c, __func__, vr, n, value);
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[])
-{
-    (void)vr;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "of type Integer that can be set");
-}
+#define NO_VARIABLES(Name, type, kind)                                                                                 \
+    fmi2Status fmi2##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, type value[])                      \
+    {                                                                                                                  \
+        (void)vr;                                                                                                      \
+        (void)value;                                                                                                   \
+        return (fmi2Status)variables_none(c, __func__, n, kind);                                                       \
+    }
 
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[])
-{
-    (void)vr;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "of type Boolean");
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[])
-{
-    (void)vr;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "of type String");
-}
+NO_VARIABLES(GetBoolean, fmi2Boolean, "of type Boolean")
+NO_VARIABLES(GetString, fmi2String, "of type String")
+NO_VARIABLES(SetInteger, const fmi2Integer, "of type Integer that can be set")
+NO_VARIABLES(SetBoolean, const fmi2Boolean, "of type Boolean")
+NO_VARIABLES(SetString, const fmi2String, "of type String")
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
                                         const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],
@@ -210,26 +189,15 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 }
 
 /* statuses that only asynchronous steps have */
-static fmi2Status no_status(Instance *m, const char *function, int kind)
-{
-    return m ? (fmi2Status)instance_refuse(m, "%s: no status of kind %d: steps are never asynchronous", function, kind)
-             : fmi2Error;
-}
+#define NO_STATUS(Name, type)                                                                                          \
+    fmi2Status fmi2##Name(fmi2Component c, const fmi2StatusKind kind, type *value)                                     \
+    {                                                                                                                  \
+        (void)value;                                                                                                   \
+        return c ? (fmi2Status)instance_refuse(c, "%s: no status of kind %d: steps are never asynchronous", __func__,  \
+                                               (int)kind)                                                              \
+                 : fmi2Error;                                                                                          \
+    }
 
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
-{
-    (void)value;
-    return no_status(c, __func__, (int)kind);
-}
-
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
-{
-    (void)value;
-    return no_status(c, __func__, (int)kind);
-}
-
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
-{
-    (void)value;
-    return no_status(c, __func__, (int)kind);
-}
+NO_STATUS(GetStatus, fmi2Status)
+NO_STATUS(GetIntegerStatus, fmi2Integer)
+NO_STATUS(GetStringStatus, fmi2String)

@@ -36,9 +36,7 @@ def draw(comparison: MethodComparison) -> Figure:
         for axis, points in zip(axes, _points(rows), strict=True):
             axis.plot(*zip(*points, strict=True), linewidth=1.0, label=name, **style) if points else None
     for axis, cost in zip(axes, ("wall time (s)", "right-hand sides (1)", "wall time (s)"), strict=True):
-        axis.set_xscale("log")
-        axis.set_yscale("log")
-        axis.set_xlabel(cost)
+        axis.set(xscale="log", yscale="log", xlabel=cost)
         axis.grid(True, which="major", color="0.9", linewidth=0.6)
     floor = comparison.own_error
     if math.isfinite(floor):

@@ -16,12 +16,12 @@ from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
+from identification.calibration.descent import Minimum, best_first, over_segments
 from identification.calibration.log import model_log
 from identification.calibration.nodes import nodes_of, rolled
 from identification.calibration.pose import Settings, problem_of
 from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
-from identification.calibration.search import Minimum, best_first, over_segments
 from identification.inference.problem import Solution
 
 

@@ -136,7 +136,7 @@ def test_efficiency_is_the_bound_against_the_stated() -> None:
         ("[1]", "not a fitted law"),
         ('{"type": "something else"}', "not a fitted law"),
         ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
-        ('{"type": "stickslip friction fit", "version": 4}', "incomplete: 'estimator' is missing"),
+        ('{"type": "stickslip friction fit", "version": 5}', "incomplete: 'estimator' is missing"),
         ("[" * 5000, "not JSON"),
     ],
 )

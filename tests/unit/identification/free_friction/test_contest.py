@@ -16,10 +16,10 @@ from identification.disturbances.terms import terms_of
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
+from identification.free_friction.basis import COEFFICIENTS
 from identification.free_friction.contest import contest
 from identification.free_friction.curve import begun, slips_of
 from identification.free_friction.slips import MODES, STARTS, Guess
-from identification.free_friction.spline import COEFFICIENTS
 from identification.measurement.pooling import pool
 from rig_io.logs.log import RigLog
 
@@ -98,6 +98,17 @@ def test_what_nobody_knows_has_no_name_and_widens_the_law() -> None:
     assert fit.free is not None and fit.free.unexplained > 0 and fit.causes == ()
     assert all(parameter.law_deviation for parameter in fit.parameters)
     assert np.all(np.abs(off(fit)) < 4)
+
+
+def test_what_explains_but_half_has_no_name() -> None:
+    """A load that rocks at 3.3 Hz goes best with a bend of the laser, and leaves residuals that are no noise."""
+
+    def rocking(time: float, angle: float, log: int, turned: float) -> float:
+        return 1 + 0.008 * float(np.sin(2 * np.pi * 3.3 * time))
+
+    fit = fit_friction(logs(0, factor=rocking))
+    assert fit.causes == () and fit.free is not None and fit.free.unexplained > 0
+    assert np.all(np.abs(off(fit)) < 3)
 
 
 def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> None:

@@ -11,9 +11,9 @@ from identification.estimators import shooting
 from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.law_spread import by_curve, by_residuals
+from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.contest import contest
 from identification.free_friction.evidence import Evidence
-from identification.free_friction.spline import COEFFICIENTS, SpeedSpline
 from identification.laws import find_law
 from identification.measurement.pooling import pool
 
@@ -22,12 +22,12 @@ TRUTH = np.array([0.65, 0.35, 15.0])
 
 def test_the_values_of_a_law_are_those_of_weighted_least_squares() -> None:
     """Coulomb+viscous is linear in its parameters: the normal equations are solved by hand."""
-    rng, spline = np.random.default_rng(1), SpeedSpline(0.2)
+    rng, basis = np.random.default_rng(1), SpeedBasis(0.2)
     law, speeds = find_law("Coulomb+viscous"), np.linspace(0, 0.2, 400)
     root = rng.normal(size=(COEFFICIENTS, COEFFICIENTS))
     target = root @ np.sort(rng.uniform(0.3, 0.6, COEFFICIENTS))  # friction rises: no parameter is at its bound
-    seen = Evidence(spline, root, target, speeds, 1000).seen(law)
-    columns = np.stack([np.linalg.lstsq(spline.basis(speeds), row, rcond=None)[0] for row in (1 + 0 * speeds, speeds)])
+    seen = Evidence(basis, root, target, speeds, 1000).seen(law)
+    columns = np.stack([np.linalg.lstsq(basis.weights(speeds), row, rcond=None)[0] for row in (1 + 0 * speeds, speeds)])
     design = root @ columns.T
     values, (misfit,), *_ = np.linalg.lstsq(design, target, rcond=None)
     np.testing.assert_allclose(seen.values, values, rtol=1e-6)

@@ -13,11 +13,13 @@ from oracle.bench import Bench
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
+from identification.fit.samples import samples_by_disc
+from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.contest import contest
 from identification.free_friction.slips import MODES, STARTS, Guess, Slips
-from identification.free_friction.spline import COEFFICIENTS, SpeedSpline
+from identification.laws import find_law
 from identification.report.fit_summary import fit_summary
-from identification.report.friction_figure import fitted_law
+from identification.report.friction_figure import fitted_law, friction_figure
 
 Law = Callable[[np.ndarray], np.ndarray]
 SPEEDS = (0.41, 0.83)
@@ -54,6 +56,26 @@ def test_the_curve_is_the_truth_within_its_bands(plain: FrictionFit) -> None:
     assert free.departures(waved) == []
 
 
+def test_releases_of_sticks_tell_the_curve_at_rest(plain: FrictionFit) -> None:
+    free = plain.free
+    assert free is not None and free.releases > 10
+    slow = np.array(free.speed) < free.least
+    speed, curve, deviation = (np.array(row)[slow] for row in (free.speed, free.coefficient, free.deviation))
+    # of this constants that are off by half a percent are a part
+    assert curve[0] == pytest.approx(waved(speed)[0], rel=0.015) and deviation[0] < 0.02
+    assert np.all(np.abs(curve - waved(speed)) < 3 * deviation)
+    assert f"by the release of {free.releases} sticks" in free.words(waved)
+
+
+def test_the_basis_is_that_of_the_law() -> None:
+    law, curve, speed = find_law("free"), SpeedBasis(0.3), np.geomspace(1e-4, 2.0, 50)
+    q = np.append(np.random.default_rng(1).uniform(0.2, 0.8, COEFFICIENTS), 0.3)
+    np.testing.assert_allclose(curve.weights(speed).T, law.gradient(speed, q)[:-1], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(curve.value(q[:-1], speed), law.value(speed, q), rtol=1e-13)
+    ahead, behind = (curve.weights(speed + step) for step in (1e-6, -1e-6))
+    np.testing.assert_allclose(curve.weights(speed, 1), (ahead - behind) / 2e-6, atol=1e-6)
+
+
 def test_a_law_of_another_form_is_seen_to_depart(plain: FrictionFit) -> None:
     assert plain.free is not None
 
@@ -76,10 +98,10 @@ def test_derivatives_are_those_of_the_residuals(plain: FrictionFit) -> None:
     assert solved is not None and isinstance(solved.problem, ShootingProblem)
     problem = solved.problem
     names = (*(prior.name for prior in problem.ready.priors), "gain", "delay")
-    slips = Slips(problem.ready, problem.segments[:4], SpeedSpline(0.13), (), names)
+    slips = Slips(problem.ready, problem.segments[:4], SpeedBasis(0.13), (), names)
     starts = np.array([start.at(solved.solution.values) for start in problem.starts[:4]])
-    grid = np.linspace(0, slips.spline.greatest, 99)
-    coefficients = np.linalg.lstsq(slips.spline.basis(grid), waved(grid), rcond=None)[0]
+    grid = np.linspace(0, slips.curve.greatest, 99)
+    coefficients = np.linalg.lstsq(slips.curve.weights(grid), waved(grid), rcond=None)[0]
     guess = Guess(coefficients, starts, np.full((4, MODES), 1e-3))
     rows = slips.rows(guess)
     size = COEFFICIENTS + len(names)
@@ -115,6 +137,20 @@ def test_it_is_kept_and_shown(plain: FrictionFit) -> None:
     text = StringIO()
     Console(file=text, width=300).print(fit_summary(plain))
     assert "Friction free of any law: 0." in text.getvalue()
+
+
+def test_the_figure_has_both_bands_speeds_and_releases(plain: FrictionFit) -> None:
+    assert plain.solved is not None and plain.free is not None and plain.breakaway is not None
+    problem = plain.solved.problem
+    assert isinstance(problem, ShootingProblem)
+    figure = friction_figure(plain, samples_by_disc(plain, problem.ready))
+    above = figure.axes[0]
+    labels = above.get_legend_handles_labels()[1]
+    assert {"the same, of one speed", f"release of {len(plain.breakaway.releases)} sticks, 95 %"} <= set(labels)
+    whole, one = (band.get_paths()[0].get_extents() for band in above.collections[:2])
+    assert whole.height > one.height and whole.x0 == 0.0
+    low, high = above.get_ylim()
+    assert low < plain.breakaway.level < high
 
 
 def test_lesser_logs_tell_none(plain: FrictionFit) -> None:

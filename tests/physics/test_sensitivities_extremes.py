@@ -92,7 +92,10 @@ def test_a_hertz_contact_keeps_its_energy_and_its_tangents(k: float, tmp_path: P
     x = Coordinate("x", "1", "height", velocity="v")
     m, stiffness = Parameter("m", 1.0, "1", "mass"), Parameter("k", 1e4, "1", "stiffness")
     floor = Stop(
-        name="floor", gap=x, law=LankaraniNikravesh(k=stiffness, n=Rational(3, 2), restitution=Integer(1)), release="gap"
+        name="floor",
+        gap=x,
+        law=LankaraniNikravesh(k=stiffness, n=Rational(3, 2), restitution=Integer(1)),
+        release="gap",
     )
     mechanism = Mechanism(
         name="hertz_ball",

@@ -293,7 +293,8 @@ def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
     ]
     inside = slice(None, COEFFICIENTS)
     alone = np.linalg.inv(hessian[np.ix_(form, form)])[inside, inside]
-    draws = np.random.default_rng(SEED).multivariate_normal(np.zeros(COEFFICIENTS), alone, DRAWS)
+    # of what logs do not tell rounding of large variances may be negative
+    draws = np.random.default_rng(SEED).multivariate_normal(np.zeros(COEFFICIENTS), alone, DRAWS, check_valid="ignore")
     least, curve = float(np.min(slips.slip_speeds(guess))), slips.curve
     seen = curve.grid >= least
     furthest = np.max(np.abs(draws @ curve.weights(curve.grid[seen]).T) / curve.deviation(alone)[seen], axis=1)

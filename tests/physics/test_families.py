@@ -146,7 +146,7 @@ def test_exponents_of_a_periodic_motion_are_its_multipliers():
 
 def test_chaos_that_ends_is_told_with_both_values():
     # how long chaos lasts is a matter of last digits; of 16 motions some leave it, earlier or later
-    found = exponents(hinge(0.402), REST, 12_000, motions=16, transient=100)
+    found = exponents(hinge(0.402), REST, 40_000, motions=16, transient=100)
     assert found.transient is not None and found.transient.steps > 100
     assert found.transient.value == pytest.approx(0.30, abs=0.03)
     assert found.per_time[0] == pytest.approx(-0.2192, abs=4e-3)

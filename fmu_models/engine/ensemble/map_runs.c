@@ -70,6 +70,7 @@ static int64_t map_steps(Job *job, int64_t steps, Outcome *outcome)
     double volume = 1.0;
     int64_t done, since = 0;
     *outcome = OUTCOME_FINISHED;
+    if (!MODEL_IS_MAP) return 0;
     for (done = 0; done < steps && *outcome == OUTCOME_FINISHED; done++) {
         if (e->n_directions > 0) volume *= map_differences(job);
         if (e->jacobians) {

@@ -27,7 +27,7 @@ from fmu_models.language.values import check_numbers, check_values
 from fmu_models.lowering.iterated import PERIOD, differentiated, iterated
 from fmu_models.sections.diagonal import Crossings, find_crossings
 from fmu_models.sections.system import SectionSystem, named_point
-from fmu_models.simulation.engine import Engine
+from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, EnsembleRuns, Where, make_runs
 from fmu_models.simulation.rows import RunRows, joined
 
@@ -164,7 +164,7 @@ class Iteration(SectionSystem):
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
             return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
-        fmu, engine = _engine(self.map, self.backward)
+        fmu = _fmu(self.map, self.backward)
         m, n = jobs.starts.shape
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
         runs = EnsembleRuns(
@@ -186,7 +186,7 @@ class Iteration(SectionSystem):
             along=range(n if jobs.derivatives else jobs.tangents),
             jacobians=jobs.derivatives,
         )
-        rows = make_runs(engine, (n, 0), Where(KINDS.STEP), runs, stop)
+        rows = make_runs(engine_of(fmu), (n, 0), Where(KINDS.STEP), runs, stop)
         return replace(rows, points=rows.points[..., :n], derivatives=rows.derivatives[:, :, :n])
 
     def log_volumes(self, points: Vector) -> Vector:
@@ -268,17 +268,16 @@ def _functions(declared: Map, backward: bool) -> tuple[Any, Any, Any]:
     return states, derivatives, volume
 
 
-def _engine(declared: Map, backward: bool) -> tuple[Fmu, Engine]:
-    """The map compiled, and its engine; once for all threads."""
+def _fmu(declared: Map, backward: bool) -> Fmu:
+    """The FMU of the map; once for all threads."""
     with _building:
-        return _compiled(declared, backward)
+        return _built(declared, backward)
 
 
 @cache
-def _compiled(declared: Map, backward: bool) -> tuple[Fmu, Engine]:
+def _built(declared: Map, backward: bool) -> Fmu:
     names = "".join(quantity.name for quantity in (*declared.states, *declared.parameters))
-    fmu = Fmu.open(built_of(iterated(declared, backward=backward, period_name=f"{names}_{PERIOD}")))
-    return fmu, Engine(fmu)
+    return Fmu.open(built_of(iterated(declared, backward=backward, period_name=f"{names}_{PERIOD}")))
 
 
 _building = threading.Lock()

@@ -15,7 +15,7 @@ from fmu_models.oscillators import load
 from fmu_models.toolchain.compiler import compile_shared, engine_sources
 
 DISCS = 4
-RADII = (1e-3, 0.2, 0.7, 2.5)
+RADII = (1e-3, 0.7, 1.3, 2.5)
 LARGEST = 1e150
 
 DRIVER = """

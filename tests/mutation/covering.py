@@ -133,7 +133,7 @@ class Suite:
             scores = {t: 1.0 / (1 + probes.index(Path(t).stem)) for t in self.files if Path(t).stem in probes}
             for test in self.files:
                 if parts & set(Path(test).stem.split("_")):
-                    scores[test] = scores.get(test, 0.1) + 0.3
+                    scores[test] = scores.get(test, 0.0) + 0.1
         else:
             names = _defined(text) | {Path(file).stem}
             module, called = ".".join(Path(file).with_suffix("").parts), f"test_{Path(file).stem}"

@@ -10,6 +10,7 @@
 
 #include "../events/model_exchange.h"
 #include "../events/run.h"
+#include "../events/transition.h"
 #include "../model/traps.h"
 
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),

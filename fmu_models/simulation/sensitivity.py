@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
@@ -79,8 +79,7 @@ class Sensitivity(Tabular):
         return self.derivative[:, self._column(name)]
 
     def _column(self, name: str) -> int:
-        if name not in self.names:
-            raise StickslipError(f"The run has not recorded '{name}'.{nearest(name, self.names)}")
+        refuse_unknown(name, self.names, f"The run has not recorded '{name}'.")
         return self.names.index(name)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.threads import one_blas_thread
 from identification.disturbances.term import DisturbanceTerm
 from identification.disturbances.terms import ranked, terms_of
@@ -72,8 +72,7 @@ def fit_friction(
     """
     if parameters is not None:
         options = replace(options, given=given(parameters))
-    if law_spread not in MODES:
-        raise StickslipError(f"There is no spread over laws '{law_spread}'.{nearest(law_spread, MODES)}")
+    refuse_unknown(law_spread, MODES, f"There is no spread over laws '{law_spread}'.")
     chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
     if not form.sticks and estimator != "lugre":

@@ -63,7 +63,7 @@ def copy(
         with write_whole(target, overwrite=overwrite) as temporary:
             shutil.copyfile(source, temporary)
     written = [str(target) for _, target in files]
-    console.say(json, {"files": written}, lambda out: out.print("\n".join(f"written: {path}" for path in written)))
+    console.say(json, {"files": written}, lambda out: console.print_files(written, out))
 
 
 def _title(path: Path) -> str:

@@ -159,7 +159,7 @@ class SensitiveRun(Shown):
             raise StickslipError(f"The start time must be a finite number of seconds, found {start_time:g}.")
         times = checked_times(times, start_time, math.inf)
         span = start_time, float(times[-1])
-        initial, driven = settings_of(self.fmu, facts_of(self.fmu), span, parameters, start, inputs)
+        initial, driven = settings_of(self.fmu, facts_of(self.fmu), span, (parameters, start, inputs))
         request = whole_run.Request(times, self._references, driven)
         start_values = {reference: float(value) for reference, value in initial.items()}
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(

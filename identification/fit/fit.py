@@ -265,7 +265,7 @@ class _Work:
         fit = loose.contested(second, verdict)
         plain = conclude(self.ready, as_stated(first), DEFAULT_INFERENCE, sticks=False)
         warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
-        structure = (*fit.structure, *_assumed(causes))
+        structure = (*fit.structure, *[f"{cause.words[0].lower()}{cause.words[1:]}: estimated" for cause in causes])
         return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)
 
 
@@ -288,7 +288,3 @@ def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> F
     if failed is not None:
         raise KeyboardInterrupt
     return replace(plain, warnings=(f"Interrupted: {missing}; this is the fit without any.", *plain.warnings))
-
-
-def _assumed(causes: Sequence[Cause]) -> list[str]:
-    return [f"{cause.words[0].lower()}{cause.words[1:]}: estimated" for cause in causes]

@@ -117,15 +117,11 @@ def excite(
         tuple(tuple(row) for row in cosines.tolist()),
         rate,
         NOISE,
-        _condition(columns),
+        float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0))),
         design.cost(first) - design.cost(optimum),
         dict(zip(base.names, spread.tolist(), strict=True)),
         {parameter.name: parameter.unit for parameter in base.parameters},
     )
-
-
-def _condition(columns: np.ndarray) -> float:
-    return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
 
 
 def _motion(

@@ -224,7 +224,7 @@ class SystemVariables(Variables):
 
     def _clocks(self) -> Iterator[Variable]:
         """The clocks of FMI 3, whose references follow those of the variables."""
-        names = [(c, name) for c in self.system.contacts for name in c.kind.clocks]
+        names = [(c, name) for c in self.system.contacts for name in c.clocks]
         for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
             yield Variable(
                 reference=reference,

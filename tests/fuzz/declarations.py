@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import random
 import re
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -45,7 +46,7 @@ from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
 
 RUNS = 5  # of a declaration
-SHRINKS = 60  # declarations that are tried to make a failure smaller
+SHRINKS, SHRINKING = 60, 60.0  # declarations that are tried to make a failure smaller, for so many s at most
 TIMES = 61
 ACCURATE = 1e-7  # of the size of a motion; the reference has 1e-9 and better
 NARROW = 0.1  # s: width of a pulse
@@ -329,13 +330,13 @@ def simpler(declared: Declaration, drawn: Values) -> Iterator[tuple[Declaration,
 
 def shrunk(declared: Declaration, drawn: Values, road: str, folder: Path) -> tuple[Declaration, Values, str]:
     """A smaller failure on the same road."""
-    message, tries = "", 0
+    message, tries, end = "", 0, time.monotonic() + SHRINKING
     again = True
-    while again and tries < SHRINKS:
+    while again and tries < SHRINKS and time.monotonic() < end:
         again = False
         for smaller, fewer in simpler(declared, drawn):
             tries += 1
-            if tries > SHRINKS:
+            if tries > SHRINKS or time.monotonic() > end:
                 break
             smaller = pruned(smaller)
             kept = {name: fewer.parameters[name] for name in smaller.parameters}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -12,9 +12,6 @@ from fmu_models.base import console, shipped
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import refuse_unknown
 from fmu_models.base.files import refuse_existing, write_whole
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 HELP = "Scenes, recipes, systems and example logs that come along: list them, copy them."
 app = console.app(HELP, no_args_is_help=False)
@@ -30,7 +27,7 @@ def data(context: typer.Context, json: Json = False) -> None:
         return
     items = shipped.items()
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("name", "what it is")
         for name, path in items.items():
             listing.add_row(name, _title(path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -13,9 +13,6 @@ from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def docs(
@@ -59,7 +56,7 @@ def docs(
         "opened": displayed,
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         out.print(
             f"[bold]{site.index}[/bold]: {site.pages} pages" + (f", built in {seconds:.0f} s" if site.built else "")
         )

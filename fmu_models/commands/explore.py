@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite
 from fmu_models.commands.arguments import NAMED
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @console.trusting
@@ -56,7 +53,7 @@ def explore(
         "notes": list(page.notes),
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         planes = ", ".join(f"{y} over {x}" for x, y in page.planes)
         message = f"{target}: {page.name}, {content['bytes'] / 1000:.0f} kB, draws {planes}"
         out.print(console.plain(message))

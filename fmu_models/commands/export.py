@@ -19,8 +19,6 @@ from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.scene.scene import Scene
 
 FMI, SYSTEM_FMI = "3.0", "2.0"  # versions where none is given
@@ -117,7 +115,7 @@ def export(
         "contacts": fmu.contacts,
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         out.print(
             f"[bold]{written}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB"
         )
@@ -197,7 +195,7 @@ def _pack(
     }
 
 
-def _print_system(content: dict[str, Any], out: Console) -> None:
+def _print_system(content: dict[str, Any], out: console.Console) -> None:
     out.print(f"[bold]{content['file']}[/bold]: a system of FMI {content['fmi_version']} FMUs, SSP 1.0")
     for name, file in content["units"].items():
         sets = content["parameters"].get(name, {})

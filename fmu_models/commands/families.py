@@ -22,7 +22,6 @@ from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
     import numpy as np
-    from rich.console import Console
 
     from fmu_models.base.shown import Pictured
     from fmu_models.families.execution import Execution
@@ -280,7 +279,7 @@ class Files:
         content["how"] = getattr(result, "how", "")
         content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
-        def show(out: Console) -> None:
+        def show(out: console.Console) -> None:
             out.print(result.summary(), markup=False, highlight=False)
             for row in content.get("failures", [])[:10]:
                 out.print(f"failed: {row}", markup=False)

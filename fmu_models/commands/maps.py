@@ -9,8 +9,6 @@ from fmu_models.base.console import Json
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.language.maps import Map
 
 
@@ -23,7 +21,7 @@ def maps(json: Json = False) -> None:
 
     rows = listed(MAPS, _row)
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("map", "what it is", "states", "parameters", "source")
         for row in rows:
             values = ", ".join(f"{name} {value:g}" for name, value in row["parameters"].items())

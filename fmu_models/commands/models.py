@@ -10,8 +10,6 @@ from fmu_models.base.registry import OURS
 from fmu_models.oscillators import MODELS
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.language.mechanism import Mechanism
 
 
@@ -24,7 +22,7 @@ def models(json: Json = False) -> None:
 
     rows = listed(MODELS, _row)
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         papers = {
             row["name"]: row["source"].partition(", equation")[0] if row["origin"] == OURS else row["origin"]
             for row in rows

@@ -6,7 +6,7 @@ import json as json_files
 import keyword
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -16,9 +16,6 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.base.trust import is_place
 from fmu_models.commands.arguments import Model
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 app = console.app("Write a small file to begin with, which runs as it is, and its test.")
 
@@ -113,7 +110,7 @@ def _write(templates: dict[str, str], values: dict[str, Any], following: str, ov
         with write_whole(Path(file), overwrite=overwrite) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         console.print_files(texts, out)
         out.print(f"Use it:   {following}")
         out.print(f"Test it:  python -m pytest {list(texts)[-1]}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -12,9 +12,6 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @console.trusting
@@ -72,7 +69,7 @@ def scene(
         "files": [str(file) for file in (csv, figure) if file],
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         scene_summary.print_scene(read, fmu, out)
         scene_summary.print_results(read, rows, out)
         scene_summary.print_comparisons(comparisons, out)
@@ -92,7 +89,7 @@ def _list(as_json: bool) -> None:
     documents = {file.stem: read_document(file) for file in files()}
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("scene", "what it is", "model", "source")
         for row in rows:
             listing.add_row(row["name"], row["title"], row["model"], row["source"])

@@ -18,8 +18,6 @@ from identification.commands.fits import FitFile
 from identification.commands.machines import MachinePlace, read_machine, refuse_of_rigs
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.fmu.fmu import Fmu
     from identification.transfer.values import HandedValue
 
@@ -187,7 +185,7 @@ def _notes(source: Path | None, kind: str) -> list[str]:
     return []
 
 
-def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
+def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: console.Console) -> None:
     table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
     for value in values:
         numbers = (like_sd(value.value, value.deviation), value.words + deviation(value.deviation))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,9 +11,6 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import decay_of, draw_families, draw_friction, fit_logs, print_fit, write_text
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def demo(
@@ -70,7 +67,7 @@ def demo(
         "families": [family.to_dict() for family in families],
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         print_fit(decay, found, [], out)
         out.print(comparison_report(families))
         out.print("\nLook at")

@@ -15,8 +15,6 @@ from identification.commands.fits import FitFile
 from identification.commands.machines import MachinePlace, refuse
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from identification.next_step.design import Design
 
 
@@ -84,7 +82,7 @@ def _candidates(tried: list[str] | None) -> list[dict[str, float]]:
     return [dict(zip(values, combination, strict=True)) for combination in product(*values.values())]
 
 
-def _print_design(found: Design, out: Console) -> None:
+def _print_design(found: Design, out: console.Console) -> None:
     from identification.report.tables import design_table
 
     out.print(design_table(found))

@@ -14,8 +14,6 @@ from identification.estimators import ESTIMATORS
 from identification.inference.defaults import DISTURBANCES, ESTIMATOR
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from identification.inference.comparison import LawComparison
 
 
@@ -56,7 +54,7 @@ def laws(
         if contact or found.elastic:
             contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         print_laws(found, out)
         if contacts is not None:
             print_laws(contacts, out)
@@ -64,7 +62,7 @@ def laws(
     console.say(json, {**found.to_dict(), "contacts": contacts.to_dict() if contacts else None}, show)
 
 
-def print_laws(found: LawComparison, out: Console) -> None:
+def print_laws(found: LawComparison, out: console.Console) -> None:
     """The laws as a table, and what decides."""
     from identification.report.law_table import LEGEND, law_table
 

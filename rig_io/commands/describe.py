@@ -14,8 +14,6 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from rig_io.description.draft import Draft
     from rig_io.description.questions import Question
 
@@ -120,7 +118,7 @@ def ask(draft: Draft) -> Draft:
     return draft
 
 
-def show(draft: Draft, out: Console) -> None:
+def show(draft: Draft, out: console.Console) -> None:
     """The columns with their roles."""
     printed: set[tuple[object, ...]] = set()
     for log in draft.logs:
@@ -144,7 +142,7 @@ def show(draft: Draft, out: Console) -> None:
             out.print(console.plain(f"{file.path.name}: '{name}' is left out: {why}."))
 
 
-def finish(draft: Draft, target: Path, with_columns: bool, out: Console) -> None:
+def finish(draft: Draft, target: Path, with_columns: bool, out: console.Console) -> None:
     """Print what was written and what is open."""
     from rig_io.description.questions import optional, questions
 

@@ -12,8 +12,6 @@ from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from rig_io.bench.emulation import Emulation
 
 SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
@@ -213,7 +211,7 @@ def _numbers(text: str | None) -> list[float] | None:
         ) from None
 
 
-def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: Console) -> None:
+def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: console.Console) -> None:
     out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
     table = console.table("log", ">duration, s", ">drive speeds, rad/s")
     for emulation in settings:

@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console, shipped
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import refuse_unknown
 from fmu_models.base.files import refuse_existing, write_whole
 
@@ -18,7 +17,7 @@ app = console.app(HELP, no_args_is_help=False)
 
 
 @app.callback(invoke_without_command=True, help=HELP)
-def data(context: typer.Context, json: Json = False) -> None:
+def data(context: typer.Context, json: console.Json = False) -> None:
     """List what comes along.
 
     Example: stickslip data
@@ -41,8 +40,8 @@ def data(context: typer.Context, json: Json = False) -> None:
 def copy(
     names: Annotated[list[str], typer.Argument(metavar="NAME...", help="As 'stickslip data' lists them.")],
     folder: Annotated[Path, typer.Option("--output", "-o", help="Folder to copy to.")] = Path(shipped.NAME),
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Copy some of it into a folder here, where it has the path that the manual and the examples give it.
 

@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 
@@ -18,7 +17,7 @@ from fmu_models.base.temporary import temporary_folder
 def docs(
     folder: Annotated[Path | None, typer.Option("--output", "-o", help="Folder to put a copy into.")] = None,
     opened: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Open the manual: tutorials, how-to pages, explanation, reference, and a gallery of all models.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shipped import is_scene
 from fmu_models.codegen.rights import Rights
@@ -34,8 +33,8 @@ def export(
             help=f"FMI version: 2.0 or 3.0 (default: {FMI}; in a system {SYSTEM_FMI}, which more tools take)."
         ),
     ] = None,
-    contacts: Contacts = None,
-    settings: Settings = None,
+    contacts: console.Contacts = None,
+    settings: console.Settings = None,
     expose: Annotated[
         str | None,
         typer.Option(
@@ -70,8 +69,8 @@ def export(
         Path | None,
         typer.Option(help="Parameter set (.ssv) to pack along, as 'stickslip apply' writes.", rich_help_panel="System"),
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
     from fmu_models.language.maps import Map
 
 
-def maps(json: Json = False) -> None:
+def maps(json: console.Json = False) -> None:
     """List the maps.
 
     Example: stickslip maps

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.registry import OURS
 from fmu_models.oscillators import MODELS
 
@@ -13,7 +12,7 @@ if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
 
 
-def models(json: Json = False) -> None:
+def models(json: console.Json = False) -> None:
     """List the models, by paper.
 
     Example: stickslip models

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.base.trust import is_place
@@ -23,7 +22,7 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="Its name, also of its
 
 
 @app.command()
-def model(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
+def model(name: Name, overwrite: console.Overwrite = False, json: console.Json = False) -> None:
     """Write a model, NAME.py, and its test.
 
     Example: stickslip new model my_rig
@@ -34,7 +33,7 @@ def model(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
 
 
 @app.command()
-def law(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
+def law(name: Name, overwrite: console.Overwrite = False, json: console.Json = False) -> None:
     """Write a friction law, NAME.py, and its test.
 
     Example: stickslip new law my_law
@@ -46,7 +45,7 @@ def law(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
 
 
 @app.command()
-def scene(model: Model, overwrite: Overwrite = False, json: Json = False) -> None:
+def scene(model: Model, overwrite: console.Overwrite = False, json: console.Json = False) -> None:
     """Write a scene of a model, with all that it has at its defaults, and its test.
 
     Example: stickslip new scene disc_rig

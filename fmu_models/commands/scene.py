@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
 
@@ -26,8 +25,8 @@ def scene(
     figure: Annotated[
         Path | None, typer.Option(help="Draw the phase portraits, or the families (png, svg, pdf).")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Show a scene, compute what it asks for, and compare that with what is known; exit with 1 if it differs.
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
@@ -43,8 +42,8 @@ def apply(
     ] = None,
     machine: MachinePlace = None,
     fmi: Annotated[str, typer.Option(help="FMI version of a new FMU: 2.0 or 3.0.")] = "3.0",
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Write what was fitted, a friction law with the rig's constants, a machine or any calibrated model, into an FMU, a
     scene or an SSP.

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import decay_of, draw_families, draw_friction, fit_logs, print_fit, write_text
 
@@ -16,8 +15,8 @@ from identification.commands.fits import decay_of, draw_families, draw_friction,
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="New folder for everything made.")],
     seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from identification.commands.calibrations import design_calibration, pairs_of
 from identification.commands.fits import FitFile
@@ -34,7 +33,7 @@ def design(
     ] = None,
     machine: MachinePlace = None,
     duration: Annotated[float, typer.Option(help="Of the log to come, s.")] = 20.0,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Name the drive speed and load whose log would tell the fitted parameters apart best.
 

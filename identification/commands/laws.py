@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Settings
 from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 from identification.estimators import ESTIMATORS
@@ -29,11 +28,11 @@ def laws(
             "--contact", help="Rigid contact against bristles (LuGre) too, over whole cycles, as where sticks give way."
         ),
     ] = False,
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Compare friction laws on the same logs, by the likelihood of an estimator and by the prediction of held-out logs.
 

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
 from identification.commands.fits import FigurePath, write_text
@@ -28,8 +27,8 @@ class ResultFiles:
 
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the result as JSON.")] = None
     figure: FigurePath = None
-    overwrite: Overwrite = False
-    json: Json = False
+    overwrite: console.Overwrite = False
+    json: console.Json = False
 
     def check(self) -> None:
         """Refuse files before the work rather than after it."""

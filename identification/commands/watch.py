@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
 from fmu_models.base.printable import printable_json
@@ -37,7 +36,7 @@ def watch(
     interval: Annotated[float, typer.Option(help="Between looks, s.", min=0.05)] = 2.0,
     rest: Annotated[float, typer.Option(help="A file counts once it has not changed for so long, s.", min=0.0)] = 3.0,
     once: Annotated[bool, typer.Option("--once", help="Deal with what is there, and end.")] = False,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Watch a folder: each new log is described as the first, fitted, and charted; Ctrl-C ends it, nothing is lost.
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 
@@ -57,8 +56,8 @@ def describe(
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Draw the columns with their roles (png, svg, pdf).")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Say what the columns of logs are, and write datapackage.json beside them; the logs stay as they are.
 

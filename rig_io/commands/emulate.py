@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
@@ -78,8 +77,8 @@ def emulate(
     velocity: Annotated[
         str | None, typer.Option(metavar="SENSOR", help="Fit a velocity sensor of the body: tachometer or vibrometer.")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Emulate a set of rig logs: one per drive speed, and a free decay.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -219,8 +220,6 @@ def _verify(path: str, json: bool) -> None:
 
 
 def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options: Any) -> None:
-    import dataclasses
-
     from fmu_models.scene.compute import arguments
     from fmu_models.scene.reduce import export_scene
 
@@ -229,4 +228,4 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options:
         raise StickslipError(
             f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
         )
-    export_scene(dataclasses.replace(scene, free=free), path, **options)
+    export_scene(replace(scene, free=free), path, **options)

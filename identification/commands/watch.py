@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_text
 import time
 from contextlib import nullcontext
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -61,8 +62,6 @@ def watch(
 
 
 def _begun(file: Path, law: str | None, estimator: str | None) -> State:
-    from dataclasses import replace
-
     from identification.watch.state import REFUSED, State, read_state
 
     before = read_state(file) if file.exists() else State(law or LAW, estimator or ESTIMATOR)
@@ -113,8 +112,6 @@ def _watch(
 
 
 def _dealt_with(folder: Path, one: Any, known: State, file: Path, page: Path | None, interval: float) -> State:
-    from dataclasses import replace
-
     from identification.watch.logs import called, deal_with
     from identification.watch.page import write_page
     from identification.watch.state import write_state
@@ -130,8 +127,6 @@ def _dealt_with(folder: Path, one: Any, known: State, file: Path, page: Path | N
 
 def _say(entry: Entry, live: bool, json: bool) -> None:
     """A line for a log, where there is no live table."""
-    from dataclasses import asdict
-
     if json:
         print(printable_json(json_text.dumps(asdict(entry), ensure_ascii=False)), flush=True)
     elif not live:

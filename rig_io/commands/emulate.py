@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -84,8 +85,6 @@ def emulate(
 
     Example: stickslip emulate my_rig --material liner/rubber --speeds 0.41,0.83,1.2 --seed 7
     """
-    from dataclasses import replace
-
     from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulation import MicroSlip
     from rig_io.bench.emulator import standard_set
@@ -137,8 +136,6 @@ def emulate(
 
 def _with_second(settings: list[Emulation], speeds: list[float], material: str) -> list[Emulation]:
     """The settings with a second disc; one speed (rad/s) for all logs, or one for each."""
-    from dataclasses import replace
-
     from rig_io.bench.emulation import Disc
     from rig_io.bench.materials import material as named
 

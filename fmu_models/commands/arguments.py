@@ -12,8 +12,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Overwrite
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.figures import check_format, save_figure
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files, save_figure
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -92,10 +91,8 @@ class RunFiles:
         """
         from fmu_models.simulation.results import check_suffix
 
-        refuse_existing(self.output, self.figure, overwrite=self.overwrite)
+        check_files(self.output, figures=[self.figure], overwrite=self.overwrite)
         check_suffix(self.output)
-        if self.figure:
-            check_format(self.figure)
         if self.plot and not self.figure:
             raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
         if self.within is not None and not self.beside:

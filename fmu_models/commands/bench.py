@@ -9,7 +9,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 
 DEFAULT = ["discontinuous_support_table_1"]
 
@@ -43,13 +43,9 @@ def bench(
     from fmu_models.validation.methods.catalogue import chosen
 
     names = scenes or DEFAULT
-    refuse_existing(page, csv, figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
-        if len(names) > 1:
-            raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
+    check_files(page, csv, figures=[figure], overwrite=overwrite)
+    if figure and len(names) > 1:
+        raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
     methods = chosen(method)
     comparisons: list[MethodComparison] = []
     stopped = False

@@ -10,7 +10,7 @@ import typer
 
 from fmu_models.base import console, shipped
 from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import refuse_unknown
 from fmu_models.base.files import refuse_existing, write_whole
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def copy(
     items = shipped.items()
     files: list[tuple[Path, Path]] = []
     for name in names:
-        if name not in items:
-            raise StickslipError(f"Nothing that comes along is called '{name}'.{nearest(name, items)}")
+        refuse_unknown(name, items, f"Nothing that comes along is called '{name}'.")
         source = items[name]
         inside = sorted(path for path in source.iterdir() if path.is_file()) if source.is_dir() else [source]
         files += [(path, folder / path.relative_to(shipped.folder())) for path in inside]
@@ -64,7 +63,7 @@ def copy(
         with write_whole(target, overwrite=overwrite) as temporary:
             shutil.copyfile(source, temporary)
     written = [str(target) for _, target in files]
-    console.say(json, {"files": written}, lambda out: out.print("\n".join(f"written: {path}" for path in written)))
+    console.say(json, {"files": written}, lambda out: console.print_files(written, out))
 
 
 def _title(path: Path) -> str:

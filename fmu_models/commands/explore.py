@@ -44,7 +44,7 @@ def explore(
     from fmu_models.explorer.page import explore as made
 
     target = checked_page(path or Path(f"{Path(model).stem.partition(':')[0]}.html"), overwrite=overwrite)
-    drawn = None if plot is None else [name.strip() for name in plot.split(",") if name.strip()]
+    drawn = None if plot is None else console.names_of(plot)
     page = made(model, contacts=console.chosen(contacts), plot=drawn)
     page.write(target, overwrite=overwrite)
     content = {

@@ -89,14 +89,12 @@ def export(
     if verify:
         return _verify(model, json)
     rights = Rights(author, copyright_line, license_) if author or copyright_line or license_ else None
-    names = [name.strip() for name in platform.split(",") if name.strip()]
-    built = chosen_platforms(names)
+    built = chosen_platforms(names := console.names_of(platform))
     values = console.assignments(settings, "parameter")
     if fitted is not None and not as_system:
         raise StickslipError("A parameter set is packed along with --ssp. For an FMU: stickslip apply FIT -o FILE.fmu")
     fmi = fmi or (SYSTEM_FMI if as_system else FMI)
-    exposed = [item.strip() for item in (expose or "").split(",") if item.strip()]
-    chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": exposed}
+    chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": console.names_of(expose)}
     if as_system:
         with console.progress("packing") as advance:
             chosen["packaging"] = Packaging(rights, names, advance)

@@ -14,7 +14,8 @@ from fmu_models.analyses.declaration import EITHER, SECTION, Range
 from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.figures import check_files
+from fmu_models.base.files import write_whole
 from fmu_models.base.shipped import is_scene
 from fmu_models.commands.arguments import NAMED, scene_of
 from fmu_models.maps import MAPS
@@ -251,15 +252,11 @@ class Files:
         self._check(SUFFIXES, self.output)
 
     def _check(self, suffixes: Sequence[str], written: Path | None) -> None:
-        refuse_existing(written, self.figure, self.interactive, overwrite=self.overwrite)
+        check_files(written, self.interactive, figures=[self.figure], overwrite=self.overwrite)
         if self.output is not None and self.output.suffix.lower() not in suffixes:
             raise StickslipError(
                 f"'{self.output}' must end in one of {', '.join(suffixes)}, by which the format is chosen."
             )
-        if self.figure is not None:
-            from fmu_models.base.figures import check_format
-
-            check_format(self.figure)
         if self.interactive is not None:
             from fmu_models.report.interactive import check_page
 
@@ -287,8 +284,7 @@ class Files:
             out.print(result.summary(), markup=False, highlight=False)
             for row in content.get("failures", [])[:10]:
                 out.print(f"failed: {row}", markup=False)
-            for path in content["files"]:
-                out.print(f"written: {path}")
+            console.print_files(content["files"], out)
 
         console.say(self.json, content, show)
 

@@ -14,7 +14,6 @@ from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
     from fmu_models.analyses.bifurcation import Bifurcation
-    from fmu_models.sections.diagonal import Crossings
     from fmu_models.sections.iteration import Iteration
     from fmu_models.sections.periodic import PeriodicMotion
 
@@ -59,7 +58,10 @@ def show_map(
         "motions": [_motion(iteration, motion) for motion in find_periodic(iteration, period)],
     }
     if len(iteration.states) == 1 and not declared.modulus:
-        content["jumps"] = _jumps(find_iterate_crossings(iteration, period))
+        content["jumps"] = [
+            {"x": jump.x, "left": jump.left, "right": jump.right, "crosses_diagonal": jump.crosses_diagonal}
+            for jump in find_iterate_crossings(iteration, period).jumps
+        ]
     if vary:
         content["bifurcations"] = _bifurcations(iteration, vary, period)
     if lyapunov:
@@ -78,13 +80,6 @@ def _motion(iteration: Iteration, motion: PeriodicMotion) -> dict[str, Any]:
         "stable": motion.stability.stable,
         "hyperbolic": motion.stability.hyperbolic,
     }
-
-
-def _jumps(crossings: Crossings) -> list[dict[str, Any]]:
-    return [
-        {"x": jump.x, "left": jump.left, "right": jump.right, "crosses_diagonal": jump.crosses_diagonal}
-        for jump in crossings.jumps
-    ]
 
 
 def _bifurcations(iteration: Iteration, vary: str, period: int) -> list[dict[str, Any]]:

@@ -114,8 +114,7 @@ def _write(templates: dict[str, str], values: dict[str, Any], following: str, ov
             temporary.write_text(text, encoding="utf-8")
 
     def show(out: Console) -> None:
-        for file in texts:
-            out.print(f"written: {file}")
+        console.print_files(texts, out)
         out.print(f"Use it:   {following}")
         out.print(f"Test it:  python -m pytest {list(texts)[-1]}")
 

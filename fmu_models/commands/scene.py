@@ -10,7 +10,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
 
 if TYPE_CHECKING:
@@ -45,11 +45,7 @@ def scene(
     from fmu_models.scene.read import read_scene
     from fmu_models.scene.reduce import built_scene
 
-    refuse_existing(csv, figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
+    check_files(csv, figures=[figure], overwrite=overwrite)
     read = read_scene(path)
     with console.progress("computing") as advance:
         fmu = Fmu.open(built_scene(read))
@@ -82,8 +78,7 @@ def scene(
         scene_summary.print_comparisons(comparisons, out)
         if savings:
             scene_summary.print_explained(savings, out)
-        for file in content["files"]:
-            out.print(f"written: {file}")
+        console.print_files(content["files"], out)
 
     console.say(json, content, show)
     if not content["passed"]:

@@ -10,7 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 
 if TYPE_CHECKING:
     from fmu_models.validation.stress.judge import StressCell
@@ -57,11 +57,7 @@ def stress(
     from fmu_models.validation.stress.choice import listed_cases, random_cases
     from fmu_models.validation.stress.workers import judged, judges
 
-    refuse_existing(figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
+    check_files(figures=[figure], overwrite=overwrite)
     if until is not None and not 0 < until < float("inf"):
         raise StickslipError(f"A run lasts a positive time, found --until {until:g}.")
     if random is None and seed is not None:

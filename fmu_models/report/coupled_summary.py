@@ -68,5 +68,4 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
             out.print(console.plain(f"  {event['text']}"))
     if "beside" in content:
         beside_summary.print_summary(content["beside"], out)
-    for file in content["files"]:
-        out.print(console.plain(f"written: {file}"))
+    console.print_files(content["files"], out)

@@ -157,8 +157,7 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         _print_second(content["second_run"], out)
     if "beside" in content:
         beside_summary.print_summary(content["beside"], out)
-    for path in content["files"]:
-        out.print(plain(f"written: {path}"))
+    console.print_files(content["files"], out)
 
 
 def _number(value: float | None) -> Cell:

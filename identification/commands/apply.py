@@ -64,9 +64,8 @@ def apply(
     kind = output.suffix.lower()
     _check_kinds(source, output, kind)
     refuse_existing(output, overwrite=overwrite)
-    chosen = [name.strip() for name in (only or "").split(",") if name.strip()]
     with console.progress("writing") as advance:
-        handed = _handed(fitted, machine, chosen, _renamed(names))
+        handed = _handed(fitted, machine, console.names_of(only), _renamed(names))
         values = handed.values
         advance(0.1)
         _write(handed, source, output, kind, fmi, overwrite)

@@ -10,15 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import (
-    decay_of,
-    draw_families,
-    draw_friction,
-    fit_logs,
-    print_comparison,
-    print_fit,
-    write_text,
-)
+from identification.commands.fits import decay_of, draw_families, draw_friction, fit_logs, print_fit, write_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,6 +30,7 @@ def demo(
     from identification.fit.samples import samples_by_disc
     from identification.fitted_model.model import fmu_parameters
     from identification.model_check.families import compare_families
+    from identification.model_check.table import comparison_report
     from identification.report.page import write_report
     from identification.report.rig_page import RigFindings
     from rig_io.bench.emulator import emulate_set, standard_set
@@ -79,7 +72,7 @@ def demo(
 
     def show(out: Console) -> None:
         print_fit(decay, found, [], out)
-        print_comparison(families, [], out)
+        out.print(comparison_report(families))
         out.print("\nLook at")
         out.print(f"  {targets['friction']}   friction against slip speed, with the fitted law")
         out.print(f"  {targets['family']}     measured and modelled phase portraits, stick, and where it ends")

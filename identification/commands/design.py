@@ -10,7 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
-from identification.commands.calibrations import design_calibration, names_of, pairs_of
+from identification.commands.calibrations import design_calibration, pairs_of
 from identification.commands.fits import FitFile
 from identification.commands.machines import MachinePlace, refuse
 
@@ -51,7 +51,7 @@ def design(
 
     if is_calibration(fitted):
         refuse("any model", "a rig", {"speeds": speeds, "loads": loads})
-        design_calibration(fitted, machine, _candidates(tried), names_of(only), duration, json)
+        design_calibration(fitted, machine, _candidates(tried), console.names_of(only), duration, json)
         return
     refuse("a rig", "any model", {"try": tried, "for": only, "machine": machine})
     from identification.next_step.design import design as designed

@@ -66,8 +66,7 @@ def excite(
             f"Deviations foretold for {100 * found.noise:g} % noise of the efforts, sampled at {rate:g} Hz; ln det of "
             f"the information {found.gain:+.2f} over the best of random motions."
         )
-        for path in files:
-            out.print(f"written: {path}")
+        console.print_files(files, out)
 
     console.say(json, {**found.to_dict(), "files": files}, show)
 

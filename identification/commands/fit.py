@@ -12,7 +12,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import (
     RATIOS,
@@ -77,14 +77,11 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
-    from fmu_models.base.figures import check_format
     from identification.estimators.base import Options
     from identification.fit.posterior import check_samplable
     from identification.inference.choice import Inference
 
-    refuse_existing(result, figure, corner, overwrite=overwrite)
-    for drawn in filter(None, (figure, corner)):
-        check_format(drawn)
+    check_files(result, figures=(figure, corner), overwrite=overwrite)
     posterior = posterior or corner is not None
     if posterior:
         check_samplable(estimator)

@@ -129,15 +129,7 @@ def print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str],
     from identification.report.fit_summary import fit_summary
 
     out.print(fit_summary(found, decay))
-    print_files(files, out)
-
-
-def print_comparison(families: Sequence[FamilyComparison], files: Sequence[str], out: Console) -> None:
-    """Families, and the files written."""
-    from identification.model_check.table import comparison_report
-
-    out.print(comparison_report(families))
-    print_files(files, out)
+    console.print_files(files, out)
 
 
 def say_report(findings: Findings, output: Path, overwrite: bool, json: bool) -> None:
@@ -151,12 +143,6 @@ def say_report(findings: Findings, output: Path, overwrite: bool, json: bool) ->
     def show(out: Console) -> None:
         for sentence in sentences:
             out.print(console.plain(sentence))
-        print_files([str(output)], out)
+        console.print_files([str(output)], out)
 
     console.say(json, content, show)
-
-
-def print_files(files: Sequence[str], out: Console) -> None:
-    """The files written."""
-    for path in files:
-        out.print(f"written: {path}")

@@ -86,11 +86,6 @@ def stated(settings: Sequence[str] | None, uncertainties: Sequence[str] | None =
     return Stated(values, {name: n * (0.01 if name in relative else 1.0) for name, n in numbers.items()}, relative)
 
 
-def repairs(text: str | None) -> list[str]:
-    """Names between commas."""
-    return [name.strip() for name in (text or "").split(",") if name.strip()]
-
-
 def read_logs(
     paths: Sequence[Path], said: Stated, repair: str | None = None, reader: str | None = None
 ) -> list[RigLog]:
@@ -125,7 +120,7 @@ def read_logs(
         for deviation, value in said.values.items()
         for name in _entries(deviation)
     }
-    mend = repairs(repair)
+    mend = console.names_of(repair)
     logs: list[RigLog] = []
     with console.warnings_said():
         for path in paths:

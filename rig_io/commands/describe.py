@@ -11,7 +11,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -72,11 +72,7 @@ def describe(
     from rig_io.description.answers import Answers, from_file, from_options
     from rig_io.description.draft import draft, write
 
-    refuse_existing(figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
+    check_files(figures=[figure], overwrite=overwrite)
     stated = from_options(mapped, units, values, uncertainties, kinds, read, join, confirm)
     stated = stated.over(from_file(answers) if answers is not None else Answers())
     with console.warnings_said(), console.progress("reading") as advance:

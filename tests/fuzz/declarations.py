@@ -56,6 +56,7 @@ SEEN_BY_CVODE = 0.02  # s, its longest steps in 3 s are three times that
 BESIDE = 1e-6  # s from an event: times that are left out
 IMPORTED = 1e-4  # what an importer at its tolerance of 1e-9 is off by, its events late
 PARTED = 1e-3
+HELD = (0, 3)  # stick, and a rigid contact at its wall
 
 
 class Model:
@@ -275,8 +276,13 @@ def _extrapolated(model: Model, drawn: Values, ours: Trajectory, reference: Run)
     widths = [abs(value) for name, value in drawn.parameters.items() if name.startswith("tw")]
     if not model.fmu.outputs or min(widths, default=1.0) < NARROW:
         return ""
+    pause = longest_pause(model.fmu)
+    states = simulate(model.fmu, pause[0], output_times=[pause[0]])
+    held = sum(states[f"{name}_state"][-1] in HELD for name in model.fmu.contacts)
+    if held > len(model.declared.states):
+        return ""  # how the force is shared is no matter of the motion, and changes with the shares of each step
     try:
-        test_they_extrapolate_outputs(model.fmu, longest_pause(model.fmu))
+        test_they_extrapolate_outputs(model.fmu, pause)
     except AssertionError as error:
         return f"derivatives of outputs do not extrapolate them: {str(error).splitlines()[0] if str(error) else ''}"
     return ""

@@ -27,7 +27,7 @@ from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.contact_dynamics import ContactDynamics, multiplied_out, terms
 from fmu_models.language.contact_kinds import SWITCH
 from fmu_models.language.declaration import Output
-from fmu_models.language.quantities import TIME
+from fmu_models.language.quantities import TIME, State
 from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
 
 
@@ -44,7 +44,7 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
     free = flow.xreplace({s.sign: sympy.S.Zero for s, sliding in zip(switches, slides, strict=True) if sliding})
     columns = [-jump if sliding else 0 * jump for jump, sliding in zip(jumps, slides, strict=True)]
     for i, rate in enumerate(rates):
-        if rate and not any(jumps[i]):
+        if rate and not any(jumps[i].flat()):
             columns[i] = _support(automaton, switches[i], rate)
     W = sympy.Matrix.hstack(sympy.zeros(len(states), 0), *columns)
     held = [rate or switch.function for switch, rate in zip(switches, rates, strict=True)]
@@ -100,7 +100,7 @@ def _rate(automaton: Automaton, function: Any) -> sympy.Expr:
     return sum((sympy.diff(function, x) * x.rate for x in moving), sympy.diff(function, TIME))
 
 
-def _along_flow(automaton: Automaton, rate: sympy.Expr) -> sympy.Expr:
+def _along_flow(automaton: Automaton, rate: sympy.Expr) -> Any:
     return rate.xreplace({x.rate: automaton.flows[x] for x in automaton.states})
 
 
@@ -123,7 +123,7 @@ def _resting_rate(automaton: Automaton, switch: Switch, jump: sympy.Matrix) -> s
     if not all(_vanishes(entry, rate, automaton) for entry in _jump(automaton, switch)):
         return None
     pushes = sympy.simplify((_gradient(automaton, rate) * jump)[0]) != 0
-    return rate if (pushes if sides == [3] else not any(jump)) else None
+    return rate if (pushes if sides == [3] else not any(jump.flat())) else None
 
 
 def _support(automaton: Automaton, switch: Switch, rate: sympy.Expr) -> sympy.Matrix:
@@ -137,11 +137,9 @@ def _strength(automaton: Automaton, bend: sympy.Expr, sense: int) -> sympy.Expr:
     parts = terms(_along_flow(automaton, bend))
     if len(parts) == 1 and only_parameters(parts):
         return -2 * sense * parts[0]
-    whole = dict.fromkeys(automaton.states, sympy.S.One)
-    sizes = [
-        part.replace(lambda e: isinstance(e, sympy.Function), lambda e: sympy.S.One).xreplace(whole) for part in parts
-    ]
-    return 2 * len(parts) * sympy.sqrt(sum((size**2 for size in (*parts, *sizes)), sympy.S.Zero))
+    whole: dict[Any, Any] = {e: sympy.S.One for part in parts for e in part.atoms(sympy.Function, State)}
+    sizes = [*parts, *(part.xreplace(whole) for part in parts)]
+    return 2 * len(parts) * sympy.sqrt(sympy.Add(*(size * size for size in sizes)))
 
 
 def _switch_dynamics(

@@ -14,7 +14,6 @@ import argparse
 import fcntl
 import json
 import os
-import random
 import shutil
 import subprocess
 import sys
@@ -22,7 +21,7 @@ import tempfile
 import time
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -113,7 +112,7 @@ def _run(parser: argparse.ArgumentParser, asked: argparse.Namespace, folder: Pat
         rooms = {room: files for room, names in rooms.items() if (files := [n for n in names if n == asked.file])}
     rooms = {room: files for room, files in rooms.items() if room in (asked.room or rooms)}
     judge = Judge(tree, folder, asked.patience, asked.again)
-    waiting = {room: drawn(tree, room, files, asked.seed) for room, files in rooms.items()}
+    waiting = {room: drawn(tree, files, asked.seed, judge.verdicts) for room, files in rooms.items()}
     if asked.file and asked.line:
         text = (tree / asked.file).read_text("utf-8")
         waiting = {room: [m for m in mutants(asked.file, text) if m.line == asked.line] for room in rooms}
@@ -156,16 +155,20 @@ def rooms_of(tree: Path) -> dict[str, list[str]]:
     return dict(sorted(rooms.items()))
 
 
-def drawn(tree: Path, room: str, files: list[str], seed: int) -> list[Mutant]:
-    """Mutants of a room in the order in which they are judged, one a line."""
-    lines: dict[tuple[str, int], list[Mutant]] = defaultdict(list)
+def drawn(tree: Path, files: list[str], seed: int, judged_before: Container[tuple[str, str, int, str]]) -> list[Mutant]:
+    """Mutants of a room in the order in which they are judged, one a line: those of earlier runs, then by lot.
+
+    A lot depends on the mutant alone, so that other lines may change between runs.
+    """
+
+    def order(mutant: Mutant) -> tuple[bool, bytes]:
+        return mutant.name not in judged_before, sha256(repr((seed, mutant.name)).encode()).digest()
+
+    lines: dict[tuple[str, int], Mutant] = {}
     for file in files:
-        for mutant in mutants(file, (tree / file).read_text("utf-8")):
-            lines[file, mutant.line].append(mutant)
-    chance = random.Random(f"{seed} {room}")
-    order = sorted(lines)
-    chance.shuffle(order)
-    return [chance.choice(lines[key]) for key in order]
+        for mutant in sorted(mutants(file, (tree / file).read_text("utf-8")), key=order):
+            lines.setdefault((file, mutant.line), mutant)
+    return sorted(lines.values(), key=order)
 
 
 def judged(judge: Judge, order: dict[str, list[Mutant]], count: int, end: float, quiet: bool) -> Iterator[Verdict]:

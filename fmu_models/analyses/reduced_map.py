@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.sections.system import SectionSystem
 
@@ -83,8 +83,7 @@ def reduced_map(
     Raises:
         StickslipError: no such state, values that do not ascend, no point of the curve near the start.
     """
-    if of not in system.states:
-        raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
+    refuse_unknown(of, system.states, f"'{system.name}' has no state '{of}'.")
     places = np.asarray(values, dtype=float)
     if places.ndim != 1 or places.size < 2 or not np.isfinite(places).all() or (np.diff(places) <= 0.0).any():
         raise StickslipError(f"The values of '{of}' must be finite and ascending, two at least, found {places.shape}.")

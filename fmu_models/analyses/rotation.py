@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
@@ -65,8 +65,7 @@ def rotation_number(
         StickslipError: not two states, unknown names, fewer than 8 steps, or a motion that does not go on so long.
     """
     for name in about:
-        if name not in system.states:
-            raise StickslipError(f"{system.name} has no state '{name}'.{nearest(name, system.states)}")
+        refuse_unknown(name, system.states, f"{system.name} has no state '{name}'.")
     if len(about) != 2 or steps < 8:
         raise StickslipError(
             f"Turns are seen in two states, over at least 8 steps; found {list(about)}, {steps} steps."

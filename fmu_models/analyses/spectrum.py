@@ -22,7 +22,7 @@ from scipy.stats import chi2
 
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import Analysis, Option
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.periodic import PeriodicMotion
@@ -106,7 +106,7 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
         StickslipError: no such variable, or fewer than one line.
     """
     name = of or system.fmu.states[0]
-    _known(name, [*system.fmu.states, *system.fmu.outputs])
+    refuse_unknown(name, (*system.fmu.states, *system.fmu.outputs), f"There is no variable '{name}'.")
     if lines < 1:
         raise StickslipError(f"At least one line is computed, found {lines}.")
     count = lines * motion.period * system.every
@@ -160,7 +160,7 @@ def density_spectrum(trajectory: Trajectory, of: str | None = None, *, segments:
         StickslipError: no such variable, samples that are not even, or too few.
     """
     name = of or next(n for n in trajectory.values if f"der({n})" in trajectory.values)
-    _known(name, list(trajectory.values))
+    refuse_unknown(name, trajectory.values, f"There is no variable '{name}'.")
     steps = np.diff(trajectory.time)
     if len(steps) < 16 * segments or steps.max() - steps.min() > 1e-6 * steps.mean():
         raise StickslipError(
@@ -177,11 +177,6 @@ def density_spectrum(trajectory: Trajectory, of: str | None = None, *, segments:
     unit = str(trajectory.units.get(name, "1"))
     mean_square = float(np.mean(values**2))
     return Spectrum(name, unit, frequency, density, low * density, high * density, nothing, mean_square, False, 0)
-
-
-def _known(name: str, names: list[str]) -> None:
-    if name not in names:
-        raise StickslipError(f"There is no variable '{name}'.{nearest(name, names)}")
 
 
 def spectrum(

@@ -9,7 +9,7 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import wraps
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -249,7 +249,18 @@ def chosen(contacts: str | None) -> tuple[str, ...] | None:
     """Names from ``--contacts``; None for all."""
     if contacts is None:
         return None
-    return () if contacts.strip() == "none" else tuple(name.strip() for name in contacts.split(",") if name.strip())
+    return () if contacts.strip() == "none" else tuple(names_of(contacts))
+
+
+def names_of(text: str | None) -> list[str]:
+    """Names between commas; none without a text."""
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
+
+
+def print_files(files: Iterable[object], out: Console) -> None:
+    """Name the files written."""
+    for path in files:
+        out.print(plain(f"written: {path}"))
 
 
 def run(application: typer.Typer) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 
 class StickslipError(Exception):
@@ -25,3 +25,13 @@ def nearest(name: str, names: Iterable[str]) -> str:
     if close:
         return f" Did you mean '{close[0]}'?"
     return f" Known are: {', '.join(choices)}." if choices else ""
+
+
+def refuse_unknown(name: str, names: Collection[str], sentence: str) -> None:
+    """Refuse a name that is not among those known.
+
+    Raises:
+        StickslipError: the sentence, and the known name closest to it.
+    """
+    if name not in names:
+        raise StickslipError(f"{sentence}{nearest(name, names)}")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import write_whole
+from fmu_models.base.files import refuse_existing, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -29,6 +30,18 @@ def check_format(path: str | os.PathLike[str]) -> Path:
     if target.suffix.lower() not in FORMATS:
         raise StickslipError(f"'{target.name}' has no known format; end it in one of {', '.join(FORMATS)}.")
     return target
+
+
+def check_files(*files: str | os.PathLike[str] | None, figures: Iterable[Path | None], overwrite: bool = False) -> None:
+    """Refuse before the work what could not be written after it; None stands for what is not asked for.
+
+    Raises:
+        StickslipError: a file or figure exists and ``overwrite`` is false, or a figure has an unknown suffix.
+    """
+    drawn = [figure for figure in figures if figure is not None]
+    refuse_existing(*files, *drawn, overwrite=overwrite)
+    for figure in drawn:
+        check_format(figure)
 
 
 def part_ticks(figure: Figure) -> None:

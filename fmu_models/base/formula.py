@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 
 _OPERATORS: dict[type, Callable[..., Any]] = {
     **{ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.float_power},
@@ -68,8 +68,7 @@ class Formula:
         if isinstance(node, ast.Name) and node.id in _CONSTANTS:
             return _CONSTANTS[node.id]
         if isinstance(node, ast.Name):
-            if node.id not in values:
-                raise StickslipError(f"'{node.id}' in '{self.text}' has no value.{nearest(node.id, values)}")
+            refuse_unknown(node.id, values, f"'{node.id}' in '{self.text}' has no value.")
             return values[node.id]
         if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
             return _OPERATORS[type(node.op)](self._value(node.left, values), self._value(node.right, values))

@@ -21,7 +21,8 @@ def from_plain(kind: type[Value], plain: Any, label: str) -> Value:
 
     Args:
         kind: of fields annotated as float, int, str, bool, tuples of one type, mappings from texts, dataclasses, or one
-            of these or None; a field that is no part of ``__init__``'s plain arguments keeps its default.
+            of these or None; what is of one of several types, or of any, is taken as it is. A field that is no part of
+            ``__init__``'s plain arguments keeps its default.
         label: what ``plain`` is called in an error.
 
     Raises:
@@ -46,8 +47,10 @@ def from_plain(kind: type[Value], plain: Any, label: str) -> Value:
 def _value(hint: Any, value: Any, label: str) -> Any:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
-        (inner,) = (argument for argument in arguments if argument is not types.NoneType)
-        return None if value is None else _value(inner, value, label)
+        inner, *others = (argument for argument in arguments if argument is not types.NoneType)
+        return value if value is None or others else _value(inner, value, label)
+    if hint is Any:
+        return value
     if dataclasses.is_dataclass(hint):
         return from_plain(typing.cast(type, hint), value, label)
     if origin is tuple:

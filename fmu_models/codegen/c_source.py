@@ -380,7 +380,7 @@ def _facts(system: HybridSystem) -> list[str]:
         "impulsive": (c.kind.impulsive for c in system.contacts),
         "tangential": (not c.kind.normal for c in system.contacts),
         "poisson": (c.poisson for c in system.contacts),
-        "clocks": (c.kind.ticks for c in system.contacts),
+        "clocks": (sum(contact_kinds.TICK_BITS[name] for name in c.clocks) for c in system.contacts),
     }
     partners = ", ".join(str(-1 if c.partner is None else c.partner) for c in system.contacts) or "-1"
     return [

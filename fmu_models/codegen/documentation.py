@@ -50,14 +50,11 @@ def documents(
         "licenses": f"{FOLDER.rpartition('/')[2]}/license.txt",
         "said": facts,
     }
+    files = {"documentation/index.html": render("index.html.j2", **page, v=variables, system=system), icon: image}
+    if fmi_version == "2.0":
+        return files  # terminals came with 3.0; readers of 2.0 call them a fault
     terminals = render("terminalsAndIcons.xml.j2", inputs=system.inputs, contacts=_terminals(structure))
-    return {
-        "documentation/index.html": render("index.html.j2", **page, v=variables, system=system),
-        icon: image,
-        f"{PICTURES}/icon.png": image,
-        f"{PICTURES}/port.png": picture.port(),
-        f"{PICTURES}/terminalsAndIcons.xml": terminals,
-    }
+    return {**files, f"{PICTURES}/port.png": picture.port(), f"{PICTURES}/terminalsAndIcons.xml": terminals}
 
 
 def _contact(system: HybridSystem, i: int) -> dict[str, Any]:

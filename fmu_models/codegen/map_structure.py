@@ -12,20 +12,11 @@ class MapVariables(Variables):
 
     def __init__(self, system: HybridSystem) -> None:
         super().__init__()
-        self._add("time", "time", causality="independent", variability="continuous", unit="s")
+        self._add_time()
         for p in system.parameters:
             self._add_parameter(p)
         self.states = [
-            self._add(
-                x.name,
-                x.description,
-                causality="output",
-                variability="discrete",
-                initial="exact",
-                start=x.start,
-                unit=x.unit,
-            )
-            for x in system.states
+            self._add("state of a map", x.name, x.description, start=x.start, unit=x.unit) for x in system.states
         ]
 
 

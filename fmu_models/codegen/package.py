@@ -5,7 +5,7 @@
     sources/all.c ...                          the model's generated C and the engine in its folders, for importers
                                                that compile, by CMakeLists.txt too
     documentation/index.html                   equations, contacts, variables, versions, for people
-    model.png, terminalsAndIcons/              pictures, and what is connected to what in editors
+    model.png, or terminalsAndIcons/           pictures, and from FMI 3.0 on what is connected to what in editors
     documentation/licenses/license.txt         under what it may be handed on
 
 The file depends on its input alone: no paths, and no date but SOURCE_DATE_EPOCH; the same mechanism gives the same

@@ -40,6 +40,25 @@ DISPLAY_UNITS = {"rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}
 DRIVE_DISPLAY_UNITS = {"rad/s": "rpm"}
 
 
+def _role(causality: str, variability: str, initial: str | None = None, **others: Any) -> dict[str, Any]:
+    return {"causality": causality, "variability": variability, "initial": initial, **others}
+
+
+# what variables are, as FMI says it
+ROLES = {
+    "time": _role("independent", "continuous"),
+    "parameter": _role("parameter", "tunable", "exact"),
+    "input": _role("input", "continuous"),
+    "state": _role("local", "continuous", "exact", intermediate=True),
+    "memory": _role("local", "discrete", "exact"),
+    "derivative": _role("local", "continuous", "calculated", intermediate=True),
+    "output": _role("output", "continuous", "calculated", intermediate=True),
+    "contact state": _role("local", "discrete", "calculated"),
+    "indicator": _role("local", "continuous", "calculated"),
+    "state of a map": _role("output", "discrete", "exact"),
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Variable:
     """One variable of an FMU; ``None`` leaves the attribute out.
@@ -102,23 +121,19 @@ class Variables:
         self.clocks: list[Variable] = []
         self.types: dict[str, str] = {}
 
-    def _add(self, name: str, description: str, **attributes: Any) -> Variable:
-        variable = Variable(reference=len(self.listed) + 1, name=name, description=description, **attributes)
+    def _add(self, role: str, name: str, description: str, **attributes: Any) -> Variable:
+        """A variable of a role; ``attributes`` go before those of the role."""
+        reference = len(self.listed) + 1
+        variable = Variable(reference=reference, name=name, description=description, **{**ROLES[role], **attributes})
         self.listed.append(variable)
         return variable
 
+    def _add_time(self) -> None:
+        self._add("time", "time", "time", unit="s")
+
     def _add_parameter(self, p: Parameter) -> Variable:
-        return self._add(
-            p.name,
-            p.description,
-            causality="parameter",
-            variability="tunable",
-            initial="exact",
-            start=p.value,
-            unit=p.unit,
-            minimum=p.minimum,
-            maximum=p.maximum,
-        )
+        values = {"start": p.value, "unit": p.unit, "minimum": p.minimum, "maximum": p.maximum}
+        return self._add("parameter", p.name, p.description, **values)
 
     @property
     def units(self) -> dict[str, dict[str, float] | None]:
@@ -149,7 +164,7 @@ class SystemVariables(Variables):
         self.system = system
         self.references: dict[sympy.Basic, int] = {TIME: 1}
         self.parameters: dict[sympy.Basic, int] = {}
-        self._add("time", "time", causality="independent", variability="continuous", unit="s")
+        self._add_time()
         self._add_values()
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
@@ -162,11 +177,9 @@ class SystemVariables(Variables):
         self.types = {kind.type_name: kind.meaning for kind in kinds}
         self.indicators = [
             self._add(
+                "indicator",
                 f"{contact.name}_{contact_kinds.INDICATORS[indicator][0]}",
                 f"{contact.description}: falls to zero where the contact changes its state",
-                causality="local",
-                variability="continuous",
-                initial="calculated",
             )
             for contact in system.contacts
             for indicator in contact.indicators
@@ -178,81 +191,40 @@ class SystemVariables(Variables):
             self.parameters[p] = self._add_parameter(p).reference
         for symbol in (*self.system.inputs, *(u.rate for u in self.system.inputs)):
             self.references[symbol] = len(self.listed) + 1
-            self._add(
-                symbol.name,
-                symbol.description,
-                causality="input",
-                variability="continuous",
-                start=symbol.value,
-                unit=symbol.unit,
-            )
+            self._add("input", symbol.name, symbol.description, start=symbol.value, unit=symbol.unit)
 
     def _add_state(self, state: State) -> Variable:
         self.references[state] = len(self.listed) + 1
-        return self._add(
-            state.name,
-            state.description,
-            causality="local",
-            variability="continuous",
-            initial="exact",
-            start=state.start,
-            unit=state.unit,
-            nominal=state.nominal,
-            intermediate=True,
-        )
+        values = {"start": state.start, "unit": state.unit, "nominal": state.nominal}
+        return self._add("state", state.name, state.description, **values)
 
     def _add_derivative(self, state: Variable) -> Variable:
-        return self._add(
-            f"der({state.name})",
-            f"rate of {state.name}",
-            causality="local",
-            variability="continuous",
-            initial="calculated",
-            unit=per_second(state.unit or "1"),
-            derivative=state.reference,
-            intermediate=True,
-        )
+        attributes = {"unit": per_second(state.unit or "1"), "derivative": state.reference}
+        return self._add("derivative", f"der({state.name})", f"rate of {state.name}", **attributes)
 
     def _add_output(self, output: Output) -> Variable:
         before = zip(self.system.outputs, self.outputs, strict=False)
-        return self._add(
-            output.name,
-            output.description,
-            causality="output",
-            variability="continuous",
-            initial="calculated",
-            unit=output.unit,
-            intermediate=True,
-            same_as=next((v for o, v in before if (o.expression, o.unit) == (output.expression, output.unit)), None),
-        )
+        same = next((v for o, v in before if (o.expression, o.unit) == (output.expression, output.unit)), None)
+        return self._add("output", output.name, output.description, unit=output.unit, same_as=same)
 
     def _add_memory(self, contact: ContactDynamics) -> Variable:
-        return self._add(
-            f"{contact.name}_memory",
-            f"{contact.description}: speed at which the stop was last entered; to be given for a start inside",
-            causality="local",
-            variability="discrete",
-            initial="exact",
-            start=0.0,
-            unit=contact.slip_symbol.unit,
-            minimum=0.0,
-        )
+        description = f"{contact.description}: speed at which the stop was last entered; to be given for a start inside"
+        values = {"start": 0.0, "unit": contact.slip_symbol.unit, "minimum": 0.0}
+        return self._add("memory", f"{contact.name}_memory", description, **values)
 
     def _add_contact_state(self, contact: ContactDynamics) -> Variable:
+        states = contact_kinds.CONTACT_STATES
         return self._add(
+            "contact state",
             f"{contact.name}_state",
             f"{contact.description}: {contact.kind.meaning}",
-            causality="output" if contact.name in self.system.shown_states else "local",
-            variability="discrete",
-            initial="calculated",
-            declared_type=contact.kind.type_name,
-            minimum=min(contact_kinds.CONTACT_STATES),
-            maximum=max(contact_kinds.CONTACT_STATES),
+            **({"causality": "output"} if contact.name in self.system.shown_states else {}),
+            **{"declared_type": contact.kind.type_name, "minimum": min(states), "maximum": max(states)},
         )
 
     def _clocks(self) -> Iterator[Variable]:
         """The clocks of FMI 3, whose references follow those of the variables."""
-        names = [(c, name) for c in self.system.contacts for name in c.kind.clocks]
+        names = [(c, name) for c in self.system.contacts for name in c.clocks]
         for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
             yield Variable(
                 reference=reference,

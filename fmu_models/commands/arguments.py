@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Overwrite
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.figures import check_format, save_figure
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files, save_figure
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -82,7 +80,7 @@ class RunFiles:
             min=0.0,
         ),
     ] = None
-    overwrite: Overwrite = False
+    overwrite: console.Overwrite = False
 
     def check(self) -> None:
         """Refuse before the run what could not be done after it.
@@ -92,10 +90,8 @@ class RunFiles:
         """
         from fmu_models.simulation.results import check_suffix
 
-        refuse_existing(self.output, self.figure, overwrite=self.overwrite)
+        check_files(self.output, figures=[self.figure], overwrite=self.overwrite)
         check_suffix(self.output)
-        if self.figure:
-            check_format(self.figure)
         if self.plot and not self.figure:
             raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
         if self.within is not None and not self.beside:

@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 
 DEFAULT = ["discontinuous_support_table_1"]
 
@@ -27,8 +26,8 @@ def bench(
     page: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page with diagrams.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write every row as CSV.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the diagram of one scene (svg, png, pdf).")] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Compare methods of integration on scenes: error against run time, events missed, memory.
 
@@ -43,13 +42,9 @@ def bench(
     from fmu_models.validation.methods.catalogue import chosen
 
     names = scenes or DEFAULT
-    refuse_existing(page, csv, figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
-        if len(names) > 1:
-            raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
+    check_files(page, csv, figures=[figure], overwrite=overwrite)
+    if figure and len(names) > 1:
+        raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
     methods = chosen(method)
     comparisons: list[MethodComparison] = []
     stopped = False

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.record import record
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
     from fmu_models.analyses.bifurcation import Bifurcation
-    from fmu_models.sections.diagonal import Crossings
     from fmu_models.sections.iteration import Iteration
     from fmu_models.sections.periodic import PeriodicMotion
 
@@ -23,7 +21,7 @@ def show_map(
     name: Annotated[
         str, typer.Argument(metavar="MAP", help="A map: its name in 'stickslip maps', or my_map.py, my_map.py:NAME.")
     ],
-    settings: Settings = None,
+    settings: console.Settings = None,
     period: Annotated[int, typer.Option(help="Number of points of the motions to look for.", min=1)] = 1,
     negative: Annotated[bool, typer.Option("--negative", help="Take the inverse map.")] = False,
     lyapunov: Annotated[bool, typer.Option("--lyapunov", help="Lyapunov exponents, from --start.")] = False,
@@ -31,7 +29,7 @@ def show_map(
     vary: Annotated[
         str | None, typer.Option(metavar="NAME=TO", help="Saddle-nodes and flips as this parameter goes there.")
     ] = None,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Look for the motions of a map: points, eigenvalues, what those mean, jumps across the diagonal.
 
@@ -59,7 +57,10 @@ def show_map(
         "motions": [_motion(iteration, motion) for motion in find_periodic(iteration, period)],
     }
     if len(iteration.states) == 1 and not declared.modulus:
-        content["jumps"] = _jumps(find_iterate_crossings(iteration, period))
+        content["jumps"] = [
+            {"x": jump.x, "left": jump.left, "right": jump.right, "crosses_diagonal": jump.crosses_diagonal}
+            for jump in find_iterate_crossings(iteration, period).jumps
+        ]
     if vary:
         content["bifurcations"] = _bifurcations(iteration, vary, period)
     if lyapunov:
@@ -78,13 +79,6 @@ def _motion(iteration: Iteration, motion: PeriodicMotion) -> dict[str, Any]:
         "stable": motion.stability.stable,
         "hyperbolic": motion.stability.hyperbolic,
     }
-
-
-def _jumps(crossings: Crossings) -> list[dict[str, Any]]:
-    return [
-        {"x": jump.x, "left": jump.left, "right": jump.right, "crosses_diagonal": jump.crosses_diagonal}
-        for jump in crossings.jumps
-    ]
 
 
 def _bifurcations(iteration: Iteration, vary: str, period: int) -> list[dict[str, Any]]:

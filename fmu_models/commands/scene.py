@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @console.trusting
@@ -29,8 +25,8 @@ def scene(
     figure: Annotated[
         Path | None, typer.Option(help="Draw the phase portraits, or the families (png, svg, pdf).")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Show a scene, compute what it asks for, and compare that with what is known; exit with 1 if it differs.
 
@@ -45,11 +41,7 @@ def scene(
     from fmu_models.scene.read import read_scene
     from fmu_models.scene.reduce import built_scene
 
-    refuse_existing(csv, figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
+    check_files(csv, figures=[figure], overwrite=overwrite)
     read = read_scene(path)
     with console.progress("computing") as advance:
         fmu = Fmu.open(built_scene(read))
@@ -76,14 +68,13 @@ def scene(
         "files": [str(file) for file in (csv, figure) if file],
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         scene_summary.print_scene(read, fmu, out)
         scene_summary.print_results(read, rows, out)
         scene_summary.print_comparisons(comparisons, out)
         if savings:
             scene_summary.print_explained(savings, out)
-        for file in content["files"]:
-            out.print(f"written: {file}")
+        console.print_files(content["files"], out)
 
     console.say(json, content, show)
     if not content["passed"]:
@@ -97,7 +88,7 @@ def _list(as_json: bool) -> None:
     documents = {file.stem: read_document(file) for file in files()}
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("scene", "what it is", "model", "source")
         for row in rows:
             listing.add_row(row["name"], row["title"], row["model"], row["source"])

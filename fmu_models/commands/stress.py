@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 
 if TYPE_CHECKING:
     from fmu_models.validation.stress.judge import StressCell
@@ -37,8 +36,8 @@ def stress(
     every: Annotated[bool, typer.Option("--every", help="Name accurate cells too.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Child processes. [default: one per core]")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw a heat map (png, svg, pdf).")] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Run models at the extremes of their parameters, starts and times, and judge every run.
 
@@ -57,11 +56,7 @@ def stress(
     from fmu_models.validation.stress.choice import listed_cases, random_cases
     from fmu_models.validation.stress.workers import judged, judges
 
-    refuse_existing(figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
+    check_files(figures=[figure], overwrite=overwrite)
     if until is not None and not 0 < until < float("inf"):
         raise StickslipError(f"A run lasts a positive time, found --until {until:g}.")
     if random is None and seed is not None:

@@ -22,8 +22,8 @@ from fmu_models.continuation.branch import Branch, followed_from
 from fmu_models.continuation.problem.equilibrium import equilibrium_problem
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.imported import ImportedProblem
-from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
-from fmu_models.continuation.problem.problem import Seen, Vector
+from fmu_models.continuation.problem.node import Lost, Node, arclength, parameter, solved
+from fmu_models.continuation.problem.problem import Vector
 from fmu_models.continuation.special.boundary import Boundary
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.sections import crossings
@@ -45,10 +45,7 @@ def cycles_from_hopf(node: Node, frequency: float, between: tuple[float, float],
     direction[:n] = _plane(node.seen.monodromy, node.scales[:n])[0]
     u = _with_period(node.z, period) / scales
     for amplitude in SMALL:
-
-        def border(z: Vector, seen: Seen, amplitude: float = amplitude) -> tuple[float, Vector]:
-            return float(direction @ (z / scales - u)) - amplitude, direction / scales
-
+        border = arclength(u, direction, scales, amplitude)
         try:
             cycle = solved(problem, scales, u + amplitude * direction, border, towards=direction)
         except Lost:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.unit_names import parse_unit
 from fmu_models.importer import request
 
@@ -90,10 +90,7 @@ def split(fmus: Mapping[str, Fmu], name: str, where: str) -> tuple[str, str]:
             raise StickslipError(f"{where}: '{name}' names no variable of a unit. Write it as 'unit.variable'.")
         raise StickslipError(f"{where}: there is no unit '{first}'.{nearest(first, fmus)}")
     variable = name[len(unit) + 1 :]
-    if variable not in fmus[unit].variables:
-        raise StickslipError(
-            f"{where}: the unit '{unit}' has no variable '{variable}'.{nearest(variable, fmus[unit].variables)}"
-        )
+    refuse_unknown(variable, fmus[unit].variables, f"{where}: the unit '{unit}' has no variable '{variable}'.")
     return unit, variable
 
 

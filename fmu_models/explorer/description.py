@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.version import version
 from fmu_models.explorer.subject import Subject
 from fmu_models.fmu.fmu import Fmu
@@ -75,8 +75,7 @@ def _planes(fmu: Fmu, plot: Sequence[str] | None) -> list[list[int]]:
     if plot is not None and not 1 <= len(plot) <= PLANES:
         raise StickslipError(f"{len(plot)} coordinates are to be drawn. Name one to {PLANES}: --plot {drawn[0]}")
     for name in plot or ():
-        if name not in drawn:
-            raise StickslipError(f"There is no coordinate '{name}' to draw.{nearest(name, drawn)}")
+        refuse_unknown(name, drawn, f"There is no coordinate '{name}' to draw.")
     step = len(coordinates) or 1
     indices = [fmu.states.index(name) for name in (plot or drawn)]
     return [[i, min(i + step, len(fmu.states) - 1)] for i in indices]

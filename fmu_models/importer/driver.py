@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
@@ -69,8 +69,7 @@ class Driver(Shown):
         max_step: float | None = None,
         structural_parameters: Mapping[str, float] | None = None,
     ) -> None:
-        if method not in METHODS:
-            raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
+        refuse_unknown(method, METHODS, f"There is no method '{method}'.")
         least, largest = TOLERANCES
         if not (math.isfinite(tolerance) and least <= tolerance <= largest):
             raise StickslipError(f"The tolerance must lie between {least:g} and {largest:g}, found {tolerance:g}.")

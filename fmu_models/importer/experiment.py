@@ -155,47 +155,32 @@ def perform_with_error(
             "The error is estimated for runs by the engine inside an FMU of this suite, in this process. Leave out "
             "--error, or --method, --step and --isolate."
         )
-    trajectory, estimate = simulate_with_error(
-        fmu,
-        experiment.stop_time,
-        start_time=experiment.start_time,
-        tolerance=experiment.tolerance_for(fmu),
-        progress=progress,
-        **_given(experiment),
-    )
+    trajectory, estimate = simulate_with_error(**_arguments(fmu, experiment), progress=progress)
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory)), estimate
 
 
 def _native(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
-    return simulate(
-        fmu,
-        experiment.stop_time,
-        start_time=experiment.start_time,
-        tolerance=experiment.tolerance_for(fmu),
-        progress=progress,
-        **_given(experiment),
-    )
+    return simulate(**_arguments(fmu, experiment), progress=progress)
 
 
 def _master(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
     from fmu_models.importer.simulate import simulate_any
 
     return simulate_any(
-        fmu,
-        experiment.stop_time,
-        start_time=experiment.start_time,
+        **_arguments(fmu, experiment),
         method=experiment.method or "auto",
         communication_step=experiment.step,
         on_zeno=experiment.on_zeno,
         max_step=experiment.max_step,
         progress=progress,
-        tolerance=experiment.tolerance_for(fmu),
-        **_given(experiment),
     )
 
 
-def _given(experiment: FmuExperiment) -> dict[str, Any]:
-    return {name: getattr(experiment, name) for name in ("parameters", "start", "inputs", "output_times")}
+def _arguments(fmu: Fmu, experiment: FmuExperiment) -> dict[str, Any]:
+    """What every way to make the run takes."""
+    names = ("stop_time", "start_time", "parameters", "start", "inputs", "output_times")
+    settings = {name: getattr(experiment, name) for name in names}
+    return {"fmu": fmu, "tolerance": experiment.tolerance_for(fmu), **settings}
 
 
 def _build_libraries(fmu: Fmu, *, master: bool) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
@@ -24,8 +24,7 @@ class Sweep(Shown):
     failures: Mapping[int, str]
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        if name not in self.values:
-            raise StickslipError(f"The sweep has no variable '{name}'.{nearest(name, self.values)}")
+        refuse_unknown(name, self.values, f"The sweep has no variable '{name}'.")
         return self.values[name]
 
 

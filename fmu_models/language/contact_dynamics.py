@@ -88,6 +88,11 @@ class ContactDynamics:
         return tuple(state for state in self.kind.state_words if self.kind.led or possible.get(state, True))
 
     @property
+    def clocks(self) -> tuple[str, ...]:
+        """Those of its kind; of a switch only if it resets states."""
+        return self.kind.clocks if self.reset or not self.kind.surface else ()
+
+    @property
     def indicators(self) -> tuple[str, ...]:
         """What its event indicators watch: "depth" or "gap", then "slip", "release" or "function"."""
         bounds = () if self.depth is None else (self.kind.bound,)

@@ -37,6 +37,7 @@ TICKS = {
     "stick": "ticks where the contact begins to stick",
     "slip": "ticks where the contact begins to slip, or to slip the other way",
     "impact": "ticks where the bodies meet",
+    "reset": "ticks where states jump",
 }
 TICK_BITS = {name: 1 << i for i, name in enumerate(TICKS)}
 
@@ -94,11 +95,6 @@ class ContactKind:
         return ", ".join(f"{number} {text}" for number, text in self.meanings.items())
 
     @property
-    def ticks(self) -> int:
-        """The sum of the bits of its clocks."""
-        return sum(TICK_BITS[name] for name in self.clocks)
-
-    @property
     def impulsive(self) -> bool:
         """Whether it answers its closing by an impulse: the normal direction of a rigid contact."""
         return self.normal and self.rigid
@@ -142,7 +138,7 @@ SWITCH = ContactKind(
     "switch",
     {SLIP_MINUS: "negative side", STICK: "sliding", SLIP_PLUS: "positive side"},
     {SLIP_PLUS: "+", SLIP_MINUS: "-", STICK: "sliding"},
-    (),
+    ("reset",),
     "function",
     ("sliding", frozenset({STICK})),
     surface=True,

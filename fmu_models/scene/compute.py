@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.kinds.kind import Row
@@ -118,8 +118,7 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
                 "'at' of its run."
             )
         for name, expected in reference.values.items():
-            if name not in row.values:
-                raise StickslipError(f"{scene.path}: there is no result '{name}'.{nearest(name, row.values)}")
+            refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
             error = abs(row.values[name] - expected) / (abs(expected) or 1.0)
             comparisons.append(Comparison(name, row.at, row.values[name], expected, error, reference.tolerance))
     return tuple(comparisons)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Shown
 
 
@@ -139,20 +140,4 @@ class Scene(Shown):
     @classmethod
     def from_json(cls, text: str) -> Scene:
         """The scene that ``to_json`` wrote."""
-        data = json.loads(text)
-        drives = {
-            name: Drive(**{**drive, "times": tuple(drive["times"]), "values": tuple(drive["values"])})
-            for name, drive in data["drives"].items()
-        }
-        compute = data["compute"]
-        axes = {name: tuple(values) for name, values in compute["axes"].items()}
-        compute = Compute(**{**compute, "values": tuple(compute["values"]), "axes": axes})
-        contacts = None if data["contacts"] is None else tuple(data["contacts"])
-        changed: dict[str, Any] = {
-            "drives": drives,
-            "compute": compute,
-            "contacts": contacts,
-            "outputs": tuple(data["outputs"]),
-            "references": tuple(Reference(**reference) for reference in data["references"]),
-        }
-        return cls(**{**data, **changed})
+        return from_plain(cls, json.loads(text), "The scene")

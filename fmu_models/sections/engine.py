@@ -95,6 +95,8 @@ class EngineBackend:
         periods = section.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / section.sizes()[:n]
+        if phased and n == 1:  # at the section that state tells nothing, as a potential right after its reset
+            weights[n] = 1.0 / periods.max()
         return EnsembleRuns(
             references=[variables[name].valueReference for name in (*constants, *numbers)],
             values=values,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.simulation.measured import MeasuredLog, column_of_log, read_measured
 from fmu_models.simulation.trajectory import Trajectory
@@ -86,10 +86,7 @@ class Beside(Shown):
         inside = (log.time >= trajectory.time[0]) & (log.time <= trajectory.time[-1])
         measured = []
         for variable, column in pairs.items():
-            if variable not in variables:
-                raise StickslipError(
-                    f"{log.source}: the run has no variable '{variable}'.{nearest(variable, variables)}"
-                )
+            refuse_unknown(variable, variables, f"{log.source}: the run has no variable '{variable}'.")
             unit = trajectory.units[variable]
             values = log.values(column, None if unit == "1" else unit, f"variable '{variable}'")
             usable = inside & np.isfinite(values)

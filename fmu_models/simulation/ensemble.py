@@ -6,6 +6,7 @@ import ctypes
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,79 +103,38 @@ def make_runs(
     rows = RunRows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
     targets = runs.known or Targets(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
-    references = np.array(runs.references, np.uint32)
-    inputs = [
-        np.ascontiguousarray(array, dtype=float)
-        for array in (
-            runs.values,
-            runs.starts,
-            runs.periods,
-            runs.patience,
-            runs.weights,
-            np.full(n, np.inf) if runs.turns is None else runs.turns,
-            targets.points,
-            targets.forms,
-        )
-    ]
-    along = np.array(runs.along, np.int64)
-    integers = [np.ascontiguousarray(array, np.int64) for array in (targets.after, targets.orbits, targets.passes)]
-    room = np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)
-    memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
+    numbers = {
+        **{name: getattr(runs, name) for name in ("values", "starts", "periods", "patience", "weights")},
+        **{"turns": np.full(n, np.inf) if runs.turns is None else runs.turns},
+        **{"known": targets.points, "metric": targets.forms},
+    }
+    counts = {"along": runs.along, "next": targets.after, "orbit": targets.orbits, "passes": targets.passes}
     lanes = runs.stepper.at if runs.stepper else 0
     lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
-    values, starts, periods, patience, weights, turns, points, forms = (array.ctypes.data for array in inputs)
-    after, orbits, passes = (array.ctypes.data for array in integers)
+    # named as in the engine's struct; they live until the call is over
+    arrays: dict[str, NDArray[Any]] = {
+        **{name: np.ascontiguousarray(array, dtype=float) for name, array in numbers.items()},
+        **{name: np.ascontiguousarray(array, np.int64) for name, array in counts.items()},
+        **{"set": np.array(runs.references, np.uint32), "stop": stop},
+        **{"room": np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)},
+        **{"memory": np.empty(max(1, engine.ensemble_memory(runs.longest)))},
+        **{
+            name: getattr(rows, name) for name in ("points", "held", "began", "steps", "outcomes", "orbits", "in_lanes")
+        },
+        **{"rows": rows.filled, "recurs": rows.periods},
+        **({"growth": rows.growth} if rows.growth.size else {}),
+        **({"jacobians": rows.derivatives} if rows.derivatives.size else {}),
+    }
+    of_runs = ("follow", "resumed", "tolerance", "bound", "transient", "batch", "longest", "settled", "flow")
     c = _Ensemble(
-        n_runs=m,
-        n_set=references.size,
-        follow=runs.follow,
-        resumed=runs.resumed,
-        set=references.ctypes.data,
-        values=values,
-        starts=starts,
-        origin=where.origin,
-        tolerance=runs.tolerance,
-        kind=where.kind,
-        direction=where.direction,
-        contact=where.contact,
-        state=where.state,
-        level=where.level,
-        periods=periods,
-        patience=patience,
-        bound=runs.bound,
-        transient=runs.transient,
-        n_rows=runs.rows,
-        batch=runs.batch,
-        longest=runs.longest,
-        weights=weights,
-        settled=runs.settled,
-        turns=turns,
-        n_known=len(targets.points),
-        known=points,
-        metric=forms,
-        next=after,
-        orbit=orbits,
-        passes=passes,
-        n_directions=k,
-        flow=runs.flow,
-        along=along.ctypes.data,
-        room=room.ctypes.data,
-        points=rows.points.ctypes.data,
-        held=rows.held.ctypes.data,
-        began=rows.began.ctypes.data,
-        growth=rows.growth.ctypes.data if rows.growth.size else None,
-        jacobians=rows.derivatives.ctypes.data if rows.derivatives.size else None,
-        rows=rows.filled.ctypes.data,
-        steps=rows.steps.ctypes.data,
-        outcomes=rows.outcomes.ctypes.data,
-        recurs=rows.periods.ctypes.data,
-        orbits=rows.orbits.ctypes.data,
+        **{"n_runs": m, "n_rows": runs.rows, "n_known": len(targets.points), "n_directions": k},
+        n_set=len(runs.references),
         messages=ctypes.addressof(messages),
-        stop=stop.ctypes.data,
-        memory=memory.ctypes.data,
         lanes=lanes,
         lane_room=-(-lane_room.ctypes.data // (8 * _LINE)) * 8 * _LINE,
-        in_lanes=rows.in_lanes.ctypes.data,
+        **{name: getattr(where, name) for name in ("origin", "kind", "direction", "contact", "state", "level")},
+        **{name: getattr(runs, name) for name in of_runs},
+        **{name: array.ctypes.data for name, array in arrays.items()},
     )
     instance = engine.take()
     try:

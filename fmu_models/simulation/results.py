@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
 
 FORMAT = "stickslip trajectory"
-VERSION = 1
+VERSION = 2
 SUFFIXES = (".csv", ".h5", ".hdf5")
 SEAL = b"\nstickslip sha256 "  # and the hash of all before it, at the end of the file, where HDF5 looks at nothing
 EVENT_KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Event, ForeignEvent)}

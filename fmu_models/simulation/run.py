@@ -95,7 +95,7 @@ class Repeated:
     ) -> whole_run.Result:
         model, span = facts_of(self.fmu), (self.start_time, self.stop_time)
         values = self.parameters, self.start, self.inputs
-        return _rows(self.fmu, model, self.tolerance, span, *values, times, progress, ends, recorded)
+        return _rows(self.fmu, model, self.tolerance, span, values, times, progress, ends, recorded)
 
     @property
     def kinks(self) -> NDArray[np.float64]:
@@ -162,7 +162,7 @@ class KeptRun(Shown):
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
         check_span(*span)
         times, values = checked_times(output_times, *span), (parameters, start, inputs)
-        result = _rows(self.fmu, model, self.tolerance, span, *values, times, progress, None, model.recorded)
+        result = _rows(self.fmu, model, self.tolerance, span, values, times, progress, None, model.recorded)
         return model.trajectory(times, result)
 
 
@@ -171,9 +171,7 @@ def _rows(
     model: RunFacts,
     tolerance: float,
     span: tuple[float, float],
-    parameters: Mapping[str, float] | None,
-    start: Mapping[str, float] | None,
-    inputs: Mapping[str, Any] | None,
+    values: _Values,
     times: NDArray[np.float64],
     progress: Callable[[float], None] | None,
     ends: NDArray[np.float64] | None,
@@ -184,7 +182,7 @@ def _rows(
     ends: times at which steps have to end beside where they would.
     """
     start_time, stop_time = span
-    initial, driven = settings_of(fmu, model, span, parameters, start, inputs, ends)
+    initial, driven = settings_of(fmu, model, span, values, ends)
     stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
     engine = model.engine
     instance = engine.take()
@@ -196,15 +194,10 @@ def _rows(
 
 
 def settings_of(
-    fmu: Fmu,
-    model: RunFacts,
-    span: tuple[float, float],
-    parameters: Mapping[str, float] | None,
-    start: Mapping[str, float] | None,
-    inputs: Mapping[str, Any] | None,
-    ends: NDArray[np.float64] | None = None,
+    fmu: Fmu, model: RunFacts, span: tuple[float, float], values: _Values, ends: NDArray[np.float64] | None = None
 ) -> tuple[dict[int, float], tuple[NDArray[np.uint32], Knots] | None]:
     """Start values by reference, and the inputs that change with time, for a request; the rest as for ``_rows``."""
+    parameters, start, inputs = values
     initial: dict[int, float] = {}
     signals: dict[str, Signal] = {}
     if parameters:
@@ -245,6 +238,8 @@ def _set(
 
 
 _PLAIN = (float, int)
+# parameters, start states and inputs of a run, by name
+_Values = tuple[Mapping[str, float] | None, Mapping[str, float] | None, Mapping[str, Any] | None]
 _Settable = dict[str, tuple[int, float, float]]  # by name: value reference, least and largest value
 
 

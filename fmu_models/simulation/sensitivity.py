@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
@@ -79,8 +79,7 @@ class Sensitivity(Tabular):
         return self.derivative[:, self._column(name)]
 
     def _column(self, name: str) -> int:
-        if name not in self.names:
-            raise StickslipError(f"The run has not recorded '{name}'.{nearest(name, self.names)}")
+        refuse_unknown(name, self.names, f"The run has not recorded '{name}'.")
         return self.names.index(name)
 
 
@@ -160,7 +159,7 @@ class SensitiveRun(Shown):
             raise StickslipError(f"The start time must be a finite number of seconds, found {start_time:g}.")
         times = checked_times(times, start_time, math.inf)
         span = start_time, float(times[-1])
-        initial, driven = settings_of(self.fmu, facts_of(self.fmu), span, parameters, start, inputs)
+        initial, driven = settings_of(self.fmu, facts_of(self.fmu), span, (parameters, start, inputs))
         request = whole_run.Request(times, self._references, driven)
         start_values = {reference: float(value) for reference, value in initial.items()}
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(

@@ -36,14 +36,15 @@ _BLOCK = 4096  # events that become objects at a time
 
 @dataclass(frozen=True)
 class Event:
-    """A change of contact state, or an impact, after which a contact may be open as before: then it bounced.
+    """A change of contact state; an impact or a reset, after which the state may be as before.
 
     Attributes:
         time: s.
         contact: its name.
-        before, after: states (keys of CONTACT_STATES).
+        before, after: states (keys of CONTACT_STATES); before a reset the side from which its function came to zero.
         work: of the impulses of an impact on the bodies in contact, J; negative where energy is lost.
         rigid: the contact is a rigid one.
+        reset: the contact is a switch, whose reset made states jump.
     """
 
     time: float
@@ -52,6 +53,7 @@ class Event:
     after: int
     work: float = 0.0
     rigid: bool = False
+    reset: bool = False
 
     @property
     def is_impact(self) -> bool:
@@ -60,7 +62,9 @@ class Event:
 
     @property
     def clock(self) -> str:
-        """The clock of the contact that ticks there, in an FMU of FMI 3: "stick", "slip", "impact", or ""."""
+        """The clock of the contact that ticks there, in an FMU of FMI 3: "stick", "slip", "impact", "reset", or ""."""
+        if self.reset:
+            return "reset"
         if self.rigid:
             return "impact" if self.is_impact or self.before == OPEN else ""
         if self.after == TOUCHING:
@@ -69,16 +73,17 @@ class Event:
 
     def __str__(self) -> str:
         names = RIGID_STATES if self.rigid else CONTACT_STATES
-        change = f"{names[self.before]} -> {names[self.after]}"
-        impact = f", {self.work:.6g} J" if self.is_impact else ""
-        return f"{self.time:.9g} s: {self.contact} {'bounce' if self.before == self.after else change}{impact}"
+        bounces = self.before == self.after and not self.reset
+        change = "bounce" if bounces else f"{names[self.before]} -> {names[self.after]}"
+        jump = f", {self.work:.6g} J" if self.is_impact else ", reset" if self.reset else ""
+        return f"{self.time:.9g} s: {self.contact} {change}{jump}"
 
 
 class Events(Sequence[Event]):
     """The events of a run, kept as an array; each becomes an ``Event`` when it is asked for.
 
     Attributes:
-        rows: (k,) structured array with the fields time (s), contact (its number), before, after, work (J).
+        rows: (k,) structured array with the fields time (s), contact (its number), before, after, reset, work (J).
         contacts: names of the contacts by number.
         rigid: the names of those that are rigid.
     """
@@ -110,10 +115,10 @@ class Events(Sequence[Event]):
     def __repr__(self) -> str:
         return f"<{len(self)} events of {', '.join(self.contacts)}>"
 
-    def _event(self, row: tuple[float, int, int, int, float]) -> Event:
-        time, contact, before, after, work = row
+    def _event(self, row: tuple[float, int, int, int, int, float]) -> Event:
+        time, contact, before, after, reset, work = row
         name = self.contacts[contact]
-        return Event(time, name, before, after, work, name in self.rigid)
+        return Event(time, name, before, after, work, name in self.rigid, bool(reset))
 
 
 class Columns(Mapping[str, NDArray]):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.files import existing
 from fmu_models.base.unit_names import conversion
 from fmu_models.fmu.fmu import Fmu
@@ -181,8 +181,7 @@ def _inputs(fmu: Fmu, inputs: Mapping[str, Any] | None, time: NDArray[np.float64
     """Inputs that the log does not hold."""
     driven = {}
     for name, form in (inputs or {}).items():
-        if name not in fmu.inputs:
-            raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{nearest(name, fmu.inputs)}")
+        refuse_unknown(name, fmu.inputs, f"'{fmu.description.modelName}' has no input '{name}'.")
         unit = str(fmu.variables[name].unit or "1")
         driven[name] = signal_of(form, float(time[0]), float(time[-1]), label=f"input '{name}'", unit=unit)
     return driven
@@ -202,12 +201,8 @@ def _events(
     columns: Any = table.columns if table is not None else source
     timed = {}
     for contact, column in events.items():
-        if contact not in fmu.contacts:
-            raise StickslipError(
-                f"'{fmu.description.modelName}' has no contact '{contact}'.{nearest(contact, fmu.contacts)}"
-            )
-        if column not in columns:
-            raise StickslipError(f"{label} has no column '{column}' of event times.{nearest(column, columns)}")
+        refuse_unknown(contact, fmu.contacts, f"'{fmu.description.modelName}' has no contact '{contact}'.")
+        refuse_unknown(column, columns, f"{label} has no column '{column}' of event times.")
         times = np.asarray(columns[column], dtype=float)
         stated = table.units.get(column) if table is not None else None
         times = in_unit(times[np.isfinite(times)], stated, "s", f"{label}: column '{column}'")

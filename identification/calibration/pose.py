@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.measured import UNSTATED
 from identification.calibration.log import LogLike, ModelLog
@@ -163,8 +163,7 @@ def with_instruments(said: Settings, logs: Sequence[ModelLog]) -> Settings:
 def _loose(states: Sequence[str], held: Mapping[str, float], asked: Sequence[str] | None) -> list[str]:
     """States whose start is sought."""
     for name in asked or ():
-        if name not in states:
-            raise StickslipError(f"There is no start state '{name}' to be sought.{nearest(name, states)}")
+        refuse_unknown(name, states, f"There is no start state '{name}' to be sought.")
     return list(asked) if asked is not None else [name for name in states if name not in held]
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured
@@ -123,8 +123,7 @@ class Calibration(Pictured):
             StickslipError: there is none.
         """
         values = {one.name: one for one in (*self.parameters, *self.starts)}
-        if name not in values:
-            raise StickslipError(f"{self.model} was calibrated without '{name}'.{nearest(name, values)}")
+        refuse_unknown(name, values, f"{self.model} was calibrated without '{name}'.")
         return values[name]
 
     def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:

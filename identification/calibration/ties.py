@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.trajectory import Trajectory
 from identification.calibration.subject import Response, Stretch, Subject, Vector
@@ -58,10 +58,7 @@ def of_lmfit(fmu: Fmu, parameters: Parameters) -> tuple[list[str], dict[str, Any
     """
     names = {identifier(name): name for name in (*fmu.parameters, *fmu.states, *fmu.memories)}
     for key in parameters:
-        if key not in names:
-            raise StickslipError(
-                f"'{fmu.description.modelName}' has no parameter or state '{key}'.{nearest(key, names)}"
-            )
+        refuse_unknown(key, names, f"'{fmu.description.modelName}' has no parameter or state '{key}'.")
     plain = given({key: one for key, one in parameters.items() if one.expr is None})
     tied = {key: names[key] for key, one in parameters.items() if one.expr is not None}
     free = {key: names[key] for key, one in parameters.items() if one.vary and key not in tied}

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from identification.inference.problem import Evaluation, Prior, Problem, Unknown
 
@@ -90,8 +90,7 @@ def _check(fmu: Fmu, name: str, known: Sequence[str]) -> None:
             f"'{name}' is a structural parameter, on which sizes of arrays depend: it cannot be sought. Load the FMU "
             "with another value of it."
         )
-    if name not in known:
-        raise StickslipError(f"'{fmu.description.modelName}' has no parameter '{name}'.{nearest(name, known)}")
+    refuse_unknown(name, known, f"'{fmu.description.modelName}' has no parameter '{name}'.")
 
 
 def _free(fmu: Fmu, name: str, value: float | None, bounds: Bounds | None, prior: tuple[float, float] | None) -> Free:

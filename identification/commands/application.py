@@ -6,6 +6,7 @@ import copy
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from typing import Annotated
 
 import typer
@@ -15,56 +16,26 @@ from fmu_models.analyses.declaration import ANALYSES
 from fmu_models.base import console
 from fmu_models.base.version import version
 from fmu_models.commands.analysis import command_of, summaries
-from fmu_models.commands.bench import bench
-from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.docs import docs
-from fmu_models.commands.explore import explore
-from fmu_models.commands.export import export
-from fmu_models.commands.inspect import inspect
 from fmu_models.commands.map import show_map
-from fmu_models.commands.maps import maps
-from fmu_models.commands.models import models
 from fmu_models.commands.new import app as new_commands
-from fmu_models.commands.scene import scene
-from fmu_models.commands.show import show
-from fmu_models.commands.simulate import simulate
-from fmu_models.commands.stress import stress
-from identification.commands.apply import apply
-from identification.commands.calibrate import calibrate
-from identification.commands.compare import compare
-from identification.commands.demo import demo
-from identification.commands.design import design
-from identification.commands.excite import excite
-from identification.commands.fit import fit
-from identification.commands.inverse import inverse
-from identification.commands.laws import laws
-from identification.commands.report import report
-from identification.commands.slips import slips
-from identification.commands.track import track
-from identification.commands.watch import watch
-from rig_io.commands.describe import describe
-from rig_io.commands.emulate import emulate
 
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
-MODELS = (models, show, export, simulate, explore, inspect, couple, scene, bench, stress, maps)
+
+
+def _commands(package: str, names: str) -> tuple[Callable[..., None], ...]:
+    """The commands of a package, each in a file that is called like it."""
+    return tuple(getattr(import_module(f"{package}.commands.{name}"), name) for name in names.split())
+
+
+MODELS = _commands("fmu_models", "models show export simulate explore inspect couple scene bench stress maps")
 FRICTION = (
-    describe,
-    emulate,
-    calibrate,
-    track,
-    fit,
-    demo,
-    laws,
-    design,
-    excite,
-    compare,
-    report,
-    apply,
-    inverse,
-    slips,
-    watch,
+    *_commands("rig_io", "describe emulate"),
+    *_commands(
+        "identification", "calibrate track fit demo laws design excite compare report apply inverse slips watch"
+    ),
 )
 for command in MODELS:
     app.command(help=console.flowing(command))(command)

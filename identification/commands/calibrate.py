@@ -12,7 +12,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands.bundles import bundled
-from identification.commands.calibrations import ModelLogs, ModelName, names_of, pairs_of, ranges_of
+from identification.commands.calibrations import ModelLogs, ModelName, pairs_of, ranges_of
 from identification.commands.logs import stated
 from identification.commands.recipes import ResultFiles
 
@@ -84,13 +84,12 @@ def calibrate(
     files.check()
     if resume and store is None:
         raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
-    names = names_of(free)
     how: dict[str, Any] = {
         "bounds": ranges_of(bounds, "--bound"),
         "priors": _priors(priors),
-        "starts": None if starts is None else names_of(starts),
+        "starts": None if starts is None else console.names_of(starts),
         "events": dict(pairs_of(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
-        "each": names_of(each),
+        "each": console.names_of(each),
         "held_out": held_out or [],
         "seed": seed,
         "sensed": _sensed(sensors),
@@ -102,16 +101,13 @@ def calibrate(
         from identification.calibration.calibrate import calibrate as find
 
         how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
-        found = find(model, list(logs), free=names, **how)
+        found = find(model, list(logs), free=console.names_of(free), **how)
         if files.figure:
             found.figure(files.figure, overwrite=files.overwrite)
 
-    def report() -> object:
-        from identification.report.calibration_summary import calibration_report
+    from identification.report.calibration_summary import calibration_report
 
-        return calibration_report(found)
-
-    files.say(found.to_dict(), report)
+    files.say(found.to_dict(), lambda: calibration_report(found))
 
 
 def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:

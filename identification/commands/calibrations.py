@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Inputs, Settings
 from fmu_models.base.errors import StickslipError
-from identification.commands.fits import print_files, say_report
+from identification.commands.fits import say_report
+from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -32,7 +32,7 @@ ModelName = Annotated[
 class ModelLogs:
     """What is known of a model and of the logs that it is held against."""
 
-    settings: Settings = None
+    settings: console.Settings = None
     noise: Annotated[
         list[str] | None,
         typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
@@ -44,7 +44,7 @@ class ModelLogs:
         list[str] | None,
         typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
     ] = None
-    inputs: Inputs = None
+    inputs: console.Inputs = None
     hold: Annotated[
         str | None,
         typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),
@@ -61,13 +61,9 @@ class ModelLogs:
             "sensors": {name: Sensor(clip=ends) for name, ends in ranges_of(self.clips, "--clip").items()},
             "columns": columns_of(self.columns),
             "inputs": console.settings(self.inputs, "input", columns=True),
-            "hold": names_of(self.hold),
+            "hold": console.names_of(self.hold),
             "segments": self.segments,
         }
-
-
-def names_of(text: str | None) -> list[str]:
-    return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def pairs_of(given: Sequence[str] | None, option: str, form: str, between: str = "=") -> list[tuple[str, str]]:
@@ -106,9 +102,7 @@ def read_calibrated(
     return calibration, fmu, [calibration.reading.read(log, fmu) for log in logs]
 
 
-def compare_calibration(
-    path: Path, logs: Sequence[Path], declaration: str | None, figure: Path | None, overwrite: bool, json: bool
-) -> None:
+def compare_calibration(path: Path, logs: Sequence[Path], declaration: str | None, files: ResultFiles) -> None:
     """Run a calibrated model beside logs and tell how far they come apart."""
     from identification.calibration.follow import follow
     from identification.report.calibration_summary import followed_report, followed_sentences
@@ -119,23 +113,17 @@ def compare_calibration(
         for number, log in enumerate(read):
             followed.append(follow(calibration, fmu, log))
             advance(0.9 * (number + 1) / len(read))
-        if figure:
+        if files.figure:
             from fmu_models.base.figures import save_figure
             from identification.report.calibration_figures import followed_figure
 
-            save_figure(followed_figure(followed), figure, overwrite=overwrite)
+            save_figure(followed_figure(followed), files.figure, overwrite=files.overwrite)
     content = {
         "model": calibration.model,
         "logs": [one.to_dict() for one in followed],
         "sentences": followed_sentences(calibration, followed),
-        "files": [str(figure)] if figure else [],
     }
-
-    def show(out: Any) -> None:
-        out.print(followed_report(calibration, followed))
-        print_files(content["files"], out)
-
-    console.say(json, content, show)
+    files.say(content, lambda: followed_report(calibration, followed))
 
 
 def report_calibration(

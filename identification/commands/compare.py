@@ -7,10 +7,9 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
-from fmu_models.base.files import refuse_existing
+from fmu_models.commands.bundles import Without, bundled
 from identification.commands.calibrations import compare_calibration
-from identification.commands.fits import FigurePath, FitFile, draw_families, print_comparison
+from identification.commands.fits import FitFile, draw_families
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 from identification.commands.machines import (
     MachinePlace,
@@ -20,6 +19,7 @@ from identification.commands.machines import (
     refuse_of_machines,
     refuse_of_rigs,
 )
+from identification.commands.recipes import ResultFiles
 
 SceneOption = Annotated[
     str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
@@ -27,10 +27,11 @@ SceneOption = Annotated[
 
 
 @console.trusting
+@bundled
 def compare(
     fitted: FitFile,
     logs: Logs,
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     scene: SceneOption = None,
@@ -39,9 +40,8 @@ def compare(
     ] = True,
     machine: MachinePlace = None,
     window: Window = None,
-    figure: FigurePath = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    files: Annotated[ResultFiles, Without("result")],
 ) -> None:
     """Compare the fitted model with a family of logs: portraits, stick by disc, and where stick appears or disappears.
 
@@ -58,20 +58,17 @@ def compare(
     from identification.fit.result import read_fit
     from identification.machines.machine_fit import is_machine_fit
     from identification.model_check.families import compare_families
+    from identification.model_check.table import comparison_report
 
-    refuse_existing(figure, overwrite=overwrite)
-    if figure:
-        from fmu_models.base.figures import check_format
-
-        check_format(figure)
+    files.check()
     if is_calibration(fitted):
         given = {"set": settings, "scene": scene, "window": window, "repair": repair, "reader": reader}
         refuse("any model", "a rig or a machine", given)
-        compare_calibration(fitted, logs, machine, figure, overwrite, json)
+        compare_calibration(fitted, logs, machine, files)
         return
     if is_machine_fit(fitted):
         refuse_of_machines(set=settings, scene=scene)
-        compare_machine(fitted, logs, machine, window, (reader, repair), figure, overwrite, json)
+        compare_machine(fitted, logs, machine, window, (reader, repair), files)
         return
     refuse_of_rigs(machine=machine, window=window)
     found = read_fit(fitted)
@@ -85,10 +82,9 @@ def compare(
         families = compare_families(
             found, read, scene=chosen, uncertainty=uncertainty, progress=lambda share: advance(0.9 * share)
         )
-        files = [str(path) for path in draw_families(families, figure, overwrite)] if figure else []
+        figures = draw_families(families, files.figure, files.overwrite) if files.figure else ()
     content = {
         "passed": all(family.passed for family in families),
         "families": [family.to_dict() for family in families],
-        "files": files,
     }
-    console.say(json, content, lambda out: print_comparison(families, files, out))
+    files.say(content, lambda: comparison_report(families), figures)

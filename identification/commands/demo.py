@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import (
-    decay_of,
-    draw_families,
-    draw_friction,
-    fit_logs,
-    print_comparison,
-    print_fit,
-    write_text,
-)
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from identification.commands.fits import decay_of, draw_families, draw_friction, fit_logs, print_fit, write_text
 
 
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="New folder for everything made.")],
     seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
 
@@ -38,6 +26,7 @@ def demo(
     from identification.fit.samples import samples_by_disc
     from identification.fitted_model.model import fmu_parameters
     from identification.model_check.families import compare_families
+    from identification.model_check.table import comparison_report
     from identification.report.page import write_report
     from identification.report.rig_page import RigFindings
     from rig_io.bench.emulator import emulate_set, standard_set
@@ -77,9 +66,9 @@ def demo(
         "families": [family.to_dict() for family in families],
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         print_fit(decay, found, [], out)
-        print_comparison(families, [], out)
+        out.print(comparison_report(families))
         out.print("\nLook at")
         out.print(f"  {targets['friction']}   friction against slip speed, with the fitted law")
         out.print(f"  {targets['family']}     measured and modelled phase portraits, stick, and where it ends")

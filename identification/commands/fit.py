@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.figures import check_files
 from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import (
     RATIOS,
@@ -38,7 +37,7 @@ def fit(
     logs: Logs,
     estimator: EstimatorName = ESTIMATOR,
     law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = LAW,
-    settings: Settings = None,
+    settings: console.Settings = None,
     uncertainty: Uncertainties = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
@@ -70,21 +69,18 @@ def fit(
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,
     figure: FigurePath = None,
     workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Fit a friction law to stick-slip logs, all pooled; a free decay among them gives k/J and c/J.
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
-    from fmu_models.base.figures import check_format
     from identification.estimators.base import Options
     from identification.fit.posterior import check_samplable
     from identification.inference.choice import Inference
 
-    refuse_existing(result, figure, corner, overwrite=overwrite)
-    for drawn in filter(None, (figure, corner)):
-        check_format(drawn)
+    check_files(result, figures=(figure, corner), overwrite=overwrite)
     posterior = posterior or corner is not None
     if posterior:
         check_samplable(estimator)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Settings
 from fmu_models.commands.bundles import bundled
 from identification.commands.calibrations import columns_of
-from identification.commands.logs import ReaderOption, Repairs, repairs
+from identification.commands.logs import ReaderOption, Repairs
 from identification.commands.machines import Gravity, gravity_of
 from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
-    from identification.machines.machine import Machine
     from identification.machines.machine_fit import MachineFit
     from identification.machines.motion import MachineLog
 
@@ -41,7 +39,7 @@ def inverse(
     held_out: Annotated[
         list[Path] | None, typer.Option("--held-out", metavar="LOG", help="Score this log too; repeat for several.")
     ] = None,
-    settings: Settings = None,
+    settings: console.Settings = None,
     columns: Annotated[
         list[str] | None,
         typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate, effort or time; repeat."),
@@ -83,11 +81,15 @@ def inverse(
     files.check()
     with console.warnings_said(), console.progress("fitting") as advance:
         from identification.machines.identify import METHODS
+        from identification.machines.inverse import identify_machine
+        from identification.machines.joint_laws import LAWS
         from identification.machines.read import is_recipe, machine_at
 
         own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method or still)
         machine = machine_at(recipe, gravity_of(gravity), columns_of(columns))
-        seen, others = (machine.logs(part, reader=reader, repair=repairs(repair)) for part in (logs, held_out or ()))
+        seen, others = (
+            machine.logs(part, reader=reader, repair=console.names_of(repair)) for part in (logs, held_out or ())
+        )
         advance(0.2)
         how: dict[str, Any] = {
             "cutoff": None if own else cutoff or CUTOFF,
@@ -96,32 +98,21 @@ def inverse(
             "method": method or METHODS[own],
             "known": machine.known(None if own else CUTOFF) | console.assignments(settings, "constant"),
         }
-        fit = _identified(machine, seen, others, laws, how, lambda done: advance(0.2 + 0.7 * done))
-        fit = replace(fit, declaration=recipe, gravity=gravity_of(gravity), columns=columns_of(columns))
+        fit = identify_machine(
+            machine.mechanism, seen, held_out=others, progress=lambda done: advance(0.2 + 0.7 * done), **how
+        )
+        fit = replace(
+            machine.compared(fit, seen, LAWS if laws else ()),
+            declaration=recipe,
+            gravity=gravity_of(gravity),
+            columns=columns_of(columns),
+        )
         if files.figure:
             _draw(machine.mechanism, fit, others, files.figure, files.overwrite)
 
-    def report() -> object:
-        from identification.report.machine_tables import machine_report
+    from identification.report.machine_tables import machine_report
 
-        return machine_report(fit)
-
-    files.say(fit.to_dict(), report)
-
-
-def _identified(
-    machine: Machine,
-    seen: Sequence[MachineLog],
-    others: Sequence[MachineLog],
-    laws: bool,
-    how: dict[str, Any],
-    told: Callable[[float], None],
-) -> MachineFit:
-    from identification.machines.inverse import identify_machine
-    from identification.machines.joint_laws import LAWS
-
-    fit = identify_machine(machine.mechanism, seen, held_out=others, progress=told, **how)
-    return machine.compared(fit, seen, LAWS if laws else ())
+    files.say(fit.to_dict(), lambda: machine_report(fit))
 
 
 def _draw(mechanism: Mechanism, fit: MachineFit, others: Sequence[MachineLog], figure: Path, overwrite: bool) -> None:

@@ -10,8 +10,9 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
-from identification.commands.fits import print_files, say_report
-from identification.commands.logs import ReaderOption, Repairs, repairs
+from identification.commands.fits import say_report
+from identification.commands.logs import ReaderOption, Repairs
+from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
     from identification.machines.machine import Machine
@@ -78,9 +79,7 @@ def compare_machine(
     declaration: str | None,
     window: float | None,
     how: tuple[ReaderOption, Repairs],
-    figure: Path | None,
-    overwrite: bool,
-    json: bool,
+    files: ResultFiles,
 ) -> None:
     """Run a machine beside logs and tell how far they come apart. how: the logs are read."""
     from identification.machines.scores import FREE_RUN
@@ -89,22 +88,16 @@ def compare_machine(
 
     with console.progress("comparing") as advance:
         fit, machine = read_machine(fitted, declaration)
-        read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
+        read = machine.logs(logs, reader=how[0], repair=console.names_of(how[1]))
         runs = machine_runs(
             machine.mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done)
         )
-        if figure:
+        if files.figure:
             from fmu_models.base.figures import save_figure
             from identification.report.machine_figures import machine_runs_figure
 
-            save_figure(machine_runs_figure(fit, runs), figure, overwrite=overwrite)
-    files = [str(figure)] if figure else []
-
-    def show(out: Any) -> None:
-        out.print(runs_report(fit, runs))
-        print_files(files, out)
-
-    console.say(json, {"machine": fit.machine, "logs": [run.to_dict() for run in runs], "files": files}, show)
+            save_figure(machine_runs_figure(fit, runs), files.figure, overwrite=files.overwrite)
+    files.say({"machine": fit.machine, "logs": [run.to_dict() for run in runs]}, lambda: runs_report(fit, runs))
 
 
 def report_machine(
@@ -121,6 +114,6 @@ def report_machine(
 
     with console.progress("reporting") as advance:
         fit, machine = read_machine(fitted, declaration)
-        read = machine.logs(logs, reader=how[0], repair=repairs(how[1]))
+        read = machine.logs(logs, reader=how[0], repair=console.names_of(how[1]))
         made = machine_findings(fit, machine.mechanism, read, progress=lambda done: advance(0.9 * done))
     say_report(made, output, overwrite, json)

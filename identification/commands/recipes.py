@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import json as json_files
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
-from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FigurePath, print_files, write_text
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from fmu_models.base.figures import check_files
+from fmu_models.base.record import record
+from identification.commands.fits import FigurePath, write_text
 
 RecipeArgument = Annotated[
     str, typer.Argument(metavar="RECIPE", help="A TOML file, or a name of 'stickslip data'.", show_default=False)
@@ -31,36 +27,25 @@ class ResultFiles:
 
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the result as JSON.")] = None
     figure: FigurePath = None
-    overwrite: Overwrite = False
-    json: Json = False
+    overwrite: console.Overwrite = False
+    json: console.Json = False
 
     def check(self) -> None:
         """Refuse files before the work rather than after it."""
-        refuse_existing(self.result, self.figure, overwrite=self.overwrite)
-        if self.figure:
-            from fmu_models.base.figures import check_format
+        check_files(self.result, figures=[self.figure], overwrite=self.overwrite)
 
-            check_format(self.figure)
-
-    def say(self, found: dict[str, Any], report: Callable[[], Any]) -> None:
-        """Write the result if asked for, and print it as JSON, or its report and the files written."""
-        content = _finite(found)
+    def say(self, found: dict[str, Any], report: Callable[[], Any], figures: Sequence[Path] | None = None) -> None:
+        """Write the result if asked for, and print it as JSON, or its report and the files written. figures: where
+        others than the one that was asked for were drawn."""
+        content = record(found)
         if self.result:
             text = json_files.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
             write_text(self.result, text, self.overwrite)
-        files = [str(path) for path in (self.result, self.figure) if path]
+        drawn = (self.figure,) if figures is None else figures
+        files = [str(path) for path in (self.result, *drawn) if path]
 
-        def show(out: Console) -> None:
+        def show(out: console.Console) -> None:
             out.print(report())
-            print_files(files, out)
+            console.print_files(files, out)
 
         console.say(self.json, {**content, "files": files}, show)
-
-
-def _finite(value: Any) -> Any:
-    """JSON knows no NaN: None stands for a value that there is not."""
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

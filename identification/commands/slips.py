@@ -7,10 +7,9 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands.bundles import bundled
-from identification.commands.logs import ReaderOption, Repairs, repairs
+from identification.commands.logs import ReaderOption, Repairs
 from identification.commands.recipes import Log, RecipeArgument, ResultFiles
 
 
@@ -18,7 +17,7 @@ from identification.commands.recipes import Log, RecipeArgument, ResultFiles
 def slips(
     recipe: RecipeArgument,
     log: Log,
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     events: Annotated[
@@ -44,7 +43,7 @@ def slips(
     files.check()
     with console.warnings_said(), console.progress("looking for slips") as advance:
         given = console.assignments(settings, "constant")
-        asked = {"definition": events, "seed": seed, "reader": reader, "repair": repairs(repair)}
+        asked = {"definition": events, "seed": seed, "reader": reader, "repair": console.names_of(repair)}
         statistics, found_events = slip_statistics(read_recipe(recipe), log, given, **asked)
         advance(0.4)
         try:
@@ -60,9 +59,6 @@ def slips(
     found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
     found |= {"no_model": missing, "table": found_events.to_dict()}
 
-    def report() -> object:
-        from identification.report.slip_tables import slip_report
+    from identification.report.slip_tables import slip_report
 
-        return slip_report(statistics, model, missing)
-
-    files.say(found, report)
+    files.say(found, lambda: slip_report(statistics, model, missing))

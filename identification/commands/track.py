@@ -8,7 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.commands.bundles import bundled
-from identification.commands.calibrations import ModelLogs, ModelName, names_of
+from identification.commands.calibrations import ModelLogs, ModelName
 from identification.commands.recipes import Log, ResultFiles
 
 
@@ -43,17 +43,14 @@ def track(
         course = follow(
             model,
             log,
-            drift=names_of(drift),
-            states=None if states is None else names_of(states),
+            drift=console.names_of(drift),
+            states=None if states is None else console.names_of(states),
             progress=advance,
             **known.arguments(),
         )
         if files.figure:
             course.figure(files.figure, overwrite=files.overwrite)
 
-    def report() -> object:
-        from identification.report.course_summary import course_report
+    from identification.report.course_summary import course_report
 
-        return course_report(course)
-
-    files.say(course.to_dict(), report)
+    files.say(course.to_dict(), lambda: course_report(course))

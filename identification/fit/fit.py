@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.threads import one_blas_thread
 from identification.disturbances.term import DisturbanceTerm
 from identification.disturbances.terms import ranked, terms_of
@@ -72,8 +72,7 @@ def fit_friction(
     """
     if parameters is not None:
         options = replace(options, given=given(parameters))
-    if law_spread not in MODES:
-        raise StickslipError(f"There is no spread over laws '{law_spread}'.{nearest(law_spread, MODES)}")
+    refuse_unknown(law_spread, MODES, f"There is no spread over laws '{law_spread}'.")
     chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
     if not form.sticks and estimator != "lugre":
@@ -266,7 +265,7 @@ class _Work:
         fit = loose.contested(second, verdict)
         plain = conclude(self.ready, as_stated(first), DEFAULT_INFERENCE, sticks=False)
         warnings = (*(stuck(fit, plain) if failed is None else ()), *fit.warnings)
-        structure = (*fit.structure, *_assumed(causes))
+        structure = (*fit.structure, *[f"{cause.words[0].lower()}{cause.words[1:]}: estimated" for cause in causes])
         return replace(fit, causes=causes, plain=plain.parameters, structure=structure, warnings=warnings)
 
 
@@ -289,7 +288,3 @@ def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> F
     if failed is not None:
         raise KeyboardInterrupt
     return replace(plain, warnings=(f"Interrupted: {missing}; this is the fit without any.", *plain.warnings))
-
-
-def _assumed(causes: Sequence[Cause]) -> list[str]:
-    return [f"{cause.words[0].lower()}{cause.words[1:]}: estimated" for cause in causes]

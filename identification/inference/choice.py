@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from identification.inference.bootstrap import LEAST, bootstrap
 from identification.inference.bound import cramer_rao
@@ -41,8 +41,7 @@ class Inference(Shown):
     level: float = 0.95
 
     def __post_init__(self) -> None:
-        if self.covariance not in COVARIANCES:
-            raise StickslipError(f"There is no covariance '{self.covariance}'.{nearest(self.covariance, COVARIANCES)}")
+        refuse_unknown(self.covariance, COVARIANCES, f"There is no covariance '{self.covariance}'.")
         if self.covariance == "bootstrap" and self.draws < LEAST:
             raise StickslipError(
                 f"A bootstrap of {self.draws} draws gives no standard deviation; take {LEAST} or more, usually 200."

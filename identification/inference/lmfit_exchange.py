@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from identification.inference.problem import Problem, Search, Solution, identifier
 
 if TYPE_CHECKING:
@@ -53,10 +53,7 @@ class Given:
         """
         identifiers = [identifier(name) for name in names]
         for name in self.bounds:
-            if name not in identifiers:
-                raise StickslipError(
-                    f"The fit has no unknown '{name}'; it has {', '.join(identifiers)}.{nearest(name, identifiers)}"
-                )
+            refuse_unknown(name, identifiers, f"The fit has no unknown '{name}'; it has {', '.join(identifiers)}.")
 
     def fixed(self, problem: Problem) -> dict[str, float]:
         """Unknowns of a problem that are held."""

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 
 Progress = Callable[[int, float], None]
 """Called with the number of evaluations so far and the sum of squares; what it raises ends the search."""
@@ -254,8 +254,7 @@ def solve(
     fixed = dict(fixed or {})
     names = [unknown.name for unknown in problem.unknowns]
     for name in fixed:
-        if name not in names:
-            raise StickslipError(f"The problem has no unknown '{name}'.{nearest(name, names)}")
+        refuse_unknown(name, names, f"The problem has no unknown '{name}'.")
     search = Search(problem, [name not in fixed for name in names], progress)
     initial = np.array(problem.start() if start is None else start, dtype=float)
     initial[[names.index(name) for name in fixed]] = list(fixed.values())

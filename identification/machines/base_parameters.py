@@ -9,7 +9,6 @@ pivots.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,7 +102,7 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
             index,
             regressor.names[index],
             regressor.units[index],
-            _others(regressor.names, row, index),
+            tuple((regressor.names[i], float(row[i])) for i in map(int, np.flatnonzero(row)) if i != index),
             bool(regressor.frictional[index]),
         )
         for index, row in zip(taken, combine, strict=True)
@@ -111,10 +110,6 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
     silent = tuple(n for n, size in zip(regressor.names, sizes, strict=True) if size == 0 and n != GIVEN)
     column = regressor.names.index(GIVEN) if GIVEN in regressor.names else None
     return Base(parameters, combine, silent, column)
-
-
-def _others(names: Sequence[str], row: np.ndarray, index: int) -> tuple[tuple[str, float], ...]:
-    return tuple((names[i], float(row[i])) for i in map(int, np.flatnonzero(row)) if i != index)
 
 
 def _factor(value: float) -> str:

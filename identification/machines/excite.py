@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
 from identification.machines.base_parameters import base_parameters
@@ -117,15 +117,11 @@ def excite(
         tuple(tuple(row) for row in cosines.tolist()),
         rate,
         NOISE,
-        _condition(columns),
+        float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0))),
         design.cost(first) - design.cost(optimum),
         dict(zip(base.names, spread.tolist(), strict=True)),
         {parameter.name: parameter.unit for parameter in base.parameters},
     )
-
-
-def _condition(columns: np.ndarray) -> float:
-    return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
 
 
 def _motion(
@@ -151,10 +147,7 @@ class _Room:
         ]
         quantities = [name for group in names for name in group]
         for name, (low, high) in limits.items():
-            if name not in quantities:
-                raise StickslipError(
-                    f"{mechanism.name} has no coordinate, velocity or effort '{name}'.{nearest(name, quantities)}"
-                )
+            refuse_unknown(name, quantities, f"{mechanism.name} has no coordinate, velocity or effort '{name}'.")
             if not low < high:
                 raise StickslipError(f"The limits of '{name}', {low:g} to {high:g}, leave nothing.")
             if name not in names[0] and not low < 0 < high:

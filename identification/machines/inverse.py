@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Input
 from identification.inference.lmfit_exchange import given
@@ -53,8 +53,7 @@ def identify_machine(
     Raises:
         StickslipError: as in `regressor_of`, `motions` and `solve_machine`.
     """
-    if method not in METHODS:
-        raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
+    refuse_unknown(method, METHODS, f"There is no method '{method}'.")
     if not logs:
         raise StickslipError("There is no log. Give one, better several.")
     regressor = regressor_of(mechanism, known)

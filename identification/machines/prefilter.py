@@ -61,10 +61,7 @@ class Prefilter:
 
     def transposed(self, values: np.ndarray) -> np.ndarray:
         """W' of values (rows, ...): each series from its end."""
-        return self._turned()(values[::-1])[::-1]
-
-    def _turned(self) -> Prefilter:
-        return Prefilter(self.corners, self.step, self.series[::-1], self.joint[::-1])
+        return Prefilter(self.corners, self.step, self.series[::-1], self.joint[::-1])(values[::-1])[::-1]
 
     def _each(self) -> list[tuple[float, np.ndarray]]:
         """Corner and rows of each series that is filtered."""

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.language.contacts import Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Input, Parameter
@@ -115,8 +115,7 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
 def _known_values(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
     by_name = {p.name: p for p in mechanism.parameters}
     for name in values:
-        if name not in by_name:
-            raise StickslipError(f"{mechanism.name} has no parameter '{name}'.{nearest(name, by_name)}")
+        refuse_unknown(name, by_name, f"{mechanism.name} has no parameter '{name}'.")
     return {by_name[name]: float(value) for name, value in values.items()}
 
 

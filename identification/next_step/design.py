@@ -28,6 +28,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown, Tabular
 from identification.estimators.shooting_problem import ZERO_UNCERTAINTY
 from identification.estimators.shooting_segments import STARTS
+from identification.fit.parts import FittedParameter
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST
@@ -145,7 +146,7 @@ def design(
             run = _steady(law, fit, rig, v, precision * duration * RATE)
             results.append(_candidate(fit, "steady sliding", v / rig.r, rig.N, run, fisher, run.information))
     ranked = tuple(sorted(results, key=lambda c: (c.refused is not None, -c.gain)))
-    names = [parameter.name for parameter in fit.parameters]
+    names = [parameter.name for parameter in _found(fit)]
     sds = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(fisher))).tolist(), strict=True))
     advice = _advice(ranked, sds, _index(fisher), duration) + _holds(fit) + _reversal(fit)
     return Design(ranked, sds, _index(fisher), duration, advice)
@@ -168,7 +169,7 @@ class _Experiments:
 
         self.fit, self.law, self.rig, self.disc = fit, law, fitted_rig(fit), fit.contacts[0][-1]
         self.model = fitted_model(fit)
-        by = (*(f"{name}{self.disc}" for name in law.names), *STARTS)
+        by = (*(f"{parameter.name}{self.disc}" for parameter in _found(fit)), *STARTS)
         self.run = SensitiveRun(self.model.fmu, by=by, recorded=STARTS)
         self.seen: dict[tuple[float, float], _Seen] = {}
 
@@ -185,7 +186,7 @@ class _Experiments:
         return self.seen[w, N]
 
     def _stick_slip(self, w: float, N: float) -> _Seen:
-        nothing, rig = np.zeros((len(self.law.parameters),) * 2), self.rig
+        nothing, rig = np.zeros((len(_found(self.fit)),) * 2), self.rig
         fit = loaded(self.fit, N)
         span = OBSERVED * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
         try:
@@ -217,8 +218,7 @@ class _Experiments:
             inputs={f"w{self.disc}": w},
         )
         slope = self.rig.R * seen.derivative[:, 0]
-        count = len(self.law.parameters)
-        columns, by_start = slope[:, :count], slope[:, count:]
+        columns, by_start = np.split(slope, [-len(STARTS)], axis=1)
         free = columns - by_start @ np.linalg.lstsq(by_start, columns, rcond=None)[0]
         return free.T @ free
 
@@ -228,14 +228,20 @@ def loaded(fit: FrictionFit, N: float) -> FrictionFit:
     return replace(fit, constants=tuple(replace(c, value=N) if c.name == "N" else c for c in fit.constants))
 
 
+def _held(fit: FrictionFit) -> np.ndarray:
+    """(m,) which parameters of the law have a value that was not found."""
+    return np.array([parameter.held for parameter in fit.parameters])
+
+
+def _found(fit: FrictionFit) -> list[FittedParameter]:
+    """The parameters that a design is of."""
+    return [parameter for parameter in fit.parameters if not parameter.held]
+
+
 def _covariance(fit: FrictionFit) -> np.ndarray:
-    deviation = np.array([parameter.standard_deviation for parameter in fit.parameters])
-    fixed = ", ".join(parameter.name for parameter in fit.parameters if parameter.held)
-    if fixed:
-        raise StickslipError(
-            f"The fit holds {fixed} at a value: a design is of parameters that are found. Fit them all."
-        )
-    covariance = np.array(fit.correlation) * np.outer(deviation, deviation)
+    deviation = np.array([parameter.standard_deviation for parameter in _found(fit)])
+    free = np.flatnonzero(~_held(fit))
+    covariance = np.array(fit.correlation)[np.ix_(free, free)] * np.outer(deviation, deviation)
     if not np.all(np.isfinite(covariance)) or not np.all(np.linalg.eigvalsh(covariance) > 0):
         raise StickslipError(
             "The fit does not determine its parameters one by one, so that there is nothing to build a design on. Pool "
@@ -254,7 +260,7 @@ def _sliding_speeds(fit: FrictionFit, law: FittableLaw, rig: RigValues) -> Itera
 
 
 def _steady(law: FittableLaw, fit: FrictionFit, rig: RigValues, v: float, precision: float) -> _Seen:
-    g = law.gradient(np.array([v]), fit.law_values)[:, 0]
+    g = law.gradient(np.array([v]), fit.law_values)[~_held(fit), 0]
     scale = rig.R**2 * rig.N / rig.k
     return _Seen(scale**2 * np.outer(g, g) / (ZERO_UNCERTAINTY**2 + 1 / precision), v)
 
@@ -265,7 +271,7 @@ def _candidate(
     then = fisher + added
     deviations = np.sqrt(np.diag(np.linalg.inv(then)))
     ratio = np.exp(np.mean(np.log(deviations / np.sqrt(np.diag(np.linalg.inv(fisher))))))
-    names = [parameter.name for parameter in fit.parameters]
+    names = [parameter.name for parameter in _found(fit)]
     named = dict(zip(names, deviations.tolist(), strict=True))
     return Candidate(kind, float(w), float(N), named, float(1 - ratio), _index(then), run.greatest_slip, run.refused)
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Tabular
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
@@ -101,12 +101,14 @@ def rank_experiments(
     names = [one.name for one in calibration.parameters if one.name in fmu.parameters]
     known = [*fmu.inputs, *(name for name in fmu.parameters if name not in names), *fmu.states]
     for name in dict.fromkeys(name for one in candidates for name in one):
-        if name not in known:
-            raise StickslipError(f"'{name}' is nothing that an experiment on {calibration.model} can set: "
-                                 f"no input, held parameter or state.{nearest(name, known)}")  # fmt: skip
+        refuse_unknown(
+            name,
+            known,
+            f"'{name}' is nothing that an experiment on {calibration.model} can set: "
+            f"no input, held parameter or state.",
+        )
     for name in only:
-        if name not in names:
-            raise StickslipError(f"{calibration.model} was calibrated without '{name}'.{nearest(name, names)}")
+        refuse_unknown(name, names, f"{calibration.model} was calibrated without '{name}'.")
     noise = {line.variable: line.rms for line in calibration.residuals if line.variable in fmu.variables}
     if not (duration > 0 and samples > len(names) and noise and names):
         raise StickslipError(

@@ -144,7 +144,7 @@ def meaning(found: Calibration) -> str:
     return f"By a {found.method}. Deviations: {how}."
 
 
-def draw_calibration(axes: Axes, found: Calibration) -> None:
+def draw_calibration(found: Calibration, axes: Axes) -> None:
     """The first measured variable of the first log, and the model's free run."""
     log, run = found.log(0), found.free_run(0)
     name = next(iter(log.measured))

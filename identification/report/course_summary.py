@@ -38,7 +38,7 @@ def ends_table(course: Course) -> Table:
     return table(f"Along {course.log}, {len(course.nodes)} segments", columns, rows)
 
 
-def draw_course(axes: Axes, course: Course) -> None:
+def draw_course(course: Course, axes: Axes) -> None:
     """What drifts over time, with two deviations to either side; the first state where nothing does."""
     if course.parameters:
         for place, path in enumerate(course.parameters):

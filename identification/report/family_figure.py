@@ -57,9 +57,9 @@ def family_figure(family: FamilyComparison) -> Figure:
         row, column = divmod(number, columns)
         axes = figure.add_subplot(grid[2 * row, column], sharex=first, sharey=first)
         first = first or axes
-        draw_portrait(axes, one, labelled=column == 0)
+        draw_portrait(one, axes, labelled=column == 0)
         _strip(figure.add_subplot(grid[2 * row + 1, column]), one, contacts, labelled=column == 0)
-    draw_diagram(figure.add_subplot(grid[2 * rows, :]), family, contacts)
+    draw_diagram(family, figure.add_subplot(grid[2 * rows, :]))
     figure.legend(handles=_key(members), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
     return figure
 
@@ -83,7 +83,7 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
     return shown
 
 
-def draw_portrait(axes: Axes, one: PortraitComparison, *, labelled: bool = True) -> None:
+def draw_portrait(one: PortraitComparison, axes: Axes, *, labelled: bool = True) -> None:
     """The measured cycle and the model's in the phase plane."""
     closed = np.append(np.arange(PHASES), 0)
     rest = {"marker": "o", "markersize": 13, "color": MEASURED["color"], "linestyle": "none"}
@@ -129,8 +129,9 @@ def _bars(strip: np.ndarray) -> list[tuple[float, float]]:
     return [(float(first) / PHASES, float(last - first) / PHASES) for first, last in shown]
 
 
-def draw_diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) -> None:
+def draw_diagram(family: FamilyComparison, axes: Axes) -> None:
     """Share of stick over the drive speed, with bracket and prediction of every bifurcation."""
+    contacts = tuple(family.members[0].drive_speeds)
     for contact, mark in zip(contacts, MARKS, strict=False):
         speeds = [member.drive_speeds[family.varied] for member in family.members]
         shares = {

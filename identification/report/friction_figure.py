@@ -144,7 +144,7 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
     return f"{values}\n± one standard deviation, {parts} together{least}{corrected}"
 
 
-def draw_fit(axes: Axes, fit: FrictionFit) -> None:
+def draw_fit(fit: FrictionFit, axes: Axes) -> None:
     """The fitted law of each disc over slip speed, and the means that the estimator used, with 95 % intervals."""
     reach = 1.05 * max((one.slip for one in fit.bins), default=1.0)
     speed = np.linspace(min(0.0, 1.05 * min((one.slip for one in fit.bins), default=0.0)), reach, 300)

@@ -80,7 +80,7 @@ def machine_fit_figure(
     return figure
 
 
-def draw_effort(axes: Axes, fit: MachineFit) -> None:
+def draw_effort(fit: MachineFit, axes: Axes) -> None:
     """Effort in time of the joint that is predicted worst, measured and of the model."""
     place = max(range(len(fit.joints)), key=lambda joint: fit.joints[joint].seen.relative_error)
     pieces = fitted_efforts(fit)

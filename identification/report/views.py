@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING
@@ -30,11 +32,25 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 WIDTH = 100  # characters of a line
+DRAWN = {
+    FrictionFit: draw_fit,
+    FamilyComparison: draw_diagram,
+    PortraitComparison: draw_portrait,
+    MachineFit: draw_effort,
+    Calibration: draw_calibration,
+    Course: draw_course,
+}
+REPORTS = {FrictionFit: fit_summary, MachineFit: machine_report, Calibration: calibration_report, Course: course_report}
 
 
-@draw.register(FrictionFit)
-def _(fit: FrictionFit, axes: Axes) -> None:
-    draw_fit(axes, fit)
+def _printed(report: Callable[..., RenderableType], result: object) -> str:
+    return _text(report(result))
+
+
+for kind, drawing in DRAWN.items():
+    draw.register(kind, drawing)
+for kind, report in REPORTS.items():
+    tell.register(kind, partial(_printed, report))
 
 
 @move.register(FrictionFit)
@@ -48,16 +64,6 @@ def _(fit: FrictionFit) -> str:
         return f"<p>Not live: {escape(str(error))}</p>"
 
 
-@draw.register(FamilyComparison)
-def _(family: FamilyComparison, axes: Axes) -> None:
-    draw_diagram(axes, family, tuple(family.members[0].drive_speeds))
-
-
-@draw.register(PortraitComparison)
-def _(portrait: PortraitComparison, axes: Axes) -> None:
-    draw_portrait(axes, portrait)
-
-
 @draw.register(LawComparison)
 def _(laws: LawComparison, axes: Axes) -> None:
     """By how much each law is behind the first."""
@@ -65,41 +71,6 @@ def _(laws: LawComparison, axes: Axes) -> None:
     axes.barh(names, [score.bic - laws.best.bic for score in laws.scores], color="0.6", edgecolor="black")
     axes.invert_yaxis()
     axes.set_xlabel("BIC behind that of the first law (above 10: very strong)")
-
-
-@draw.register(MachineFit)
-def _(fit: MachineFit, axes: Axes) -> None:
-    draw_effort(axes, fit)
-
-
-@draw.register(Calibration)
-def _(found: Calibration, axes: Axes) -> None:
-    draw_calibration(axes, found)
-
-
-@tell.register(Calibration)
-def _(found: Calibration) -> str:
-    return _text(calibration_report(found))
-
-
-@draw.register(Course)
-def _(course: Course, axes: Axes) -> None:
-    draw_course(axes, course)
-
-
-@tell.register(Course)
-def _(course: Course) -> str:
-    return _text(course_report(course))
-
-
-@tell.register(MachineFit)
-def _(fit: MachineFit) -> str:
-    return _text(machine_report(fit))
-
-
-@tell.register(FrictionFit)
-def _(fit: FrictionFit) -> str:
-    return _text(fit_summary(fit))
 
 
 @tell.register(FamilyComparison)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Tabular
 from identification.inference.uncertainty import lag_count, student
@@ -137,16 +137,15 @@ def slip_statistics(
             f"Recipe {recipe.name} needs [slips] and [signals.{FRICTION}] for slip statistics; without them it is one "
             "for 'stickslip inverse'."
         )
-    if definition not in DEFINITIONS:
-        raise StickslipError(
-            f"There is no definition '{definition}' of a slip event; there are {' and '.join(DEFINITIONS)}."
-            f"{nearest(definition, DEFINITIONS)}"
-        )
+    refuse_unknown(
+        definition,
+        DEFINITIONS,
+        f"There is no definition '{definition}' of a slip event; there are {' and '.join(DEFINITIONS)}.",
+    )
     if definition == "every" and "share" in (settings or {}):
         raise StickslipError("'share' tells large slips from partial ones; with the definition 'every' there is none.")
     for name in settings or {}:
-        if name not in SETTINGS:
-            raise StickslipError(f"There is no setting '{name}'.{nearest(name, SETTINGS)}")
+        refuse_unknown(name, SETTINGS, f"There is no setting '{name}'.")
     rig = {**read_slips(recipe), **(settings or {})}
     share = rig.pop("share")
     if not 0 <= share < 1:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.language.mechanism import Mechanism
 from identification.calibration.result import Calibration
 from identification.fit.parts import AT_LEAST
@@ -127,8 +127,7 @@ def _chosen(
     values: Mapping[str, HandedValue], only: Sequence[str], renamed: Mapping[str, str] | None
 ) -> tuple[HandedValue, ...]:
     for name in (*only, *(renamed or {})):
-        if name not in values:
-            raise StickslipError(f"The fit hands on no '{name}'.{nearest(name, values)}")
+        refuse_unknown(name, values, f"The fit hands on no '{name}'.")
     chosen = [values[name] for name in values if not only or name in only]
     chosen = [replace(value, target=(renamed or {}).get(value.name, value.name)) for value in chosen]
     targets = [value.target for value in chosen]

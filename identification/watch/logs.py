@@ -66,7 +66,7 @@ def seen_logs(folder: Path) -> list[Seen]:
 
 def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
     """Describe and fit one log; what it gives, or why it is refused."""
-    checksum = _checksum(folder, seen)
+    checksum = hashlib.sha256("".join(file_hash(folder / name) for name in seen.files).encode()).hexdigest()
     recorded = max(at for _, at in seen.files.values()) * 1e-9
     twin = state.twin(checksum)
     if twin is not None and twin.name != seen.name:
@@ -87,10 +87,6 @@ def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
     except StickslipError as error:
         return Entry(seen.name, seen.files, checksum, recorded, REFUSED, str(error), silent=_silent(folder, seen))
     return entry
-
-
-def _checksum(folder: Path, seen: Seen) -> str:
-    return hashlib.sha256("".join(file_hash(folder / name) for name in seen.files).encode()).hexdigest()
 
 
 def _describe(folder: Path, seen: Seen) -> None:

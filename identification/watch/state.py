@@ -10,6 +10,7 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
+from fmu_models.base.plain_values import from_plain
 from fmu_models.base.trust import admit
 
 VERSION = 1
@@ -78,20 +79,8 @@ def read_state(path: Path, *, trust: bool = False) -> State:
         plain = json.loads(path.read_text(encoding="utf-8"))
         if plain["type"] != "stickslip watch" or plain["version"] != VERSION:
             raise KeyError("version")
-        entries = tuple(
-            Entry(
-                **{
-                    **entry,
-                    "files": {name: (int(size), int(at)) for name, (size, at) in entry["files"].items()},
-                    "values": {name: (float(value), float(sd)) for name, (value, sd) in entry["values"].items()},
-                    "silent": tuple(entry["silent"]),
-                    "calls": tuple(entry["calls"]),
-                }
-            )
-            for entry in plain["entries"]
-        )
-        state = State(str(plain["law"]), str(plain["estimator"]), entries)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        state = from_plain(State, {key: value for key, value in plain.items() if key not in ("type", "version")}, "it")
+    except (OSError, ValueError, KeyError, TypeError, StickslipError) as error:
         raise StickslipError(
             f"'{path}' is not the state of a watch ({type(error).__name__}: {error}). Remove it to begin anew, or name "
             "another one: --state FILE."

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.base.unit_names import conversion_factor
 
@@ -71,8 +71,7 @@ class Disturbances(Shown):
         sizes: dict[str, float] = {}
         for text in texts:
             name, _, size = (side.strip() for side in text.partition("="))
-            if name not in UNITS:
-                raise StickslipError(f"There is no disturbance '{name}'.{nearest(name, UNITS)}")
+            refuse_unknown(name, UNITS, f"There is no disturbance '{name}'.")
             if name in sizes:
                 raise StickslipError(f"The disturbance '{name}' is given twice. Give it once.")
             match = _SIZE.fullmatch(size)

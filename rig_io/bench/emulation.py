@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple, held_duration
@@ -93,10 +93,7 @@ class Emulation(Shown):
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
         if len(self.discs) > 2:
             raise StickslipError(f"'{self.name}': the rig has places for two driving discs, not {len(self.discs)}.")
-        if self.arrangement not in MODELS:
-            raise StickslipError(
-                f"'{self.name}': there is no arrangement '{self.arrangement}'.{nearest(self.arrangement, MODELS)}"
-            )
+        refuse_unknown(self.arrangement, MODELS, f"'{self.name}': there is no arrangement '{self.arrangement}'.")
         if self.arrangement != "together" and len(self.discs) != 2:
             raise StickslipError(
                 f"'{self.name}': discs arranged '{self.arrangement}' are two, not {len(self.discs)}. Give both."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import refuse_unknown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,6 +49,5 @@ def material(name: str) -> Material:
     Raises:
         StickslipError: unknown name.
     """
-    if name not in MATERIALS:
-        raise StickslipError(f"There is no material '{name}'.{nearest(name, MATERIALS)}")
+    refuse_unknown(name, MATERIALS, f"There is no material '{name}'.")
     return MATERIALS[name]

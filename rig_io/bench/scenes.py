@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.scene.scene import Drive, Scene
 from rig_io.bench.drive import Ripple, held_duration
 from rig_io.bench.emulation import RIG, Disc, Emulation
@@ -107,8 +107,7 @@ def _sensors(scene: Scene) -> dict[str, Any]:
     names = (*_FITTED, *_TIMES, "holds", "smoothing")
     for key, raw in scene.sensors.items():
         where = f"{scene.path}, line {scene.lines[key]}"
-        if key not in names:
-            raise StickslipError(f"{where}: '{key}' is not a key in [sensors].{nearest(key, names)}")
+        refuse_unknown(key, names, f"{where}: '{key}' is not a key in [sensors].")
         if key in _FITTED:
             if not isinstance(raw, bool):
                 raise StickslipError(f"{where}: '{key}' must be true or false, found {raw!r}.")

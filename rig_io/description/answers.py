@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.files import existing
 from fmu_models.base.toml_document import Document, read_document
 from rig_io.joining.joined import RULES
@@ -60,8 +60,7 @@ class Answers:
             if name not in VALUES and not name.startswith(SPEED):
                 raise StickslipError(f"There is no value '{name}' to be set.{nearest(name, (*VALUES, f'{SPEED}FILE'))}")
         for file, kind in self.kinds.items():
-            if kind not in KINDS:
-                raise StickslipError(f"'{file}': there is no kind of experiment '{kind}'.{nearest(kind, KINDS)}")
+            refuse_unknown(kind, KINDS, f"'{file}': there is no kind of experiment '{kind}'.")
         if self.join is not None and self.join not in (*RULES, NONE):
             raise StickslipError(f"There is no way to join files '{self.join}'.{nearest(self.join, (*RULES, NONE))}")
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import conversion
@@ -149,8 +149,7 @@ def check_named(draft: Draft) -> None:
         if not any(is_named(key, path, name, len(t.columns)) for path, t in draft.tables for name in t.columns):
             raise StickslipError(f"There is no column '{key}' in the logs.{nearest(key, sorted(names))}")
     for name in draft.answers.kinds:
-        if name not in files:
-            raise StickslipError(f"There is no log '{name}'.{nearest(name, files)}")
+        refuse_unknown(name, files, f"There is no log '{name}'.")
     for name in draft.answers.values:
         if name.startswith(SPEED) and name.removeprefix(SPEED) not in files:
             raise StickslipError(f"'{name}': there is no such log.{nearest(name.removeprefix(SPEED), files)}")

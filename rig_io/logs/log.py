@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown, Tabular, span
 from rig_io.logs.arrangement import Arrangement
 
@@ -70,8 +70,7 @@ class RigConstants(Shown):
     def quantity(self, name: str) -> Quantity:
         """One constant with unit and uncertainty; errors as in `value`."""
         names = [f.name for f in fields(self)]
-        if name not in names:
-            raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, names)}")
+        refuse_unknown(name, names, f"The rig has no constant '{name}'.")
         constant = getattr(self, name)
         if constant is None:
             unit = RIG_UNITS[name]
@@ -248,8 +247,7 @@ class RigLog(Tabular):
         Raises:
             StickslipError: the log has no such column.
         """
-        if name not in self.columns:
-            raise StickslipError(f"Log '{self.name}' has no column '{name}'.{nearest(name, self.columns)}")
+        refuse_unknown(name, self.columns, f"Log '{self.name}' has no column '{name}'.")
         return self.columns[name]
 
     def pieces(self) -> tuple[RigLog, ...]:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 
 SUFFIXES = (".gz", ".zip")
 LARGEST = 4 << 30  # bytes that a log may have unpacked
@@ -55,8 +55,7 @@ def _zip(path: Path, room: Path, member: str | None) -> Path:
                 f"FILE --read {MEMBER}=NAME, or unpack it."
             )
         name = member or next(iter(files))
-        if name not in files:
-            raise StickslipError(f"'{path}' holds no file '{name}'.{nearest(name, files)}")
+        refuse_unknown(name, files, f"'{path}' holds no file '{name}'.")
         target = room / Path(name).name
         with archive.open(files[name]) as packed:
             _copy(path, packed, target)

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from rig_io.logs import stamps
 
 HEAD = 1 << 18  # bytes that are looked at
@@ -211,8 +211,7 @@ def _asked(path: Path, name: str, choices: Mapping[str, str], options: Mapping[s
     choice = options[name]
     if choice in choices.values():
         return [choice]
-    if choice not in choices:
-        raise StickslipError(f"'{path}': the {name} '{choice}' is unknown.{nearest(choice, choices)}")
+    refuse_unknown(choice, choices, f"'{path}': the {name} '{choice}' is unknown.")
     return [choices[choice]]
 
 

@@ -14,7 +14,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, get_args
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.unit_names import conversion
 from rig_io.logs.arrangement import Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
@@ -110,8 +110,7 @@ def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
     constants: dict[str, Quantity] = {}
     for name in entries:
         at = f"{where}: rig constant '{name}'"
-        if name not in RIG_UNITS:
-            raise StickslipError(f"{at} is unknown.{nearest(name, RIG_UNITS)}")
+        refuse_unknown(name, RIG_UNITS, f"{at} is unknown.")
         entry = mapping(entries, name, where)
         if entry.get("value", 0) is None:
             continue  # asked for, and not known
@@ -138,8 +137,7 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
         if instrument in LOADS:
             instruments[instrument] = _load(mapping(entries, instrument, where), at)
             continue
-        if instrument not in kinds:
-            raise StickslipError(f"{at}: there is no such instrument.{nearest(instrument, kinds)}")
+        refuse_unknown(instrument, kinds, f"{at}: there is no such instrument.")
         kind, entry = kinds[instrument], dict(mapping(entries, instrument, where))
         # what was asked for and is not known
         entry = {key: value for key, value in entry.items() if value is not None and key != "guessed"}
@@ -152,8 +150,7 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
         if needed not in entry:
             raise StickslipError(f'{at} lacks "{needed}".')
         for key in entry:
-            if key not in names:
-                raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, names)}")
+            refuse_unknown(key, names, f"{at} has the unknown entry '{key}'.")
             if key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
                 if key == "counter_bits" and entry[key] not in range(4, 65):
@@ -181,8 +178,7 @@ def _load(entry: Mapping[str, Any], at: str) -> LoadCalibration:
 
 def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
     for key in entry:
-        if key not in EXPERIMENT_KEYS:
-            raise StickslipError(f"{where}: an experiment has no key '{key}'.{nearest(key, EXPERIMENT_KEYS)}")
+        refuse_unknown(key, EXPERIMENT_KEYS, f"{where}: an experiment has no key '{key}'.")
     kind = entry.get("kind", "stick-slip")
     if kind not in ("stick-slip", "free-decay"):
         raise StickslipError(f"{where}: experiment kind {kind!r} is unknown. Expected 'stick-slip' or 'free-decay'.")

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from faces import Face, face
 from fmpy.validation import validate_fmu
+from quick_export import quick_export
+from resetting import wheel
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built, export
@@ -19,14 +21,16 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Event
 
-# friction, rigid impacts, rigid impacts with friction, a compliant stop, a switch (which has no clocks)
-MODELS = ("block_on_belt", "bouncing_ball", "woodpecker", "discontinuous_support", "two_domain_oscillator")
+# friction, rigid impacts, rigid impacts with friction, a compliant stop, a switch without clocks, one that resets
+MODELS = ("block_on_belt", "bouncing_ball", "woodpecker", "discontinuous_support", "two_domain_oscillator", "wheel")
 STOP = 3.0
 ERROR = 3
 
 
 @pytest.fixture(scope="module", params=MODELS)
-def clocked(request: pytest.FixtureRequest) -> Fmu:
+def clocked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Fmu:
+    if request.param == "wheel":
+        return Fmu.open(quick_export(wheel(), tmp_path_factory.mktemp("wheel") / "wheel.fmu"))
     return Fmu.open(built(request.param))
 
 
@@ -42,6 +46,8 @@ def expected(fmu: Fmu, events: list[Event]) -> list[tuple[float, str]]:
             ticks.append((e.time, f"{e.contact}.slip"))
         if (kind == "ImpactState" and e.is_impact) or (kind == "StopState" and (e.before, e.after) == (2, 3)):
             ticks.append((e.time, f"{e.contact}.impact"))
+        if e.contact == "spoke":
+            ticks.append((e.time, "spoke.reset"))
     return sorted(ticks)
 
 

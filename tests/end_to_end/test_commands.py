@@ -191,6 +191,8 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         assert stickslip("emulate", folder, "--seed", 5, "--speeds", "0.83", "--duration", "4").code == 0
     for path in (tmp_path / "one").glob("*.csv"):
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+    # without a word the rig has all of its sensors
+    assert {"laser", "encoder_count", "drive0_count"} <= set(read_package(tmp_path / "one")[0].columns)
 
 
 def test_a_disturbance_of_the_bench_is_emulated_as_it_is_said(stickslip, tmp_path):

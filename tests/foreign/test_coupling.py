@@ -120,6 +120,18 @@ def test_a_first_step_far_too_long_is_taken_back(folder):
     assert run["a.x"][-1] == pytest.approx(place(4.0), abs=1e-3)
 
 
+def test_an_output_between_two_steps_does_not_shorten_those_after(folder):
+    """A step that is cut for an output is as short as it may be: the next is as long as that before."""
+    fmu = exported("mass", folder)
+    run, cut = (
+        couple(masses(fmu, solver="jacobi", tolerance=1e-6, stop_time=5.0), output_times=times)
+        for times in ([0.0, 5.0], [0.0, 1.0, 1.0 + 1e-7, 2.0, 2.0 + 1e-7, 5.0])
+    )
+    # two halves and the whole of each of four steps more, of two that are parted, and what the places of all change
+    assert cut.steps <= run.steps + 3 * 6 + 3
+    assert cut["a.x"][-1] == pytest.approx(place(5.0), abs=1e-3)
+
+
 def test_units_without_state_take_fixed_steps_and_it_is_said(model: Models):
     units = {"a": Unit(model("integers")), "b": Unit(model("integers"), inputs={"u": 2.0})}
     run = couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), step=0.01, stop_time=1.0))

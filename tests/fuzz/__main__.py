@@ -45,43 +45,46 @@ def main() -> int:
         print(f"no sanitizers: {reason}", flush=True)
     groups = [group for native in (True, False) if (group := [t for t in chosen if t.native == native])]
     found = 0
-    try:
-        for group in groups:
-            found += _hunted(group, asked.seed, 60.0 * asked.minutes / len(groups), asked.case, asked.cases)
-    except KeyboardInterrupt:
-        print("interrupted", flush=True)
-        return 130
+    for group in groups:
+        number, interrupted = _hunted(group, asked.seed, 60.0 * asked.minutes / len(groups), asked.case, asked.cases)
+        found += number
+        if interrupted:
+            print("interrupted", flush=True)
+            return 130
     print(f"{found} findings" if found != 1 else "1 finding", flush=True)
     return 1 if found else 0
 
 
-def _hunted(targets: list[Target], seed: int, seconds: float, case: int | None, cases: int | None) -> int:
-    """The number of findings, which are printed with what led to them."""
+def _hunted(targets: list[Target], seed: int, seconds: float, case: int | None, cases: int | None) -> tuple[int, bool]:
+    """The number of findings, which are printed with what led to them, and whether it was broken off."""
     begin = said = time.monotonic()
-    found = 0
+    found, interrupted = 0, False
     done: Counter[str] = Counter()
     counts: defaultdict[str, Counter[str]] = defaultdict(Counter)
     if case is not None or cases is not None:
         targets = [replace(target, weight=1) for target in targets]
     rounds = {} if cases is None else {"rounds": cases}
     repeated = {"first": case, "rounds": 1, "processes": 1} if case is not None else rounds
-    for outcome in hunt(targets, seed, seconds, **repeated):
-        if isinstance(outcome, Finding):
-            found += 1
-            print(f"\n{outcome}", flush=True)
-            continue
-        done[outcome.name] += 1
-        counts[outcome.name] += outcome.counts
-        if time.monotonic() - said > EVERY:
-            said = time.monotonic()
-            print(f"{done.total()} cases, {found} findings so far", flush=True)
+    try:
+        for outcome in hunt(targets, seed, seconds, **repeated):
+            if isinstance(outcome, Finding):
+                found += 1
+                print(f"\n{outcome}", flush=True)
+                continue
+            done[outcome.name] += 1
+            counts[outcome.name] += outcome.counts
+            if time.monotonic() - said > EVERY:
+                said = time.monotonic()
+                print(f"{done.total()} cases, {found} findings so far", flush=True)
+    except KeyboardInterrupt:
+        interrupted = True
     examined = " under sanitizers" if targets[0].native and not sanitizers.missing() else ""
     cases = ", ".join(f"{target.name} {done[target.name]}" for target in targets)  # type: ignore[assignment]
     print(f"cases{examined}: {cases}; {found} findings in {time.monotonic() - begin:.0f} s", flush=True)
     for name, counted in counts.items():
         for what, number in counted.most_common():
             print(f"  {name}: {number:6d} {what}", flush=True)
-    return found
+    return found, interrupted
 
 
 if __name__ == "__main__":

@@ -133,7 +133,7 @@ class Suite:
             scores = {t: 1.0 / (1 + probes.index(Path(t).stem)) for t in self.files if Path(t).stem in probes}
             for test in self.files:
                 if parts & set(Path(test).stem.split("_")):
-                    scores[test] = scores.get(test, 0.1) + 0.3
+                    scores[test] = scores.get(test, 0.0) + 0.1
         else:
             names = _defined(text) | {Path(file).stem}
             module, called = ".".join(Path(file).with_suffix("").parts), f"test_{Path(file).stem}"
@@ -143,6 +143,7 @@ class Suite:
                 scores[test] += (module in words) + 0.1 * (room.replace("/", ".") in words)
                 scores[test] += 0.3 * len((parts | {Path(room).name}) & set(Path(test).stem.split("_")))
                 scores[test] += 3.0 * Path(test).stem.startswith(called)
+                scores[test] += Path(test).parent.as_posix().endswith("/" + room.removeprefix("fmu_models/"))
                 scores[test] *= 0.3 if "end_to_end" in test else 1.0  # whole commands take longest
         for test, count in noticed.items():
             scores[test] = scores.get(test, 0.0) + 3.0 * min(count, 3)

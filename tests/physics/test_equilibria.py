@@ -194,6 +194,18 @@ def test_folds_and_hopf_points_meet_at_a_bogdanov_takens_point():
         assert np.abs(meeting.multipliers).max() < 1e-6
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e-3, 1e5])
+def test_the_lyapunov_coefficient_is_told_of_states_in_any_unit(unit):
+    """x = unit X, y = Y of the motion below: q of length one is along Y, so that l1 becomes 2 nu 2/(1 + unit^2)."""
+    mu = Parameter("mu", -0.1, "1", "first")
+    x, y = State("x", "1", "first", nominal=unit), State("y", "1", "second")
+    growth = mu - 0.7 * ((x / unit) ** 2 + y**2)
+    flows = {x: growth * x - unit * y, y: x / unit + growth * y}
+    (hopf,) = equilibria(made("scaled", flows, (), [x, y]), "mu", (-1, 1)).special
+    assert hopf.normal_form == pytest.approx(-1.4 * 2 / (1 + unit**2), rel=1e-6)
+    assert hopf.criticality == "supercritical"
+
+
 def test_the_lyapunov_coefficient_vanishes_at_a_bautin_point():
     """r' = mu r + nu r^3 - r^5 and l1 = 2 nu for a vector of length one."""
     mu, nu = Parameter("mu", -0.1, "1", "first"), Parameter("nu", -0.7, "1", "second")

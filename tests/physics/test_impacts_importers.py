@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
+from mechanisms import GRAVITY, MASS, mechanism
 
-from fmu_models.codegen.package import built
+from fmu_models.codegen.package import built, built_of
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.quantities import Coordinate
+from fmu_models.lowering.lower import lower
 from fmu_models.simulation.run import simulate
 
 # of CVode, with the interval of the outputs, s; at 1e-4 an interval spans many bounces
@@ -82,3 +86,17 @@ def test_the_woodpecker_goes_on_through_jamming(woodpecker: Fmu) -> None:
         assert np.abs(run[name][at] - native[name]).max() < 1e-4 * np.ptp(native[name]), name
     jammed = (run["lower_state"] == 3) & (run["lower_friction_state"] == 0)
     assert jammed.any() and not jammed.all()
+
+
+@pytest.mark.parametrize("settings", [FINE, COARSE], ids=["fine", "coarse"])
+def test_bounces_too_low_for_an_importer_rub_as_much_as_they_would(settings: tuple[float, float]) -> None:
+    """A block thrown along a rough floor that it falls on: from the end of its bounces on the impulses of the floor are
+    m g t in all, and it has lost mu g t of its speed."""
+    x, y = (Coordinate(name, "m", "place", velocity=f"v{name}") for name in "xy")
+    floor = Impact(name="floor", gap=y, restitution=Newton(0.5), slip=x.v, mu=0.3)
+    thrown = mechanism("thrown", [x, y], MASS * (x.v**2 + y.v**2) / 2, MASS * GRAVITY * y, [floor])
+    run = exchange(Fmu.open(built_of(lower(thrown))), settings, 1.0, y=0.05, vx=10.0)
+    rest = 3 * np.sqrt(2 * 0.05 / 9.81)  # (1 + e)/(1 - e) times the fall
+    after = run["time"] > rest + 0.1
+    lost = 10.0 - run["vx"] - 0.3 * 9.81 * run["time"]
+    assert np.abs(lost[after]).max() < (1e-8 if settings == FINE else 1e-6)

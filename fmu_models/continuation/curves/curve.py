@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
 from fmu_models.continuation.ended import Ended
@@ -196,7 +196,6 @@ def closed_form_of(curve: Curve, formula: Formula, parameters: Mapping[str, floa
         if name == curve.over or name in values:
             continue
         known_ones = problem.system.parameters
-        if name not in known_ones:
-            raise StickslipError(f"'{problem.name}' has no parameter '{name}'.{nearest(name, known_ones)}")
+        refuse_unknown(name, known_ones, f"'{problem.name}' has no parameter '{name}'.")
         values[name] = problem.present(name)
     return ClosedForm(formula, values)

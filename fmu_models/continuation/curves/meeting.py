@@ -63,10 +63,8 @@ def _without(condition: Condition, node: Node, miss: Passing) -> Node:
     """From the side of the miss."""
     bend = np.inf
     while True:
-        passing = node.seen.match(miss)
-        if passing is None:
-            raise Lost("the near miss is gone")
-        miss, least = passing, LEAST_MISS * passing.size(node.scales)
+        miss = node.matched(miss)
+        least = LEAST_MISS * miss.size(node.scales)
         if miss.value <= 1.5 * least:
             return _at_end(node, miss.value / _rate(node, miss))
         after = _shrunk(condition, node, miss, max(least, 0.03 * miss.value))
@@ -81,10 +79,7 @@ def _with(condition: Condition, node: Node, event: Passing) -> Node:
     least = LEAST_SPEED * event.far_speed(node.scales)
     while event.value > 1.5 * least:
         node = _shrunk(condition, node, event, max(least, 0.3 * event.value))
-        passing = node.seen.match(event)
-        if passing is None:
-            raise Lost("the event is gone")
-        event = passing
+        event = node.matched(event)
     return _at_end(node, event.value / (2.0 * _rate(node, event)))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.continuation.problem.problem import Problem, Seen, Vector, Word, cyclic
+from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector, Word, cyclic
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
@@ -93,6 +93,13 @@ class Node:
             FLIP: passing_test(multipliers, "-1"),
             NEIMARK_SACKER: passing_test(multipliers, "circle"),
         }
+
+    def matched(self, like: Passing) -> Passing:
+        """The event or miss of another motion, as this one has it. Lost: it has none."""
+        passing = self.seen.match(like)
+        if passing is None:
+            raise Lost("the event is gone" if like.slot == EVENT else "the near miss is gone")
+        return passing
 
     def state_at(self, turns: float) -> Vector:
         """(n,) the state at a phase of the forcing, in turns; of a cycle so many seconds after a place on it."""

@@ -121,9 +121,7 @@ def from_miss(start: Node, miss: Passing) -> Touch:
     """The point where a miss of a motion becomes an event. Lost: the way there leaves the word of the motion."""
     node = start
     while True:
-        passing = node.seen.match(miss)
-        if passing is None:
-            raise Lost("the near miss is gone")
+        passing = node.matched(miss)
         least = LEAST_MISS * passing.size(node.scales)
         if passing.value <= 1.5 * least:
             break

@@ -90,10 +90,7 @@ def with_event(touch: Touch, first: Node, event: Passing) -> tuple[Vector, float
             speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(neighbour.u for _, neighbour in nodes[-3:])]
             guess = extrapolated(np.array(speeds) - goal, np.array(us))
             node = node.corrected(guess, value_border(current, goal), word=first.word)
-            passing = node.seen.match(current)
-            if passing is None:
-                raise Lost("the event is gone")
-            current = passing
+            current = node.matched(current)
             nodes.append((current.value, node))
             if goal == target:
                 break

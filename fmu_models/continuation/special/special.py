@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.trace import curve_of
 from fmu_models.continuation.normal_forms.set_valued import hull_crossings
-from fmu_models.continuation.problem.node import Lost, Node, _scaled, solved
+from fmu_models.continuation.problem.node import Lost, Node, _scaled, arclength, solved
 from fmu_models.continuation.problem.problem import TIE, Vector, Word
 from fmu_models.continuation.special import kinds
 from fmu_models.continuation.special.discontinuous import Touch, event_kind
@@ -191,10 +191,7 @@ def other_direction(node: Node) -> Vector:
 
 def beside(node: Node, direction: Vector, distance: float) -> Node:
     """The motion on the branch that leaves in a direction, so far along it. Lost: there is none."""
-
-    def border(z: Vector, seen: Any) -> tuple[float, Vector]:
-        return float(direction @ (z / node.scales - node.u)) - distance, direction / node.scales
-
+    border = arclength(node.u, direction, node.scales, distance)
     towards = direction * np.sign(distance)
     return solved(node.problem, node.scales, node.u + direction * distance, border, towards=towards, word=node.word)
 

@@ -33,7 +33,9 @@ void section_step_note(void *context, const ContactEvent *event)
     const int c = event->contact;
     const int before = walk_holds(c, event->before);
     const int after = walk_holds(c, event->after);
-    const int begins = model_contact_impulsive[c] ? !before : after && !before;
+    const int begins = model_contact_impulsive[c]      ? !before
+                       : (model_contact_resets[c] & 3) ? event->reset
+                                                       : after && !before;
     if (before && !after) w->held[c] += event->time - w->contact_since[c];
     if (after && !before) w->contact_since[c] = event->time;
     w->began[c] += begins;

@@ -122,7 +122,7 @@ void accumulation_place(Run *r)
         held[c] = (signed char)(region && r->stalls[c][SLOT_TANGENTIAL] && placement_has_lever(r, c));
         if (region && r->stalls[c][SLOT_NORMAL] && r->scratch.depth[c][0] != 0.0) place_on_bound(r, c);
     }
-    contact_project(&r->at, &r->scratch, held);
+    contact_project(&r->at, &r->scratch, held, NULL);
     drop_rounding(r, before, r->at.x, MODEL_NQ, MODEL_NQ + MODEL_NV);
     run_touched(r);
 }

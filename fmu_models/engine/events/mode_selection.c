@@ -5,7 +5,9 @@
  *                 which every one that can be held starts held
  *     ties:       contacts that do not fit this by their Taylor series (contact_fit.c) change their states: all at once,
  *                 only the last of them where their number has not fallen for some rounds; until all fit
- *     project:    velocities onto zero slip of the contacts that stick, or that leave zero slip on its wrong side
+ *     project:    velocities onto zero slip of the contacts that stick, or that leave zero slip on its wrong side; the
+ *                 friction of rigid ones goes with it: what the last bounces of a chatter lack to the force that holds
+ *                 the contact until they are over, their friction lacks too
  *
  * The friction of a rigid contact is away where that opens. A contact without a lever is neither held nor projected.
  * With friction alone nothing fits only if rounding decides; then every candidate keeps its state. Closed rigid contacts
@@ -166,7 +168,7 @@ static int project(Run *r, const Trial *trial)
         r->projected[c] |= member[c];
         if (r->at.state[c] != CONTACT_STICK) stick_unweighted(&r->scratch, c);
     }
-    return any && contact_project(&r->at, &r->scratch, member);
+    return any && contact_project(&r->at, &r->scratch, member, r->at.state);
 }
 
 static RunStatus no_state(Run *r, const Trial *trial)

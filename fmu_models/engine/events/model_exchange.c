@@ -162,7 +162,7 @@ static int undo_drift(Run *r)
                                     : r->at.state[c] == CONTACT_STICK && placement_has_lever(r, c));
         any |= held[c];
     }
-    return any && contact_project(&r->at, &r->scratch, held);
+    return any && contact_project(&r->at, &r->scratch, held, NULL);
 }
 
 /* go back to where the first of the rigid contacts that arrive met its wall, and note which do there; by how much

@@ -117,7 +117,7 @@ RunStatus run_keep_without_slip(Run *r)
         held[c] = (signed char)(held[c] && placement_has_lever(r, c));
         if (r->at.state[c] != CONTACT_STICK) stick_unweighted(j, c);
     }
-    contact_project(&r->at, j, held);
+    contact_project(&r->at, j, held, NULL);
     return energy_check_projection(r, &before);
 }
 

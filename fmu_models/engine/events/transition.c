@@ -304,6 +304,15 @@ RunStatus transition_make(Run *r, int *moved)
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
+int transition_told(const Run *r, int c, int before, double *work, ContactEvent *event)
+{
+    const int reset = r->jumped[c] && (model_contact_resets[c] & 3);
+    if (r->at.state[c] == before && !r->struck[c] && !reset) return 0;
+    *event = (ContactEvent){r->at.time, c, before, r->at.state[c], reset, r->struck[c] ? *work : 0.0};
+    *work = r->struck[c] ? 0.0 : *work;
+    return 1;
+}
+
 RunStatus transition_resolve(Run *r, EventSink sink, void *context)
 {
     signed char before[NC];
@@ -326,15 +335,11 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
                 "was entered: start with a speed towards it, or away from it",
                 model_contact_names[c], r->at.time);
         }
-        if (r->at.state[c] != before[c] || r->struck[c]) {
-            r->events++;
-            if (!model_contact_impulsive[c] && accumulation_check_pace(r, c) == RUN_ERROR) return RUN_ERROR;
-            if (sink) {
-                const ContactEvent event = {r->at.time, c, before[c], r->at.state[c], r->struck[c] ? work : 0.0};
-                sink(context, &event);
-            }
-            work = r->struck[c] ? 0.0 : work; /* of simultaneous impacts it is told once */
-        }
+        ContactEvent event;
+        if (!transition_told(r, c, before[c], &work, &event)) continue;
+        r->events++;
+        if (!model_contact_impulsive[c] && accumulation_check_pace(r, c) == RUN_ERROR) return RUN_ERROR;
+        if (sink) sink(context, &event);
     }
     return accumulation_check(r, last, bounds);
 }

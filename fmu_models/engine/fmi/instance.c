@@ -10,6 +10,7 @@
 
 #include "../events/model_exchange.h"
 #include "../events/run.h"
+#include "../events/transition.h"
 #include "../model/traps.h"
 
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
@@ -81,7 +82,7 @@ static void say_event(Instance *m, const ContactEvent *event)
 static int ticks_of(const Run *r, const ContactEvent *event)
 {
     const int c = event->contact;
-    int ticks = r->struck[c] ? TICK_IMPACT : 0;
+    int ticks = (r->struck[c] ? TICK_IMPACT : 0) | (event->reset ? TICK_RESET : 0);
     if (event->after != event->before) {
         switch (event->after) {
         case CONTACT_STICK: ticks |= TICK_STICK; break;
@@ -103,17 +104,14 @@ void instance_note(void *instance, const ContactEvent *event)
     if (is_wanted(m, LOG_EVENT)) say_event(m, event);
 }
 
-/* contact states that differ from those before, or were struck, where the engine tells of no event by itself */
+/* what has happened to contacts where the engine tells of no event by itself */
 static void note_changes(Instance *m, const signed char *before)
 {
-    Run *r = &m->core.run;
+    const Run *r = &m->core.run;
+    ContactEvent event;
     double work = r->impact_work;
-    for (int c = 0; c < MODEL_NC; c++) {
-        int struck = r->struck[c];
-        if (r->at.state[c] == before[c] && !struck) continue;
-        instance_note(m, &(ContactEvent){r->at.time, c, before[c], r->at.state[c], struck ? work : 0.0});
-        work = struck ? 0.0 : work; /* of simultaneous impacts it is told once */
-    }
+    for (int c = 0; c < MODEL_NC; c++)
+        if (transition_told(r, c, before[c], &work, &event)) instance_note(m, &event);
 }
 
 static const char *phase_name(int phase)

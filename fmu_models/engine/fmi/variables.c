@@ -36,7 +36,7 @@ int variables_clock(int i, int *tick)
 {
     int found = 0;
     for (int c = 0; c < MODEL_NC; c++)
-        for (*tick = TICK_STICK; *tick <= TICK_IMPACT; *tick *= 2)
+        for (*tick = TICK_STICK; *tick <= TICK_RESET; *tick *= 2)
             if (model_contact_clocks[c] & *tick && found++ == i) return c;
     return found;
 }

@@ -49,11 +49,12 @@ enum { PACED_FIRST = 256 };
 
 typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2, RUN_CROSSING = 3, RUN_PAUSED = 4 } RunStatus;
 
-/* a change of contact state, or an impact, after which a rigid contact may be open as before */
+/* a change of contact state; an impact or a reset, after which the state may be as before */
 typedef struct {
     double time;
     int contact;
     int before, after; /* ContactState */
+    int reset;         /* states jumped where its function fell to zero */
     double work; /* of the impulses on the bodies in contact, J; negative where energy is lost, 0 without an impulse */
 } ContactEvent;
 

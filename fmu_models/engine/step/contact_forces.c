@@ -95,19 +95,22 @@ Real contact_rate(const Jets *j, int i, int k)
     return sum;
 }
 
-int contact_project(Point *at, Jets *j, const signed char *member)
+int contact_project(Point *at, Jets *j, const signed char *member, const signed char *state)
 {
     Sticking s;
-    contact_factor(at, j, member, NULL, &s);
+    contact_factor(at, j, member, state, &s);
     int moved = 0;
     for (int i = 0; i < s.count; i++) {
+        const int c = s.contact[i];
         Real impulse = 0.0;
         for (int e = s.first[i]; e < s.last[i]; e++)
             impulse -= s.inverse[i][e] * j->slip[s.contact[e]][0];
-        if (impulse != 0.0) {
-            moved = 1;
-            for (int v = 0; v < MODEL_NV; v++)
-                at->x[MODEL_NQ + v] += j->W[v][s.contact[i]][0] * impulse;
+        if (impulse == 0.0) continue;
+        moved = 1;
+        for (int v = 0; v < MODEL_NV; v++) {
+            at->x[MODEL_NQ + v] += j->W[v][c][0] * impulse;
+            if (s.drag[i] != 0.0)
+                at->x[MODEL_NQ + v] += j->W[v][(int)model_contact_partner[c]][0] * s.drag[i] * impulse;
         }
     }
     return moved;

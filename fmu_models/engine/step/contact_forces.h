@@ -12,9 +12,9 @@
 void contact_forces(Point *at, Jets *j, int k);
 /* order k of the rate of v[i], contact forces included */
 Real contact_rate(const Jets *j, int i, int k);
-/* move the velocities by the impulses of the member contacts that bring their slip speed (order 0 of j) to zero; 1 if
-   they moved */
-int contact_project(Point *at, Jets *j, const signed char *member);
+/* move the velocities by the impulses of the member contacts that bring their slip speed (order 0 of j) to zero, with
+   the friction that slips in these states (NULL: without); 1 if they moved */
+int contact_project(Point *at, Jets *j, const signed char *member, const signed char *state);
 /* impulses of one phase of an impact, from the rates before it (order 0 of slip), given impulses of contacts that are
    not held, and the rates that held ones have after it */
 void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, const Real *given, const Real *target,

@@ -66,7 +66,7 @@ void tangent_repeat_event(const Run *r, Tangent *t)
         flow_field(&t->at, j, 0, 0);
         for (int c = 0; c < MODEL_NC; c++)
             if (r->at.state[c] != CONTACT_STICK) stick_unweighted(j, c);
-        contact_project(&t->at, j, r->projected);
+        contact_project(&t->at, j, r->projected, t->at.state);
     }
     tangent_rejoin(r, t);
 }

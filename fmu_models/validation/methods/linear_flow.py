@@ -56,7 +56,7 @@ class LinearFlow:
 
         def make(_: float) -> MethodRun:
             with mpmath.workdps(DIGITS):
-                run = Run(_exact(equations), "mpmath")
+                run = Run(_Exact(equations.system), "mpmath")
                 start = [mpmath.mpf(float(x)) for x in equations.start(problem.start)]
                 stepper = _LinearStepper(run)
 
@@ -75,10 +75,6 @@ class _Exact(Equations):
     def function(self, expressions: Any, modules: str = "math") -> Any:
         exact = [_rational(sympy.sympify(e)) for e in expressions]
         return super().function(exact, modules)
-
-
-def _exact(equations: Equations) -> Equations:
-    return _Exact(equations.system)
 
 
 def _rational(expression: Any) -> Any:

@@ -70,6 +70,8 @@ def test_equations_are_the_declared_ones() -> None:
 def test_pictures_can_be_read_and_stand_where_the_version_looks_for_them() -> None:
     two, three = made("disc_rig", "2.0"), made("disc_rig")
     assert "model.png" in two and "model.png" not in three
+    # terminals came with FMI 3.0
+    assert not any(name.startswith("terminalsAndIcons") for name in two) and TERMINALS in three
     sizes = []
     for name, data in {**two, **three}.items():
         if name.endswith(".png"):

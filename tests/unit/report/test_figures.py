@@ -14,6 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
+import fmu_models.report.views  # noqa: F401  registers what it draws
+from fmu_models.analyses.section import PoincareSection
+from fmu_models.base import shown
 from fmu_models.base.figures import part_ticks, save_figure
 from fmu_models.report.inline_svg import inline_svg
 from fmu_models.report.scene_figure import draw
@@ -160,3 +163,14 @@ def test_panels_at_the_edge_have_labels_with_units(tmp_path, monkeypatch):
         labelled = any(label in texts for label in axes.get_xticklabels())
         assert labelled == bool(axes.get_xlabel())
         assert axes.get_xlabel() in ("", "x (m)") and axes.get_ylabel() in ("", "v (m/s)")
+
+
+@pytest.mark.parametrize("count", [3, 300])
+def test_a_section_is_drawn_by_its_first_two_states(count):
+    points = np.random.default_rng(4).random((count, 3))
+    section = PoincareSection("drawn", ("a", "b", "c"), (), points, np.ones(count), np.zeros((count, 0), np.int32))
+    axes = Figure().subplots()
+    shown.draw(section, axes)
+    (line,) = axes.lines
+    np.testing.assert_array_equal(np.column_stack(line.get_data()), points[:, :2])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("a", "b")

@@ -47,7 +47,8 @@ def test_rows_are_those_of_the_interpreted_rule(name, asked):
     iteration = system(name)
     jobs = Jobs(starts(iteration), transient=7, **asked)
     compiled, interpreted = iteration.run(jobs, STOP), stepwise.run(iteration, jobs, STOP)
-    assert (compiled.outcomes == families.FINISHED).any()
+    done = compiled.outcomes == families.FINISHED
+    assert done.any() and (interpreted.steps[done] == 7 + jobs.rows * jobs.batch).all()
     # NumPy rounds sines of many numbers otherwise than libm those of one
     assert_same(compiled, interpreted, 1e-12 if name == "high_bounce" else 0.0, without=("steps",))
 

@@ -13,7 +13,7 @@ import pytest
 
 from fmu_models import oscillators
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
+from fmu_models.codegen.package import built, variant
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
@@ -187,6 +187,7 @@ def test_a_stiff_case_covers_as_much_time_as_its_steps_allow():
 
 
 def test_invariants_are_found_in_the_declaration():
+    assert invariants(variant("block_on_belt", laws={"belt": "directional"})).mirror is None
     mirrored = {name: invariants(oscillators.load(name)).mirror for name in MODELS}
     assert mirrored["discontinuous_support"] is None
     assert mirrored["bouncing_ball"] is None

@@ -7,12 +7,15 @@ from dataclasses import fields
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 import pytest
 
 from fmu_models.base import trust
 from fmu_models.base.errors import StickslipError
 from identification.commands import fits
 from identification.disturbances import DISTURBANCES
+from identification.disturbances.angle import POWER
+from identification.disturbances.term import DisturbanceTerm, Whereabouts
 from identification.disturbances.terms import ranked, terms_of
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
@@ -61,3 +64,10 @@ def test_names_in_the_help_come_from_the_registry() -> None:
 def test_no_terms_where_nothing_is_asked() -> None:
     ready = pool([emulate(settings, 3, i) for i, settings in enumerate(standard_set(duration=4.0))])
     assert terms_of(ready, ()) == ()
+
+
+def test_an_effect_of_the_angle_is_counted_from_the_reference_of_its_term() -> None:
+    angle = np.array([0.1, 0.25, 0.4])
+    where = Whereabouts.seen(np.array([0.0, 1.0]), 0, np.zeros(3), angle, np.zeros(3))
+    term = DisturbanceTerm("square", POWER, 2, reference=0.1)
+    assert term.shape(where) == pytest.approx([0.0, 0.15**2, 0.3**2], abs=1e-15)

@@ -64,6 +64,16 @@ def test_deviations_fall_with_the_root_of_the_duration(fit: FrictionFit) -> None
         assert _one(longer).deviations[name] == pytest.approx(_one(long).deviations[name] / 2, rel=5e-3)
 
 
+def test_a_parameter_that_is_held_is_known(fit: FrictionFit) -> None:
+    """A design is of the others: a log of next to no time leaves their deviations, a long one lowers them."""
+    held = {"p": {"minimum": fit["p"].value, "maximum": fit["p"].value, "standard_deviation": 0.0}}
+    parameters = tuple(replace(q, **held.get(q.name, {})) for q in fit.parameters)
+    told = _one(design(replace(fit, parameters=parameters), speeds=[0.83], loads=[4.905], duration=1e-3).candidates)
+    assert told.deviations == pytest.approx({q.name: q.standard_deviation for q in fit.parameters[:2]}, rel=1e-2)
+    longer = _one(design(replace(fit, parameters=parameters), speeds=[0.83], loads=[4.905], duration=1e6).candidates)
+    assert longer.deviations["mu_s"] < 0.1 * fit["mu_s"].standard_deviation
+
+
 def _one(candidates: Sequence[Candidate]) -> Candidate:
     (one,) = [candidate for candidate in candidates if candidate.kind == "stick-slip"]
     return one

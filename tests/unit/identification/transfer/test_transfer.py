@@ -83,6 +83,7 @@ def test_a_deviation_that_lacks_a_constant_says_at_least_wherever_it_goes(fit, t
 
 def test_what_does_not_match_is_refused_and_leaves_nothing(fit, rig, tmp_path) -> None:
     (value,) = handed_values(fit, only=["p0"])
+    assert value.description == fitted_model(fit).fmu.variables["p0"].description
     for changed, said in (
         (replace(value, target="p_0"), "has no parameter 'p_0'. Did you mean 'p0'"),
         (replace(value, target="theta", unit="rad"), "is a (local|output) of"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
+from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.emulation import RIG, Disc, Emulation, MicroSlip
 from rig_io.bench.emulator import emulate, emulate_set, free_decay, standard_set
 from rig_io.bench.materials import MATERIALS, material
@@ -25,6 +26,7 @@ from rig_io.sensors import (
     velocity_mid_interval,
     velocity_real_time_period,
 )
+from rig_io.sensors.load_cell import LoadCell
 from rig_io.sensors.motion import Motion
 
 IDEAL = {"laser": Laser(noise=0.0, resolution=0.0, gain_error=0.0), "ripple": None}
@@ -221,3 +223,12 @@ def test_settings_that_make_no_log_are_refused() -> None:
     wrong = replace(RIG, J=Quantity(-0.05, "kg*m^2"))
     with pytest.raises(StickslipError, match="J"):
         emulate(Emulation("a", rig=wrong))
+
+
+@pytest.mark.parametrize("transient", [0.0, 4.0])
+def test_wear_within_a_log_begins_and_ends_with_the_log(transient: float) -> None:
+    """However long the rig ran before: the load is 0.9 of its mean at the begin and 1.1 at the end."""
+    worn = Emulation("worn", transient=transient, duration=4.0, load_cell=LoadCell(0.0, 0.0))
+    log = emulate(replace(worn, disturbances=Disturbances(within=0.2), **IDEAL), 1, 0)
+    share = log.columns["load0"] / 4.905
+    assert share == pytest.approx(0.9 + 0.2 * log.time / 4.0, abs=2e-3)

@@ -387,3 +387,13 @@ def test_a_log_without_a_clock_takes_a_rate(tmp_path: Path) -> None:
     assert "is the time" in questions(made)[0].text
     write(draft([path], replace(SAID, values={**SAID.values, "sampling_rate": "1 kHz"})))
     np.testing.assert_allclose(read_log(path).time, log["time"], atol=1e-12)
+
+
+def test_a_rule_is_proposed_for_files_that_need_each_other_and_for_no_other(tmp_path: Path) -> None:
+    time = np.arange(200) / 100
+    (tmp_path / "run_clock.csv").write_text("time [s]\n" + "\n".join(f"{t:g}" for t in time) + "\n")
+    (tmp_path / "run_laser.csv").write_text("laser [V]\n" + "\n".join(f"{np.sin(t):.6g}" for t in time) + "\n")
+    paths = sorted(tmp_path.glob("*.csv"))
+    (log,) = draft(paths, Answers()).logs
+    assert (log.rule, len(log.files)) == ("columns", 2)
+    assert [log.rule for log in draft(paths[1:], Answers()).logs] == [None]

@@ -84,18 +84,17 @@ def test_clocks_that_cannot_be_compared_are_refused_with_the_reason() -> None:
         joined([laser, table("b", time=time, encoder_count=noise)], "clocks", {})
 
 
-def test_a_decay_needs_the_size_of_the_motion() -> None:
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_decay_needs_the_size_of_the_motion(order: int) -> None:
     time = np.arange(8000) / RATE
     swing = 0.15 * np.exp(-0.5 * time) * np.cos(6.9 * time)
     later = np.interp(time + 1.3, time, swing)
-    one, other = (
-        table("a", time=time, encoder_count=np.floor(swing / PITCH)),
-        table("b", time=time, laser=5 + 12.5 * later),
-    )
+    count = table("a", time=time, encoder_count=np.floor(swing / PITCH))
+    logs = [count, table("b", time=time, laser=5 + 12.5 * later)][::order]
     with pytest.raises(StickslipError, match="repeats itself"):
-        joined([one, other], "clocks", {})
-    clock = joined([one, other], "clocks", {"encoder_count": PITCH, "laser": 1 / 12.5}).clock
-    assert clock is not None and clock.offset == pytest.approx(1.3, abs=2e-3)
+        joined(logs, "clocks", {})
+    clock = joined(logs, "clocks", {"encoder_count": PITCH, "laser": 1 / 12.5}).clock
+    assert clock is not None and clock.offset == pytest.approx(order * 1.3, abs=2e-3)
 
 
 def test_signals_side_by_side() -> None:

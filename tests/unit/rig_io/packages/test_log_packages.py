@@ -15,7 +15,7 @@ from kept_log import a_log, edit_sidecar
 
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.log import StickslipWarning
-from rig_io.packages.datapackage import read_log, read_package, write_package
+from rig_io.packages.datapackage import read_columns, read_log, read_package, write_package
 from rig_io.readers import csv_log
 
 
@@ -33,6 +33,7 @@ def test_units_are_converted_by_dimension(package: Path) -> None:
         content["rig"]["J"] = {"value": 548.0, "unit": "kg*cm^2", "standard_uncertainty": 3.0}
 
     edit_sidecar(package, other_units)
+    assert read_columns(package / "a.csv").units["time"] == "min"
     log = read_log(package / "a.csv")
     np.testing.assert_allclose(log.time, 60 * plain.time, rtol=1e-14)
     np.testing.assert_array_equal(log.column("laser"), plain.column("laser"))

@@ -173,3 +173,8 @@ def test_large_files_are_read_block_by_block(tmp_path: Path, monkeypatch) -> Non
             read(tmp_path, ("time,laser\n" + rows()).replace(f"{TIME[28]:.4f},", f"{TIME[28]:.4f} "))
         with pytest.warns(StickslipWarning, match="line 42 is cut off"):
             read(tmp_path, "time,laser\n" + rows() + "0.04")
+
+
+def test_what_stands_in_round_brackets_and_is_no_unit_belongs_to_the_name(tmp_path: Path) -> None:
+    table = read(tmp_path, "time [s],laser (left side)\n" + "".join(f"{i / 10},{i}\n" for i in range(20)))
+    assert list(table.columns) == ["time", "laser (left side)"]

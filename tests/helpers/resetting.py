@@ -1,0 +1,40 @@
+"""Automata whose resets have closed forms, each with the parameters that these use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from fmu_models import TIME, Automaton, Parameter, Reset, State, Switch
+
+
+def neuron() -> Automaton:
+    """Leaky integrate-and-fire: V' = I + A cos(omega t) - V, and V := 0 where V comes to 1."""
+    V = State("V", "1", "potential", start=0.1)
+    current, amplitude = Parameter("I", 1.2, "1", "current"), Parameter("A", 0.0, "1", "amplitude")
+    omega = Parameter("omega", 3.9269908169872414, "rad/s", "frequency of the drive")
+    unit = Parameter("tau", 1.0, "s", "time constant")
+    spike = Switch(name="spike", function=1 - V, description="threshold")
+    flow = (current + amplitude * sympy.cos(omega * TIME) - V) / unit
+    return _automaton("neuron", {V: flow}, spike, Reset(spike, "+", {V: sympy.S.Zero}))
+
+
+def wheel() -> Automaton:
+    """Rimless wheel on a slope gamma: q'' = sin q from gamma - alpha to gamma + alpha, where the next spoke lands."""
+    q, w = State("q", "rad", "angle", start=0.0), State("w", "rad/s", "rate", start=0.5)
+    alpha, gamma = Parameter("alpha", 0.2, "rad", "half the angle"), Parameter("gamma", 0.08, "rad", "slope")
+    pull = Parameter("p2", 1.0, "1/s2", "gravity over length")
+    spoke = Switch(name="spoke", function=gamma + alpha - q, unit="rad", description="next spoke")
+    return _automaton(
+        "wheel",
+        {q: w, w: pull * sympy.sin(q)},
+        spoke,
+        Reset(spoke, "+", {q: q - 2 * alpha, w: w * sympy.cos(2 * alpha)}),
+    )
+
+
+def _automaton(name: str, flows: Any, switch: Switch, reset: Reset) -> Automaton:
+    return Automaton(
+        name=name, title=name, source="closed form", states=list(flows), flows=flows, switches=[switch], resets=[reset]
+    )

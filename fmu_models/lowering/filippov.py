@@ -27,7 +27,7 @@ from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.contact_dynamics import ContactDynamics, multiplied_out, terms
 from fmu_models.language.contact_kinds import SWITCH
 from fmu_models.language.declaration import Output
-from fmu_models.language.quantities import TIME, State
+from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
 
 
@@ -137,7 +137,8 @@ def _strength(automaton: Automaton, bend: sympy.Expr, sense: int) -> sympy.Expr:
     parts = terms(_along_flow(automaton, bend))
     if len(parts) == 1 and only_parameters(parts):
         return -2 * sense * parts[0]
-    whole: dict[Any, Any] = {e: sympy.S.One for part in parts for e in part.atoms(sympy.Function, State)}
+    moving = {e for part in parts for e in (*part.atoms(sympy.Function), *part.free_symbols)}
+    whole: dict[Any, Any] = {e: sympy.S.One for e in moving if not isinstance(e, Parameter)}
     sizes = [*parts, *(part.xreplace(whole) for part in parts)]
     return 2 * len(parts) * sympy.sqrt(sympy.Add(*(size * size for size in sizes)))
 

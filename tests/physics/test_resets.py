@@ -8,13 +8,14 @@ Circuits and Systems I 43 (1996) (the converter).
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from quick_export import quick_export
 from resetting import buck, neuron, wheel
 from scipy.linalg import expm
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from fmu_models import Fmu, Impacts, SensitiveRun, Strobe, basins, branch, branches, lyapunov, orbit_diagram, simulate
 from fmu_models.simulation.results import read_trajectory, write_trajectory
@@ -123,16 +124,17 @@ def flip_of_buck() -> float:
         rest = expm(A * (T - d))
         return np.linalg.solve(np.eye(2) - expm(A * T), (np.eye(2) - rest) @ [E, E / R])
 
-    def determinant(E: float) -> float:
-        d = brentq(
-            lambda d: (expm(A * d) @ cycle(E, d))[0] - wanted - (low + slope * d) / a, 1e-6, T - 1e-6, xtol=1e-18
-        )
+    def determinant(E: float) -> Any:
+        def above(d: float) -> Any:
+            return a * ((expm(A * d) @ cycle(E, d))[0] - wanted) - low - slope * d
+
+        d = root_scalar(above, bracket=(1e-6, T - 1e-6), xtol=1e-18).root
         x = expm(A * d) @ cycle(E, d)
         jump = np.array([0.0, E / L])
         saltation = np.eye(2) + np.outer(jump, [-a, 0.0]) / (slope - a * (A @ x)[0])
         return np.linalg.det(expm(A * (T - d)) @ saltation @ expm(A * d) + np.eye(2))
 
-    return float(brentq(determinant, 24.0, 25.0, xtol=1e-12))
+    return root_scalar(determinant, bracket=(24.0, 25.0), xtol=1e-12).root
 
 
 def test_a_converter_doubles_its_period_where_published(tmp_path):

@@ -5,7 +5,7 @@
                  smooth motions of several frequencies do, and its points fill more than FILLED dimensions; the same
                  once more of a run four times as long
     cycle        of what nothing forces, seen at times of no meaning to it: all exponents but that along the motion are
-                 negative
+                 negative; a torus of it has one dimension more, or it is one of the cycles about a centre
     not decided  otherwise: strange sets without chaos, the accumulation of flips, slow transients
 
 An exponent that is not larger than its error is computed again from longer runs. The weights exp(-1/(t (1 - t))) make
@@ -159,7 +159,7 @@ def is_quasi_periodic(system: SectionSystem, points: Vector) -> bool:
     signals = _signals(system, points)
     if len(signals) < 2 or not signals.shape[1]:
         return False
-    return digits(signals) >= DIGITS and FILLED < dimension(signals) < MOST_FILLED
+    return digits(signals) >= DIGITS and FILLED + system.autonomous < dimension(signals) < MOST_FILLED
 
 
 def _signals(system: SectionSystem, points: Vector) -> Vector:

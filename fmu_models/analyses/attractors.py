@@ -36,8 +36,9 @@ NEAR = 1e-3  # of the size of a state: by so much Newton's method may move a poi
 ALIKE = 1e-5  # two points of a run that are nearer may be those of a motion that repeats itself
 SAME = 1e-6  # two motions whose points are nearer are one
 CLAIMED = 1e-11  # by which a step may miss the next point
+UNDECIDED = -1  # the label of a start whose attractor is not known
 SHELLS, RAYS = 40, 48  # tried about each point of an attractor
-LARGEST = 8.0  # sizes of the states: radius of the outermost shell
+LARGEST, SMALLEST = 8.0, 1.25e-5  # radius of the outermost shell in sizes of the states, and of the innermost in it
 FALLS = 1e-3  # of the form: less than its fall by so much is none
 
 
@@ -165,15 +166,18 @@ def index_of(system: SectionSystem, motion: PeriodicMotion, motions: Sequence[Pe
     return next((i for i, candidate in enumerate(motions) if same_motion(system, motion, candidate)), -1)
 
 
-def targets_of(system: SectionSystem, motions: Sequence[PeriodicMotion]) -> Targets | None:
-    """Where runs may end on the way to these stable motions; None if there are no motions."""
+def targets_of(system: SectionSystem, motions: Sequence[PeriodicMotion], largest: float = LARGEST) -> Targets | None:
+    """Where runs may end on the way to these stable motions; None if there are no motions.
+
+    largest: radius of the outermost shell that is tried, in sizes of the states.
+    """
     if not motions:
         return None
     points, forms, after, orbits, passes = [], [], [], [], []
     for number, motion in enumerate(motions):
         first = len(points)
         shapes = _forms(system, motion)
-        radius = _radius(system, motion, shapes)
+        radius = _radius(system, motion, shapes, largest)
         for i, (point, form) in enumerate(zip(motion.points, shapes, strict=True)):
             points.append(point)
             forms.append(form / radius**2)
@@ -200,7 +204,7 @@ def _forms(system: SectionSystem, motion: PeriodicMotion) -> list[Vector]:
     return forms
 
 
-def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vector]) -> float:
+def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vector], largest: float) -> float:
     """Root of the largest value of the forms inside which each step of the system makes them fall."""
     n, period = motion.points.shape[1], motion.period
     rays = np.random.default_rng(0).normal(size=(RAYS, n))
@@ -208,7 +212,7 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
     factors = [np.linalg.cholesky(form + 1e-14 * np.trace(form) * np.eye(n)) for form in forms]
     # on the shell of radius r about point i: V_i = r^2
     shells = [np.linalg.solve(factor.T, rays.T).T for factor in factors]
-    radii = np.concatenate([np.geomspace(LARGEST, 1e-4, SHELLS)])
+    radii = np.geomspace(largest, SMALLEST * largest, SHELLS)
     starts = np.stack([motion.points[i] + r * shells[i] for r in radii for i in range(period)])
     images = system.step(starts.reshape(-1, n), derivative=False).points.reshape(len(radii), period, RAYS, n)
     falls = np.ones(len(radii), bool)

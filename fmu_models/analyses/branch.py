@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from fmu_models.analyses.declaration import RANGE, Analysis, Option, Range
+from fmu_models.analyses.unforced import at_its_cycle
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured
@@ -108,6 +109,7 @@ def follow_branch(
     """
     if closed_form and curve is None:
         raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
+    system, start = at_its_cycle(system, start)
     formula = Formula.read(closed_form) if closed_form else None
     followed = branches(
         system,

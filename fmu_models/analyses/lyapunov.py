@@ -30,6 +30,7 @@ from fmu_models.families import jobs as families
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
 
@@ -146,7 +147,7 @@ class Exponents(Pictured):
 
 
 def lyapunov(
-    system: SectionSystem,
+    system: Subject,
     start: Mapping[str, float] | Sequence[float] | None = None,
     *,
     periods: Annotated[int, Option("Steps of the section, all motions together.", minimum=2, flag="steps")] = 100_000,
@@ -159,7 +160,7 @@ def lyapunov(
     """Find all Lyapunov exponents of a motion, with their errors.
 
     Args:
-        system: a map, or an oscillator at a section.
+        system: a map, an oscillator at a section, or a model as it is, where nothing forces it.
         start: a point; the default of the model if left out.
         periods: steps of the section for the mean, all motions together.
         transient: steps of each before that, in which it comes to where it stays.
@@ -177,6 +178,7 @@ def lyapunov(
         raise StickslipError(
             f"Exponents of {motions} motions over {periods} steps: take at least 2 motions and 1 step."
         )
+    system = seen(system)
     point = system.start(start)
     sizes = np.where(np.isfinite(system.sizes()) & (point != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files, save_figure
 
@@ -81,7 +80,7 @@ class RunFiles:
             min=0.0,
         ),
     ] = None
-    overwrite: Overwrite = False
+    overwrite: console.Overwrite = False
 
     def check(self) -> None:
         """Refuse before the run what could not be done after it.

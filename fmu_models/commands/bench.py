@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.figures import check_files
 
 DEFAULT = ["discontinuous_support_table_1"]
@@ -27,8 +26,8 @@ def bench(
     page: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page with diagrams.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write every row as CSV.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the diagram of one scene (svg, png, pdf).")] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Compare methods of integration on scenes: error against run time, events missed, memory.
 

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Inputs, Json
 from fmu_models.commands.arguments import RunFiles
 from fmu_models.commands.bundles import bundled
 
@@ -26,11 +25,11 @@ def couple(
     solver: Annotated[str | None, typer.Option(help=f"How to run it: {SOLVERS} (default: what it says).")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
-    inputs: Inputs = None,
+    inputs: console.Inputs = None,
     samples: Annotated[int | None, typer.Option(help="Number of output times.", min=2)] = None,
     *,
     files: RunFiles,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Simulate several FMUs as one system.
 

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console, shipped
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import refuse_unknown
 from fmu_models.base.files import refuse_existing, write_whole
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 HELP = "Scenes, recipes, systems and example logs that come along: list them, copy them."
 app = console.app(HELP, no_args_is_help=False)
 
 
 @app.callback(invoke_without_command=True, help=HELP)
-def data(context: typer.Context, json: Json = False) -> None:
+def data(context: typer.Context, json: console.Json = False) -> None:
     """List what comes along.
 
     Example: stickslip data
@@ -30,7 +26,7 @@ def data(context: typer.Context, json: Json = False) -> None:
         return
     items = shipped.items()
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("name", "what it is")
         for name, path in items.items():
             listing.add_row(name, _title(path))
@@ -44,8 +40,8 @@ def data(context: typer.Context, json: Json = False) -> None:
 def copy(
     names: Annotated[list[str], typer.Argument(metavar="NAME...", help="As 'stickslip data' lists them.")],
     folder: Annotated[Path, typer.Option("--output", "-o", help="Folder to copy to.")] = Path(shipped.NAME),
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Copy some of it into a folder here, where it has the path that the manual and the examples give it.
 

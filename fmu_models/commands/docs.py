@@ -5,23 +5,19 @@ from __future__ import annotations
 import shutil
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def docs(
     folder: Annotated[Path | None, typer.Option("--output", "-o", help="Folder to put a copy into.")] = None,
     opened: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Open the manual: tutorials, how-to pages, explanation, reference, and a gallery of all models.
 
@@ -59,7 +55,7 @@ def docs(
         "opened": displayed,
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         out.print(
             f"[bold]{site.index}[/bold]: {site.pages} pages" + (f", built in {seconds:.0f} s" if site.built else "")
         )

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite
 from fmu_models.commands.arguments import NAMED
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @console.trusting
@@ -21,15 +17,15 @@ def explore(
         str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), an FMU of this suite, or a model: {NAMED}.")
     ],
     path: Annotated[Path | None, typer.Option("--output", "-o", help="Page to write (default: MODEL.html).")] = None,
-    contacts: Contacts = None,
+    contacts: console.Contacts = None,
     plot: Annotated[
         str | None,
         typer.Option(
             metavar="NAMES", help="Coordinates to draw, by commas (default: all; needed where there are more than six)."
         ),
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Make a page in which a model moves: sliders for its parameters, portraits, sections and bifurcation diagrams.
 
@@ -56,7 +52,7 @@ def explore(
         "notes": list(page.notes),
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         planes = ", ".join(f"{y} over {x}" for x, y in page.planes)
         message = f"{target}: {page.name}, {content['bytes'] / 1000:.0f} kB, draws {planes}"
         out.print(console.plain(message))

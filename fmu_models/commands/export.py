@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shipped import is_scene
 from fmu_models.codegen.rights import Rights
@@ -19,8 +19,6 @@ from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.scene.scene import Scene
 
 FMI, SYSTEM_FMI = "3.0", "2.0"  # versions where none is given
@@ -36,8 +34,8 @@ def export(
             help=f"FMI version: 2.0 or 3.0 (default: {FMI}; in a system {SYSTEM_FMI}, which more tools take)."
         ),
     ] = None,
-    contacts: Contacts = None,
-    settings: Settings = None,
+    contacts: console.Contacts = None,
+    settings: console.Settings = None,
     expose: Annotated[
         str | None,
         typer.Option(
@@ -72,8 +70,8 @@ def export(
         Path | None,
         typer.Option(help="Parameter set (.ssv) to pack along, as 'stickslip apply' writes.", rich_help_panel="System"),
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
 
@@ -117,7 +115,7 @@ def export(
         "contacts": fmu.contacts,
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         out.print(
             f"[bold]{written}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB"
         )
@@ -197,7 +195,7 @@ def _pack(
     }
 
 
-def _print_system(content: dict[str, Any], out: Console) -> None:
+def _print_system(content: dict[str, Any], out: console.Console) -> None:
     out.print(f"[bold]{content['file']}[/bold]: a system of FMI {content['fmi_version']} FMUs, SSP 1.0")
     for name, file in content["units"].items():
         sets = content["parameters"].get(name, {})
@@ -222,8 +220,6 @@ def _verify(path: str, json: bool) -> None:
 
 
 def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options: Any) -> None:
-    import dataclasses
-
     from fmu_models.scene.compute import arguments
     from fmu_models.scene.reduce import export_scene
 
@@ -232,4 +228,4 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options:
         raise StickslipError(
             f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
         )
-    export_scene(dataclasses.replace(scene, free=free), path, **options)
+    export_scene(replace(scene, free=free), path, **options)

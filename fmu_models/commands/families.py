@@ -12,7 +12,6 @@ import typer
 
 from fmu_models.analyses.declaration import EITHER, SECTION, Range
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 from fmu_models.base.files import write_whole
@@ -22,7 +21,6 @@ from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
     import numpy as np
-    from rich.console import Console
 
     from fmu_models.base.shown import Pictured
     from fmu_models.families.execution import Execution
@@ -54,12 +52,12 @@ class SectionOptions:
             metavar="MODEL", help=f"A map, an .fmu file, of others too, a scene (.toml), or a model: {NAMED}."
         ),
     ]
-    settings: Settings = None
+    settings: console.Settings = None
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None
     begin: Annotated[
         Path | None, typer.Option("--from", metavar="ORBIT.json", help="Start values by name, instead of --start.")
     ] = None
-    contacts: Contacts = None
+    contacts: console.Contacts = None
     forcing: Annotated[
         str | None, typer.Option(metavar="NAME", help="The parameter that is the frequency of the forcing: a strobe.")
     ] = None
@@ -244,8 +242,8 @@ class Files:
             "--interactive", help="Write a page (html): zoom, values under the cursor, and on a click the motion there."
         ),
     ] = None
-    overwrite: Overwrite = False
-    json: Json = False
+    overwrite: console.Overwrite = False
+    json: console.Json = False
 
     def check(self) -> None:
         """Refuse before the work what could not be written after it."""
@@ -280,7 +278,7 @@ class Files:
         content["how"] = getattr(result, "how", "")
         content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
-        def show(out: Console) -> None:
+        def show(out: console.Console) -> None:
             out.print(result.summary(), markup=False, highlight=False)
             for row in content.get("failures", [])[:10]:
                 out.print(f"failed: {row}", markup=False)

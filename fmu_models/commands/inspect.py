@@ -8,11 +8,10 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 
 
 def inspect(
-    path: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU of anybody.")], json: Json = False
+    path: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU of anybody.")], json: console.Json = False
 ) -> None:
     """Tell what an FMU is, without loading its library: interfaces, platforms, variables, departures from the standard.
 

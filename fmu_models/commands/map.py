@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.record import record
 from fmu_models.maps import MAPS
@@ -22,7 +21,7 @@ def show_map(
     name: Annotated[
         str, typer.Argument(metavar="MAP", help="A map: its name in 'stickslip maps', or my_map.py, my_map.py:NAME.")
     ],
-    settings: Settings = None,
+    settings: console.Settings = None,
     period: Annotated[int, typer.Option(help="Number of points of the motions to look for.", min=1)] = 1,
     negative: Annotated[bool, typer.Option("--negative", help="Take the inverse map.")] = False,
     lyapunov: Annotated[bool, typer.Option("--lyapunov", help="Lyapunov exponents, from --start.")] = False,
@@ -30,7 +29,7 @@ def show_map(
     vary: Annotated[
         str | None, typer.Option(metavar="NAME=TO", help="Saddle-nodes and flips as this parameter goes there.")
     ] = None,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Look for the motions of a map: points, eigenvalues, what those mean, jumps across the diagonal.
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.language.maps import Map
 
 
-def maps(json: Json = False) -> None:
+def maps(json: console.Json = False) -> None:
     """List the maps.
 
     Example: stickslip maps
@@ -23,7 +20,7 @@ def maps(json: Json = False) -> None:
 
     rows = listed(MAPS, _row)
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("map", "what it is", "states", "parameters", "source")
         for row in rows:
             values = ", ".join(f"{name} {value:g}" for name, value in row["parameters"].items())

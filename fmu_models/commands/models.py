@@ -5,17 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.registry import OURS
 from fmu_models.oscillators import MODELS
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.language.mechanism import Mechanism
 
 
-def models(json: Json = False) -> None:
+def models(json: console.Json = False) -> None:
     """List the models, by paper.
 
     Example: stickslip models
@@ -24,7 +21,7 @@ def models(json: Json = False) -> None:
 
     rows = listed(MODELS, _row)
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         papers = {
             row["name"]: row["source"].partition(", equation")[0] if row["origin"] == OURS else row["origin"]
             for row in rows

@@ -6,19 +6,15 @@ import json as json_files
 import keyword
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.base.trust import is_place
 from fmu_models.commands.arguments import Model
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 app = console.app("Write a small file to begin with, which runs as it is, and its test.")
 
@@ -26,7 +22,7 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="Its name, also of its
 
 
 @app.command()
-def model(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
+def model(name: Name, overwrite: console.Overwrite = False, json: console.Json = False) -> None:
     """Write a model, NAME.py, and its test.
 
     Example: stickslip new model my_rig
@@ -37,7 +33,7 @@ def model(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
 
 
 @app.command()
-def law(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
+def law(name: Name, overwrite: console.Overwrite = False, json: console.Json = False) -> None:
     """Write a friction law, NAME.py, and its test.
 
     Example: stickslip new law my_law
@@ -49,7 +45,7 @@ def law(name: Name, overwrite: Overwrite = False, json: Json = False) -> None:
 
 
 @app.command()
-def scene(model: Model, overwrite: Overwrite = False, json: Json = False) -> None:
+def scene(model: Model, overwrite: console.Overwrite = False, json: console.Json = False) -> None:
     """Write a scene of a model, with all that it has at its defaults, and its test.
 
     Example: stickslip new scene disc_rig
@@ -113,7 +109,7 @@ def _write(templates: dict[str, str], values: dict[str, Any], following: str, ov
         with write_whole(Path(file), overwrite=overwrite) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         console.print_files(texts, out)
         out.print(f"Use it:   {following}")
         out.print(f"Test it:  python -m pytest {list(texts)[-1]}")

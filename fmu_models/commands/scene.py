@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @console.trusting
@@ -29,8 +25,8 @@ def scene(
     figure: Annotated[
         Path | None, typer.Option(help="Draw the phase portraits, or the families (png, svg, pdf).")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Show a scene, compute what it asks for, and compare that with what is known; exit with 1 if it differs.
 
@@ -72,7 +68,7 @@ def scene(
         "files": [str(file) for file in (csv, figure) if file],
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         scene_summary.print_scene(read, fmu, out)
         scene_summary.print_results(read, rows, out)
         scene_summary.print_comparisons(comparisons, out)
@@ -92,7 +88,7 @@ def _list(as_json: bool) -> None:
     documents = {file.stem: read_document(file) for file in files()}
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         listing = console.table("scene", "what it is", "model", "source")
         for row in rows:
             listing.add_row(row["name"], row["title"], row["model"], row["source"])

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json
 from fmu_models.commands.arguments import Model
 
 
-def show(model: Model, contacts: Contacts = None, json: Json = False) -> None:
+def show(model: Model, contacts: console.Contacts = None, json: console.Json = False) -> None:
     """Show a model: equations, parameters with units, contacts, outputs, source.
 
     Example: stickslip show disc_rig --contacts disc0

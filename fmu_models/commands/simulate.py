@@ -12,7 +12,6 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.child_process import MEMORY, TIME
-from fmu_models.base.console import Contacts, Inputs, Json, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shipped import is_scene
 from fmu_models.commands.arguments import NAMED, RunFiles, scene_of
@@ -43,10 +42,10 @@ def simulate(
             help=f"End of the run, s (default: {UNTIL:g}, or what the scene or the FMU of somebody else says)."
         ),
     ] = None,
-    settings: Settings = None,
+    settings: console.Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
-    inputs: Inputs = None,
-    contacts: Contacts = None,
+    inputs: console.Inputs = None,
+    contacts: console.Contacts = None,
     samples: Annotated[
         int | None,
         typer.Option(
@@ -86,7 +85,7 @@ def simulate(
         float | None,
         typer.Option(help=f"With --isolate: memory that the run may use, MB (Linux; default: {MEMORY:g})."),
     ] = None,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Simulate a model, or the FMU of anybody, and tell what happened.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 
@@ -37,8 +36,8 @@ def stress(
     every: Annotated[bool, typer.Option("--every", help="Name accurate cells too.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Child processes. [default: one per core]")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw a heat map (png, svg, pdf).")] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Run models at the extremes of their parameters, starts and times, and judge every run.
 

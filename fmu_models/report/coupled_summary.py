@@ -11,8 +11,6 @@ from fmu_models.base.table import number, table
 from fmu_models.report import beside_summary
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.coupling.system import CoupledSystem
     from fmu_models.simulation.results import Recording
 
@@ -48,7 +46,7 @@ def summary(system: CoupledSystem, recording: Recording) -> dict[str, Any]:
     }
 
 
-def print_summary(content: dict[str, Any], out: Console) -> None:
+def print_summary(content: dict[str, Any], out: console.Console) -> None:
     """The summary as a table."""
     units = ", ".join(f"{name} ({file})" for name, file in content["units"].items())
     out.print(console.plain(f"{content['system']}: {units}"))

@@ -13,7 +13,6 @@ from fmu_models.report.run_summary import LISTED
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
-    from rich.console import Console
 
     from fmu_models.fmu.fmu import Fmu
 
@@ -108,7 +107,7 @@ def _number(text: str | None) -> float | int | bool | str | None:
     return text
 
 
-def print_sheet(content: dict[str, Any], out: Console) -> None:
+def print_sheet(content: dict[str, Any], out: console.Console) -> None:
     """The page for people."""
     plain = console.plain
     out.print(plain(content["model"] or content["file"], "bold"), plain(f"FMI {content['fmi_version']}"), end="")
@@ -138,7 +137,7 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
         out.print(plain("Its description keeps to the standard as far as was checked."))
 
 
-def _print_variables(variables: list[dict[str, Any]], causality: str, out: Console) -> None:
+def _print_variables(variables: list[dict[str, Any]], causality: str, out: console.Console) -> None:
     if not variables:
         return
     rows = [
@@ -157,6 +156,6 @@ def _print_variables(variables: list[dict[str, Any]], causality: str, out: Conso
     _print_rest(len(variables), out)
 
 
-def _print_rest(count: int, out: Console) -> None:
+def _print_rest(count: int, out: console.Console) -> None:
     if count > LISTED:
         out.print(console.plain(f"  and {count - LISTED} more, which --json lists"))

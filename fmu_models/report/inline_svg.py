@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from html import escape
 from typing import TYPE_CHECKING
 
 from fmu_models.base.figures import part_ticks
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
 def inline_svg(figure: Figure, prefix: str, title: str) -> str:
     """SVG of a figure to be put into HTML. prefix: of its ids, so that several figures share a page; title: read out to
     those who do not see it."""
-    from html import escape
-
     from matplotlib import rc_context
 
     part_ticks(figure)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmu_models.base import console
 from fmu_models.base.digits import value_with_sd
 
-if TYPE_CHECKING:
-    from rich.console import Console
 
-
-def print_map(content: dict[str, Any], out: Console) -> None:
+def print_map(content: dict[str, Any], out: console.Console) -> None:
     out.print(f"[bold]{content['map']}[/bold]: {content['title']}{' (negative map)' if content['negative'] else ''}")
     out.print(f"Source: {content['source']}")
     for name, rule in content["rule"].items():
@@ -54,7 +51,7 @@ def _motion_table(content: dict[str, Any], title: str) -> Any:
     return motions
 
 
-def _print_bifurcations(rows: list[dict[str, Any]], out: Console) -> None:
+def _print_bifurcations(rows: list[dict[str, Any]], out: console.Console) -> None:
     if not rows:
         out.print("On the way these motions meet neither a saddle-node nor a flip.")
         return

@@ -20,8 +20,6 @@ from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.importer.second_run import SecondRun
     from fmu_models.simulation.accuracy import ErrorEstimate
@@ -124,7 +122,7 @@ def _contact(trajectory: Trajectory, name: str, *, rigid: bool) -> dict[str, Any
     return {"events": len(events), "shares": dict(shares)}
 
 
-def print_summary(content: dict[str, Any], out: Console) -> None:
+def print_summary(content: dict[str, Any], out: console.Console) -> None:
     """Print the summary for people."""
     plain = console.plain
     head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
@@ -164,7 +162,7 @@ def _number(value: float | None) -> Cell:
     return Cell("not finite", "number") if value is None else number(value, ".6g")
 
 
-def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
+def _print_impacts(impacts: dict[str, Any], out: console.Console) -> None:
     out.print(f"{impacts['count']} impacts; work of their impulses {impacts['work']:.6g} J")
     if impacts["raised_energy"]:
         out.print(
@@ -173,7 +171,7 @@ def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
         )
 
 
-def _print_second(second: dict[str, Any], out: Console) -> None:
+def _print_second(second: dict[str, Any], out: console.Console) -> None:
     plain = console.plain
     head = f"second run, steps of at most {second['max_step']:.4g} s"
     if second["agrees"]:
@@ -196,7 +194,7 @@ def _print_second(second: dict[str, Any], out: Console) -> None:
         out.print(plain(f"  and {unlisted} more, which --json lists"))
 
 
-def _print_error(content: dict[str, Any], out: Console) -> None:
+def _print_error(content: dict[str, Any], out: console.Console) -> None:
     error, units = content["error"], {name: row["unit"] for name, row in content["ranges"].items()}
     seconds, others = error["seconds"]
     states = ", ".join(f"{name} {value:.1e} {units[name]}" for name, value in error["states"].items())

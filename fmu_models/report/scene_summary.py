@@ -11,15 +11,13 @@ from fmu_models.base.files import write_whole
 from fmu_models.base.table import number, table
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.compute import Comparison
     from fmu_models.scene.kinds.kind import Row
     from fmu_models.scene.scene import Scene
 
 
-def print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
+def print_scene(scene: Scene, fmu: Fmu, out: console.Console) -> None:
     out.print(f"[bold]{scene.name}[/bold] ", console.plain(scene.title))
     out.print(f"source: {scene.source}", markup=False)
     inputs = ", ".join(
@@ -39,7 +37,7 @@ def print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
         out.print(f"  {label:10s} {text}", markup=False)
 
 
-def print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
+def print_results(scene: Scene, rows: tuple[Row, ...], out: console.Console) -> None:
     if rows[0].family is not None and rows[0].family is rows[-1].family:
         out.print(rows[0].family.summary(), markup=False, highlight=False)
         if len(rows) > 1:  # a sweep: its rows are for a file
@@ -53,7 +51,7 @@ def print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
     out.print(results.turned() if len(rows) > len(names) else results)
 
 
-def print_comparisons(comparisons: tuple[Comparison, ...], out: Console) -> None:
+def print_comparisons(comparisons: tuple[Comparison, ...], out: console.Console) -> None:
     if not comparisons:
         return
     listing = console.table(
@@ -71,7 +69,7 @@ def print_comparisons(comparisons: tuple[Comparison, ...], out: Console) -> None
     out.print(listing)
 
 
-def print_explained(content: dict[str, Any], out: Console) -> None:
+def print_explained(content: dict[str, Any], out: console.Console) -> None:
     listing = console.table("left out", "name", "why", title="what the scene's FMU does without")
     for row in content["left_out"]:
         listing.add_row(row["kind"], row["name"], row["why"])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
-from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins, Cloud
+from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
@@ -132,13 +132,7 @@ def _(basins: Basins, axes: Axes) -> None:
 
 def attractors_of(basins: Basins) -> list[str]:
     """Texts of the attractors, each with its share of the starts."""
-    words = (
-        attractor.verdict.kind
-        if isinstance(attractor, Cloud)
-        else "-".join(map(str, (attractor.period, *attractor.began)))
-        for attractor in basins.attractors
-    )
-    return [f"{word} ({100 * share:.3g} %)" for word, share in zip(words, basins.shares, strict=True)]
+    return [f"{word} ({100 * share:.3g} %)" for word, share in zip(basins.words, basins.shares, strict=True)]
 
 
 def classes_of(chart: Chart) -> list[str]:

@@ -289,12 +289,15 @@ class _Check:
     # what to compute
 
     def _names(self, free: Mapping[str, float], drives: Mapping[str, Drive]) -> Names:
+        from fmu_models.language.quantities import TIME
+
         quantities: dict[str, Quantity] = {**self.parameters, **self.inputs}
         return Names(
             varied={name: quantities[name].unit for name in (*free, *drives)},
             parameters={name: quantity.unit for name, quantity in self.parameters.items()},
             states=self._state_units(),
             contacts=tuple(contact.name for contact in self.system.contacts),
+            forced=TIME in self.kept.symbols,
             stranger=self._stranger,
         )
 

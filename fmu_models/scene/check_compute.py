@@ -39,6 +39,7 @@ class Names:
         varied: units of drives and free parameters.
         parameters, states: units of all.
         contacts: names.
+        forced: whether time forces the model.
         stranger: the error for a name that is none: kind of it, name, known ones, place.
     """
 
@@ -46,6 +47,7 @@ class Names:
     parameters: Mapping[str, str]
     states: Mapping[str, str]
     contacts: tuple[str, ...]
+    forced: bool
     stranger: Callable[..., StickslipError]
 
 
@@ -146,7 +148,8 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
     if elsewhere and not kind.anywhere:
         raise doc.fault(f"a {name} is of a motion seen once per period; leave 'level' and 'impacts' out.", "compute")
     timed = (period is None) != (forcing is None)
-    if kind.periodic and not timed and not (elsewhere and period is None):
+    free = elsewhere or (kind.anywhere and not names.forced)
+    if kind.periodic and not timed and not (free and period is None):
         others = ", or a section: 'level' or 'impacts'" if kind.anywhere else ""
         raise doc.fault(
             f"a {name} needs either 'period', s, or 'forcing', the parameter that is the frequency{others}.", "compute"

@@ -50,9 +50,11 @@ class SectionQuestions(FmuPoints):
     Attributes:
         tolerance: relative local error of a step.
         strobes: whether the section is one of time.
+        wait: s, what counts as a period where nothing forces the motion.
     """
 
     tolerance: float
+    wait: float = 1.0
     strobes: bool = False
 
     @abstractmethod
@@ -73,7 +75,7 @@ class SectionQuestions(FmuPoints):
 
     def missed(self, period: float) -> str:
         """The sentence that the section is not met, and how long it was waited for."""
-        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE:g} s"
+        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE * self.wait:g} s"
         return f"the section is not met within {waited}"
 
 

@@ -47,4 +47,4 @@ class Crossing(FmuSection):
     def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         time = float(point[-1]) * period if self.forced else 0.0
         section = Section(self.state, self.level, self.direction)
-        return Begin(values, time, time + PATIENCE * (period or 1.0), section, period)
+        return Begin(values, time, time + PATIENCE * (period or self.wait), section, period)

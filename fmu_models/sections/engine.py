@@ -102,7 +102,7 @@ class EngineBackend:
             values=values,
             starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
             periods=section.repeats(periods),
-            patience=PATIENCE * np.where(periods > 0, periods, 1.0),
+            patience=PATIENCE * np.where(periods > 0, periods, section.wait),
             transient=jobs.transient,
             rows=jobs.rows,
             weights=weights,

@@ -47,6 +47,7 @@ class FmuSection(SectionQuestions):
         period: s, of the forcing, where no parameter says it.
         parameters: parameters and constant inputs that are not at their default.
         tolerance: relative local error of a step; 1e-14, and 1e-12 of FMUs of others.
+        wait: s, of which a motion that nothing forces has a thousand until it meets the section.
         stepper: "auto", or "taylor" for the series of the engine alone.
 
     Raises:
@@ -64,10 +65,12 @@ class FmuSection(SectionQuestions):
         period: float | None = None,
         parameters: Mapping[str, float] | None = None,
         tolerance: float | None = None,
+        wait: float = 1.0,
         stepper: str = "auto",
     ) -> None:
         super().__init__(fmu, forcing, period, parameters)
         self.stepper = _checked(stepper)
+        self.wait = wait
         self.tolerance = tolerance or (TOLERANCE if fmu.ours else TOLERANCE_OF_OTHERS)
         self._connect()
 

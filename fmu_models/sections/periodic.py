@@ -59,6 +59,11 @@ class PeriodicMotion(Shown):
         """Number of points."""
         return len(self.points)
 
+    @property
+    def word(self) -> str:
+        """n-p-q: its period, and how often each contact begins in it."""
+        return "-".join(map(str, (self.period, *self.began)))
+
 
 def find_periodic(
     iteration: Iteration, period: int = 1, *, box: Any = None, starts: int = 5000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,12 @@ from fmu_models.sections.point import Vector
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.field import VectorField, is_forced
+from fmu_models.simulation.run import simulate
 
-# the ratio that is farthest from those of whole numbers
-GOLDEN = 0.5 * (1.0 + 5.0**0.5)
+# times of change over which a motion is looked at, and how often; how often these are made four times longer
+CHANGES, SAMPLES, LONGER = 64.0, 512, 24
+SLOW = 1e-8  # of the fastest: what is slower stands still
+ROUNDING = 1e-12  # of the size of a state: what varies less does not move
 
 
 class Strobe(FmuSection):
@@ -27,7 +31,8 @@ class Strobe(FmuSection):
 
     Args:
         every: periods of the forcing in one step.
-        autonomous: nothing forces the motion, ``period`` is how often it is looked at.
+        autonomous: nothing forces the motion, ``period`` is how often it is looked at. Without ``period`` both are
+            found, and ``estimated``: half of the time in which the motion from the default start changes by its size.
         others: of ``FmuSection``.
     """
 
@@ -36,11 +41,13 @@ class Strobe(FmuSection):
     def __init__(self, fmu: Fmu, *, every: int = 1, autonomous: bool = False, **others: Any) -> None:
         super().__init__(fmu, **others)
         self.every, self.autonomous = every, autonomous
+        self.estimated = not self.forced and self.unforced
+        if self.estimated:
+            self.autonomous, self.period = True, 0.5 * time_of_change(fmu, self.values)
         if not self.forced or every < 1:
             raise StickslipError(
                 f"A strobe of '{self.name}' needs a period, and takes at least one a step. Name the parameter that is "
-                "the frequency of its forcing (--forcing, forcing=), or give the period in s (--period, period=), with "
-                "--autonomous, autonomous=True where nothing forces the motion."
+                "the frequency of its forcing (--forcing, forcing=), or give the period in s (--period, period=)."
             )
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
@@ -58,20 +65,13 @@ class Strobe(FmuSection):
             stepper=self.stepper,
         )
 
-    def beside_periods(self, point: Vector) -> tuple[Strobe, float] | None:
-        """Where nothing forces the motion at a point (n,), the same looked at more often, in no ratio to a period of
-        whole steps, and how many times; None where something forces it."""
-        if not self.autonomous:
-            if self.forcing is not None or not self.fmu.ours:
-                return None
-            try:
-                if is_forced(VectorField(self.fmu, self.values), point[: len(self.fmu.states)]):
-                    return None
-            except StickslipError:  # the point cannot be begun from
-                return None
-        period = self.every * float(self.period or 0.0) / GOLDEN
-        settings = {"parameters": self.values, "tolerance": self.tolerance, "stepper": self.stepper}
-        return Strobe(self.fmu, period=period, autonomous=True, **settings), GOLDEN
+    @property
+    def unforced(self) -> bool:
+        """Whether nothing forces the motion, as far as its rates at the default start tell."""
+        if self.forcing is not None or not self.fmu.ours:
+            return self.autonomous
+        states = np.array([self.fmu.start_of(name) for name in self.fmu.states])
+        return self.autonomous or not is_forced(VectorField(self.fmu, self.values), states)
 
     def log_volumes(self, points: Vector) -> Vector | None:
         """Logarithms of volumes from the divergence of the rates, where no event changes volumes."""
@@ -101,3 +101,28 @@ class Strobe(FmuSection):
 
     def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         return Begin(values, 0.0, self.every * period)
+
+
+def time_of_change(fmu: Fmu, values: Mapping[str, float]) -> float:
+    """s, 1/rms(|x'|/size) of the motion from the default start, sizes being standard deviations along it; where it
+    rests, of the fastest of small motions about it."""
+    field, states = VectorField(fmu, values), np.array([fmu.start_of(name) for name in fmu.states])
+    sizes = np.array([fmu.size_of(name) for name in fmu.states])
+    fastest = np.abs(np.linalg.eigvals(field.slopes(states, ()))).max()
+    time = 1.0 / (max(fastest, np.abs(field.at(states).rates / sizes).max()) or 1.0)
+    length = time
+    with suppress(StickslipError):  # a motion that cannot be continued
+        for _ in range(LONGER):
+            motion = simulate(fmu, length, output_times=np.linspace(0.0, length, SAMPLES), **fmu.settings(values))
+            x, rates = (np.stack([motion[n.format(name)] for name in fmu.states]) for n in ("{}", "der({})"))
+            moves = x.std(axis=1) > ROUNDING * np.abs(x).max(axis=1)
+            rms = np.sqrt(((rates[moves] / x[moves].std(axis=1)[:, None]) ** 2).sum(axis=0).mean())
+            if not 0.0 < rms < np.inf:
+                break
+            time = 1.0 / float(rms)
+            rates_here = np.abs(np.linalg.eigvals(field.slopes(x[:, -1], ())))
+            slowest = rates_here[rates_here > SLOW * rates_here.max()].min(initial=np.inf)
+            if length > max(CHANGES * time, 1.0 / slowest):  # a slow phase is not all of it
+                break
+            length *= 4.0
+    return time

@@ -48,13 +48,13 @@ class HasRates(Protocol):
 
 
 def is_forced(field: HasRates, point: Vector) -> bool:
-    """Whether the rates at a point (n,) depend on time, looked at when no harmonic force is the same by chance.
+    """Whether rates or events at a point (n,) depend on time, looked at when no harmonic is the same by chance.
 
     Raises:
         StickslipError: the engine refuses the point.
     """
-    first, *others = (field.at(point, time=time).rates for time in (0.0, 0.7310585786, 2.391046))
-    return any((state != first).any() for state in others)
+    first, *others = (field.at(point, time=time) for time in (0.0, 0.7310585786, 2.391046))
+    return any((seen.rates != first.rates).any() or (seen.indicators != first.indicators).any() for seen in others)
 
 
 class VectorField:

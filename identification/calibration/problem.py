@@ -285,12 +285,6 @@ class SegmentProblem(Problem):
         raise StickslipError("Segments that have to meet cannot be drawn anew: take the sandwich or a profile.")
 
 
-def logs_of(problem: SegmentProblem) -> list[str]:
-    """Names of the series, by the numbers in `Evaluation.log`."""
-    names = [f"{problem.logs[number].name}: {variable}" for number, variable in problem.series]
-    return [*names, "continuity"]
-
-
 def whole(logs: Sequence[ModelLog]) -> tuple[Segment, ...]:
     """One segment for each log: the free run."""
     return tuple(Segment(n, float(log.time[0]), float(log.time[-1]), True) for n, log in enumerate(logs))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
@@ -18,8 +17,6 @@ from identification.commands.fits import FitFile
 from identification.commands.machines import MachinePlace, read_machine, refuse_of_rigs
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.fmu.fmu import Fmu
     from identification.transfer.values import HandedValue
 
@@ -45,8 +42,8 @@ def apply(
     ] = None,
     machine: MachinePlace = None,
     fmi: Annotated[str, typer.Option(help="FMI version of a new FMU: 2.0 or 3.0.")] = "3.0",
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Write what was fitted, a friction law with the rig's constants, a machine or any calibrated model, into an FMU, a
     scene or an SSP.
@@ -187,7 +184,7 @@ def _notes(source: Path | None, kind: str) -> list[str]:
     return []
 
 
-def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
+def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: console.Console) -> None:
     table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
     for value in values:
         numbers = (like_sd(value.value, value.deviation), value.words + deviation(value.deviation))

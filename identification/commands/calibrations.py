@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Inputs, Settings
 from fmu_models.base.errors import StickslipError
 from identification.commands.fits import say_report
 from identification.commands.recipes import ResultFiles
@@ -33,7 +32,7 @@ ModelName = Annotated[
 class ModelLogs:
     """What is known of a model and of the logs that it is held against."""
 
-    settings: Settings = None
+    settings: console.Settings = None
     noise: Annotated[
         list[str] | None,
         typer.Option("--noise", metavar="NAME=SD", help="Noise of a measured variable (default: by the residuals)."),
@@ -45,7 +44,7 @@ class ModelLogs:
         list[str] | None,
         typer.Option("--column", metavar="NAME=COLUMN", help="Column of a variable or an input; repeat."),
     ] = None
-    inputs: Inputs = None
+    inputs: console.Inputs = None
     hold: Annotated[
         str | None,
         typer.Option(metavar="NAMES", help="Inputs that keep their value between samples (default: straight lines)."),

@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Settings
 from fmu_models.commands.bundles import Without, bundled
 from identification.commands.calibrations import compare_calibration
 from identification.commands.fits import FitFile, draw_families
@@ -32,7 +31,7 @@ SceneOption = Annotated[
 def compare(
     fitted: FitFile,
     logs: Logs,
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     scene: SceneOption = None,

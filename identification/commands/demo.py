@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import decay_of, draw_families, draw_friction, fit_logs, print_fit, write_text
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="New folder for everything made.")],
     seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
 
@@ -70,7 +66,7 @@ def demo(
         "families": [family.to_dict() for family in families],
     }
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         print_fit(decay, found, [], out)
         out.print(comparison_report(families))
         out.print("\nLook at")

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from identification.commands.calibrations import design_calibration, pairs_of
 from identification.commands.fits import FitFile
 from identification.commands.machines import MachinePlace, refuse
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from identification.next_step.design import Design
 
 
@@ -36,7 +33,7 @@ def design(
     ] = None,
     machine: MachinePlace = None,
     duration: Annotated[float, typer.Option(help="Of the log to come, s.")] = 20.0,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Name the drive speed and load whose log would tell the fitted parameters apart best.
 
@@ -84,7 +81,7 @@ def _candidates(tried: list[str] | None) -> list[dict[str, float]]:
     return [dict(zip(values, combination, strict=True)) for combination in product(*values.values())]
 
 
-def _print_design(found: Design, out: Console) -> None:
+def _print_design(found: Design, out: console.Console) -> None:
     from identification.report.tables import design_table
 
     out.print(design_table(found))

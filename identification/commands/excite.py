@@ -8,7 +8,6 @@ from typing import Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from identification.commands.machines import Gravity, gravity_of
@@ -22,15 +21,15 @@ def excite(
         list[str] | None,
         typer.Option("--limit", metavar="NAME=LOW:HIGH", help="Of a coordinate (all), velocity or effort; repeat."),
     ] = None,
-    settings: Settings = None,
+    settings: console.Settings = None,
     gravity: Gravity = None,
     period: Annotated[float, typer.Option(help="Of the motion, s.")] = 10.0,
     harmonics: Annotated[int, typer.Option(help="Of the period.", min=1)] = 5,
     rate: Annotated[float, typer.Option(help="Of the samples, Hz.")] = 250.0,
     seed: Annotated[int, typer.Option(help="Of the search.", min=0)] = 0,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the motion as CSV.")] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Design a periodic motion that shows the parameters of a machine best, within limits.
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 from fmu_models.base.threads import one_blas_thread
@@ -38,7 +37,7 @@ def fit(
     logs: Logs,
     estimator: EstimatorName = ESTIMATOR,
     law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = LAW,
-    settings: Settings = None,
+    settings: console.Settings = None,
     uncertainty: Uncertainties = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
@@ -70,8 +69,8 @@ def fit(
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,
     figure: FigurePath = None,
     workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Fit a friction law to stick-slip logs, all pooled; a free decay among them gives k/J and c/J.
 

@@ -17,8 +17,6 @@ from identification.estimators import ESTIMATORS
 from identification.inference.defaults import AUTO, NONE
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
     from identification.measurement.pooled import Pool
@@ -125,7 +123,7 @@ def family_paths(path: Path, families: Sequence[FamilyComparison]) -> tuple[Path
     return tuple(path.with_stem(f"{path.stem}-{names}") if i else path for i, names in enumerate(discs))
 
 
-def print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
+def print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: console.Console) -> None:
     from identification.report.fit_summary import fit_summary
 
     out.print(fit_summary(found, decay))
@@ -140,7 +138,7 @@ def say_report(findings: Findings, output: Path, overwrite: bool, json: bool) ->
     sentences = findings.summary()
     content = {"file": str(output), "bytes": output.stat().st_size, "summary": sentences, **findings.to_dict()}
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         for sentence in sentences:
             out.print(console.plain(sentence))
         console.print_files([str(output)], out)

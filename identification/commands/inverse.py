@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Settings
 from fmu_models.commands.bundles import bundled
 from identification.commands.calibrations import columns_of
 from identification.commands.logs import ReaderOption, Repairs
@@ -40,7 +39,7 @@ def inverse(
     held_out: Annotated[
         list[Path] | None, typer.Option("--held-out", metavar="LOG", help="Score this log too; repeat for several.")
     ] = None,
-    settings: Settings = None,
+    settings: console.Settings = None,
     columns: Annotated[
         list[str] | None,
         typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate, effort or time; repeat."),

@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Settings
 from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 from identification.estimators import ESTIMATORS
 from identification.inference.defaults import DISTURBANCES, ESTIMATOR
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from identification.inference.comparison import LawComparison
 
 
@@ -31,11 +28,11 @@ def laws(
             "--contact", help="Rigid contact against bristles (LuGre) too, over whole cycles, as where sticks give way."
         ),
     ] = False,
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Compare friction laws on the same logs, by the likelihood of an estimator and by the prediction of held-out logs.
 
@@ -56,7 +53,7 @@ def laws(
         if contact or found.elastic:
             contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))
 
-    def show(out: Console) -> None:
+    def show(out: console.Console) -> None:
         print_laws(found, out)
         if contacts is not None:
             print_laws(contacts, out)
@@ -64,7 +61,7 @@ def laws(
     console.say(json, {**found.to_dict(), "contacts": contacts.to_dict() if contacts else None}, show)
 
 
-def print_laws(found: LawComparison, out: Console) -> None:
+def print_laws(found: LawComparison, out: console.Console) -> None:
     """The laws as a table, and what decides."""
     from identification.report.law_table import LEGEND, law_table
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -97,8 +97,6 @@ def read_logs(
     Raises:
         StickslipError: as in `rig_io.logs.log.read_log`, an unknown constant, or an uncertainty of one without value.
     """
-    from dataclasses import replace
-
     from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
     from rig_io.packages.datapackage import read_log, read_package
 
@@ -138,8 +136,6 @@ def read_logs(
 
 def _with_speed(logs: Sequence[RigLog], said: Stated) -> list[RigLog]:
     """Logs with what is said of drive speeds that they do not record, rad/s."""
-    from dataclasses import replace
-
     from identification.measurement.disc_motion import nominal_drives
 
     if SPEED not in said.values and SPEED not in said.deviations:
@@ -168,8 +164,6 @@ def _with_speed(logs: Sequence[RigLog], said: Stated) -> list[RigLog]:
 
 def _with_laser(logs: Sequence[RigLog], said: Stated) -> list[RigLog]:
     """Logs with what is said of the gain of their laser."""
-    from dataclasses import replace
-
     if LASER not in said.deviations:
         return list(logs)
     if not any(log.calibration.laser for log in logs):
@@ -189,8 +183,6 @@ def _entries(name: str) -> tuple[str, ...]:
 
 
 def _with_deviation(log: RigLog, name: str, said: Stated) -> RigLog:
-    from dataclasses import replace
-
     present = {entry: getattr(log.rig, entry) for entry in _entries(name) if getattr(log.rig, entry) is not None}
     if not present:
         raise StickslipError(

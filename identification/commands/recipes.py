@@ -6,18 +6,14 @@ import json as json_files
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.figures import check_files
 from fmu_models.base.record import record
 from identification.commands.fits import FigurePath, write_text
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 RecipeArgument = Annotated[
     str, typer.Argument(metavar="RECIPE", help="A TOML file, or a name of 'stickslip data'.", show_default=False)
@@ -31,8 +27,8 @@ class ResultFiles:
 
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the result as JSON.")] = None
     figure: FigurePath = None
-    overwrite: Overwrite = False
-    json: Json = False
+    overwrite: console.Overwrite = False
+    json: console.Json = False
 
     def check(self) -> None:
         """Refuse files before the work rather than after it."""
@@ -48,7 +44,7 @@ class ResultFiles:
         drawn = (self.figure,) if figures is None else figures
         files = [str(path) for path in (self.result, *drawn) if path]
 
-        def show(out: Console) -> None:
+        def show(out: console.Console) -> None:
             out.print(report())
             console.print_files(files, out)
 

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from identification.commands.calibrations import report_calibration
@@ -22,7 +21,7 @@ def report(
     fitted: FitFile,
     logs: Logs,
     output: Annotated[Path, typer.Option("--output", "-o", help="Page to write (.html).")] = Path("report.html"),
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     residuals: Annotated[
@@ -35,8 +34,8 @@ def report(
         bool, typer.Option(help="The model live: sliders for law, N and k over portraits, or for what was calibrated.")
     ] = False,
     machine: MachinePlace = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Write one HTML page that holds all of a fit: verdicts, figures, tables, assumptions, and its data as JSON.
 

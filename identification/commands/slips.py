@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands.bundles import bundled
 from identification.commands.logs import ReaderOption, Repairs
@@ -18,7 +17,7 @@ from identification.commands.recipes import Log, RecipeArgument, ResultFiles
 def slips(
     recipe: RecipeArgument,
     log: Log,
-    settings: Settings = None,
+    settings: console.Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     events: Annotated[

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json as json_text
 import time
 from contextlib import nullcontext
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
 from fmu_models.base.printable import printable_json
@@ -37,7 +37,7 @@ def watch(
     interval: Annotated[float, typer.Option(help="Between looks, s.", min=0.05)] = 2.0,
     rest: Annotated[float, typer.Option(help="A file counts once it has not changed for so long, s.", min=0.0)] = 3.0,
     once: Annotated[bool, typer.Option("--once", help="Deal with what is there, and end.")] = False,
-    json: Json = False,
+    json: console.Json = False,
 ) -> None:
     """Watch a folder: each new log is described as the first, fitted, and charted; Ctrl-C ends it, nothing is lost.
 
@@ -62,8 +62,6 @@ def watch(
 
 
 def _begun(file: Path, law: str | None, estimator: str | None) -> State:
-    from dataclasses import replace
-
     from identification.watch.state import REFUSED, State, read_state
 
     before = read_state(file) if file.exists() else State(law or LAW, estimator or ESTIMATOR)
@@ -114,8 +112,6 @@ def _watch(
 
 
 def _dealt_with(folder: Path, one: Any, known: State, file: Path, page: Path | None, interval: float) -> State:
-    from dataclasses import replace
-
     from identification.watch.logs import called, deal_with
     from identification.watch.page import write_page
     from identification.watch.state import write_state
@@ -131,8 +127,6 @@ def _dealt_with(folder: Path, one: Any, known: State, file: Path, page: Path | N
 
 def _say(entry: Entry, live: bool, json: bool) -> None:
     """A line for a log, where there is no live table."""
-    from dataclasses import asdict
-
     if json:
         print(printable_json(json_text.dumps(asdict(entry), ensure_ascii=False)), flush=True)
     elif not live:

@@ -5,19 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from identification.inference.uncertainty import LAG_RULE
+from identification.report import tables
 from identification.report.friction_figure import fitted_law
-from identification.report.tables import (
-    constants_table,
-    correlation_table,
-    decay_table,
-    nuisance_table,
-    parameter_table,
-    plain_table,
-    posterior_table,
-    rivals_table,
-    sensors_table,
-    velocity_table,
-)
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -31,21 +20,21 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     from rich.console import Group
     from rich.text import Text
 
-    tables = [decay_table(decay)] if decay is not None else []
-    tables += [parameter_table(fit), correlation_table(fit)]
-    tables += [plain_table(fit)] if fit.causes else []
-    tables += [rivals_table(fit)] if len(fit.rivals) > 1 else []
-    tables += [nuisance_table(fit.nuisance)] if fit.nuisance else []
-    tables += [constants_table(fit)]
-    tables += [posterior_table(fit)] if fit.posterior is not None else []
-    tables += [sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
-    tables += [velocity_table(fit)] if "velocity_gain" in fit.sensors else []
+    shown = [tables.decay_table(decay)] if decay is not None else []
+    shown += [tables.parameter_table(fit), tables.correlation_table(fit)]
+    shown += [tables.plain_table(fit)] if fit.causes else []
+    shown += [tables.rivals_table(fit)] if len(fit.rivals) > 1 else []
+    shown += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
+    shown += [tables.constants_table(fit)]
+    shown += [tables.posterior_table(fit)] if fit.posterior is not None else []
+    shown += [tables.sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
+    shown += [tables.velocity_table(fit)] if "velocity_gain" in fit.sensors else []
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
     said += [fit.words_of_law]
     said += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []
     said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
     warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
-    return Group(*tables, *map(Text, said), *warnings)
+    return Group(*shown, *map(Text, said), *warnings)
 
 
 def _certainty(fit: FrictionFit) -> list[str]:

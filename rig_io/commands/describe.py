@@ -9,13 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from rig_io.description.draft import Draft
     from rig_io.description.questions import Question
 
@@ -59,8 +56,8 @@ def describe(
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Draw the columns with their roles (png, svg, pdf).")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Say what the columns of logs are, and write datapackage.json beside them; the logs stay as they are.
 
@@ -120,7 +117,7 @@ def ask(draft: Draft) -> Draft:
     return draft
 
 
-def show(draft: Draft, out: Console) -> None:
+def show(draft: Draft, out: console.Console) -> None:
     """The columns with their roles."""
     printed: set[tuple[object, ...]] = set()
     for log in draft.logs:
@@ -144,7 +141,7 @@ def show(draft: Draft, out: Console) -> None:
             out.print(console.plain(f"{file.path.name}: '{name}' is left out: {why}."))
 
 
-def finish(draft: Draft, target: Path, with_columns: bool, out: Console) -> None:
+def finish(draft: Draft, target: Path, with_columns: bool, out: console.Console) -> None:
     """Print what was written and what is open."""
     from rig_io.description.questions import optional, questions
 

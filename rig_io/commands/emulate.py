@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from rig_io.bench.emulation import Emulation
 
 SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
@@ -80,15 +78,13 @@ def emulate(
     velocity: Annotated[
         str | None, typer.Option(metavar="SENSOR", help="Fit a velocity sensor of the body: tachometer or vibrometer.")
     ] = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    overwrite: console.Overwrite = False,
+    json: console.Json = False,
 ) -> None:
     """Emulate a set of rig logs: one per drive speed, and a free decay.
 
     Example: stickslip emulate my_rig --material liner/rubber --speeds 0.41,0.83,1.2 --seed 7
     """
-    from dataclasses import replace
-
     from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulation import MicroSlip
     from rig_io.bench.emulator import standard_set
@@ -140,8 +136,6 @@ def emulate(
 
 def _with_second(settings: list[Emulation], speeds: list[float], material: str) -> list[Emulation]:
     """The settings with a second disc; one speed (rad/s) for all logs, or one for each."""
-    from dataclasses import replace
-
     from rig_io.bench.emulation import Disc
     from rig_io.bench.materials import material as named
 
@@ -213,7 +207,7 @@ def _numbers(text: str | None) -> list[float] | None:
         ) from None
 
 
-def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: Console) -> None:
+def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: console.Console) -> None:
     out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
     table = console.table("log", ">duration, s", ">drive speeds, rad/s")
     for emulation in settings:

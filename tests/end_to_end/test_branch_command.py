@@ -96,8 +96,8 @@ def test_a_declared_map(stickslip):
             ("branch", "disc_rig", "--autonomous", "--period", "1", "--over", "w0=0.5:1"),
             ("misses its start", "check its period, about 1 s"),
         ),
-        # what nothing forces, without a section
-        (("branch", "disc_rig", "--over", "w0=0.5:1"), ("needs a period", "autonomous=True where nothing forces")),
+        # what nothing forces, and comes to rest
+        (("branch", "drive_motor", "--over", "M=0.35:0.5"), ("comes to no cycle", "needs a period", "--period")),
         (("branch", "block_on_belt", "--period", "5", "--over", "v_belt=0.1:0.2"), ("else say so", "--autonomous")),
         # ranges
         ((*SUPPORT[:5], "omega=0.8", "--over", "ks=-5:20"), ("must be at least 0.0 N/m, found -5",)),

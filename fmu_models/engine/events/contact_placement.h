@@ -16,6 +16,8 @@ int placement_has_lever(const Run *r, int c);
 int placement_at_wall(Run *r, int c);
 /* a contact of friction that is inside slips as its slip speed says */
 signed char placement_slipping(const Run *r, int c);
+/* the side to which a switch that may rest leaves zero; stick where its function has no rate either */
+signed char placement_leaving(Run *r, int c);
 /* a rigid contact leaves its wall, or is not at it */
 void placement_open(Run *r, int c);
 /* a stop is entered at its bound */

@@ -41,7 +41,7 @@ class Kind:
         compute: from a scene, its FMU and the arguments of ``simulate``, changed where the scene varies something, to a
             row; to one per value of what is varied if the kind ``sweeps`` by itself.
         periodic: whether the scene must say a period or what forces it.
-        anywhere: whether another section than a strobe will do.
+        anywhere: whether another section than a strobe will do, and none of a model that nothing forces.
         sweeps: see ``compute``.
         axes: what it is over: PARAMETERS, two of them, or STATES; empty if it has no axes.
         settings: keys of [compute] that no other kind reads, and their defaults.

@@ -8,16 +8,13 @@ import platform
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
 from fmu_models.base.record import record
 from fmu_models.base.table import Cell, Column, Table, table
 from fmu_models.validation.bench.run import MethodComparison, MethodRow
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 CAPTION = (
     "Error: largest difference of a state at the end, in its nominal value; '<' where it is no larger than three times "
@@ -67,7 +64,7 @@ def _cells(row: MethodRow) -> list[str | Cell]:
     return [row.method, *(Cell(text, "number") for text in words)]
 
 
-def print_table(comparisons: Sequence[MethodComparison], out: Console) -> None:
+def print_table(comparisons: Sequence[MethodComparison], out: console.Console) -> None:
     """For people at a terminal."""
     for comparison in comparisons:
         out.print(comparison_table(comparison))

@@ -1,0 +1,230 @@
+"""Attractors of a flow that nothing forces: equilibria, and cycles, each at a section of its own.
+
+    seen      at a step of its own time (``Strobe`` without a period)
+    rest      what a long run repeats at every step: an equilibrium, solved to rounding; attracting by its eigenvalues
+    cycle     the motion that a long run has come to is sampled; where it moves fastest, in standard deviations, and
+              where nothing sticks just before and after, the level of the fastest state is the section. What returns to
+              it is solved to rounding there: turns, period, multipliers
+    which     a start comes to a cycle where its motion comes, at that section, to where the cycle surely attracts
+    mirrored  two attractors are mirror images where changes of sign that steps do not notice bring one onto the other
+
+A cycle that passes its own section without a least number of turns that was looked for stays a set (``Cloud``).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.attractors import UNDECIDED, claimed, targets_of
+from fmu_models.base.errors import StickslipError
+from fmu_models.families.execution import Execution, Runner
+from fmu_models.families.jobs import Jobs
+from fmu_models.language.contact_kinds import STICK
+from fmu_models.sections.crossing import Crossing
+from fmu_models.sections.periodic import PeriodicMotion
+from fmu_models.sections.stability import ON_CIRCLE, Stability
+from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
+from fmu_models.simulation.ensemble import Targets
+from fmu_models.simulation.rows import RunRows
+
+Vector = NDArray[np.float64]
+
+MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked for, relative distance of equal points
+SPAN, SAMPLES = 1024, 4097  # steps of the strobe over which a cycle is sampled, and how finely
+PATIENT = 4.0  # steps that count as a period while a section is waited for
+SAME = 1e-6  # of the size of a state: two equilibria, or a step and its mirror image, that are nearer are one
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium(PeriodicMotion):
+    """A point of rest that attracts, or, with a multiplier 1, one of many that do so together, as those of a stick.
+
+    Attributes:
+        points: (1, n).
+        stability: of a step of the strobe: exp(eigenvalue times step).
+    """
+
+    RECORD: ClassVar = ("word", "points")
+
+    @property
+    def alone(self) -> bool:
+        """Whether there are no others beside it."""
+        return self.stability.stable
+
+    @property
+    def word(self) -> str:
+        return "equilibrium" if self.alone else "equilibria side by side"
+
+    def holds(self, points: Vector) -> bool:
+        """Whether points (k, n) of an attractor are its own."""
+        return bool(np.abs(points - self.points).max() < SAME)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitCycle(PeriodicMotion):
+    """A cycle of a flow.
+
+    Attributes:
+        points: (turns, n) where it meets its section.
+        stability: multipliers, but for the 1 along the motion.
+        time: the period, s.
+        section: its own.
+        reach: in sizes of the states, how far the motion goes from its mean, about.
+    """
+
+    RECORD: ClassVar = ("word", "time", "multipliers", "points")
+
+    section: Crossing = None  # type: ignore[assignment] # behind fields that have defaults
+    reach: float = 1.0
+
+    @property
+    def word(self) -> str:
+        return f"cycle of {self.time:.6g} s"
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """(n - 1,) largest modulus first."""
+        return self.stability.eigenvalues
+
+    @cached_property
+    def targets(self) -> Targets | None:
+        """Where it surely attracts."""
+        return targets_of(self.section, [self], self.reach)
+
+    def holds(self, points: Vector) -> bool:
+        """Whether points (k, n) of an attractor are its own."""
+        return bool(self.absorbs(points[:1], 1).all())
+
+    def absorbs(self, starts: Vector, workers: int | None, **jobs: Any) -> NDArray[np.int64]:
+        """(m,) turns after which starts (m, n) have surely come to it; 0 if they have not."""
+        runs = Jobs(starts, targets=self.targets, **{"transient": 4 * self.period, **jobs})
+        rows = Runner(self.section, execution=Execution(workers=workers)).make(runs, quiet=True)
+        return np.where(rows.orbits == 0, np.maximum(rows.steps, 1), 0)
+
+
+def limit_cycle(system: Strobe, point: Vector, **search: Any) -> LimitCycle | None:
+    """The stable cycle that the motion from a point (n,) is on, nearly; None if it returns to no point of itself.
+
+    search: ``longest`` and ``settled`` of ``Jobs``.
+    """
+    section, start, reach = _own_section(system, point)
+    if section is None:
+        return None
+    rows = section.make(Jobs(start[None], rows=2 * search["longest"], **search), workers=1)
+    (motion,) = claimed(section, rows, longest=search["longest"]).motions
+    return None if motion is None else LimitCycle(**vars(motion), section=section, reach=reach)
+
+
+def _own_section(system: Strobe, point: Vector) -> tuple[Crossing | None, Vector, float]:
+    """The level where the motion from a point moves fastest, the point there, and the largest size of the motion."""
+    fmu, step = system.fmu, float(system.periods({}, 1)[0])
+    motion = system.trajectory(point, np.linspace(0.0, SPAN * step, SAMPLES))
+    states, rates = (np.stack([motion[n] for n in names], axis=1) for names in (fmu.states, _rates(fmu.states)))
+    size = states.std(axis=0)
+    speeds = np.abs(rates) / np.where(size > SAME * system.sizes()[: len(size)], size, np.inf)
+    sticks = np.zeros(SAMPLES, bool)
+    for contact in system.contacts:
+        sticks |= motion[f"{contact}_state"] == STICK
+    speeds[sticks | np.roll(sticks, 1) | np.roll(sticks, -1)] = 0.0
+    k, i = np.unravel_index(speeds.argmax(), speeds.shape)
+    if not speeds[k, i] > 0.0:
+        return None, point, 0.0
+    level, settings = float(states[k, i]), {"parameters": system.values, "tolerance": system.tolerance}
+    section = Crossing(fmu, fmu.states[i], level, int(np.sign(rates[k, i])), wait=PATIENT * step, **settings)
+    return section, section.start(states[k]), float((size / system.sizes()[: len(size)]).max())
+
+
+def _rates(states: Sequence[str]) -> list[str]:
+    return [f"der({name})" for name in states]
+
+
+def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]:
+    """A strobe by the period of the cycle that its start comes to, and a point of that, where none was given.
+
+    Raises:
+        StickslipError: it comes to no cycle.
+    """
+    if not (isinstance(system, Strobe) and system.estimated):
+        return system, start
+    settled = system.make(Jobs(system.start(start)[None], transient=MOST), workers=1)
+    cycle = limit_cycle(system, settled.ends[0], longest=LONGEST, settled=SETTLED)
+    if cycle is None:
+        raise StickslipError(
+            f"'{system.name}' comes to no cycle from that start, so that it needs a period: give about how long it is "
+            "(--period with --autonomous, period= with autonomous=True), or start elsewhere."
+        )
+    settings = {"parameters": system.values, "tolerance": system.tolerance, "stepper": system.stepper}
+    return Strobe(system.fmu, period=cycle.time, autonomous=True, **settings), cycle.points[0]
+
+
+def absorb(
+    attractors: Sequence[Any],
+    starts: Vector,
+    labels: NDArray[np.int64],
+    steps: NDArray[np.int64],
+    workers: int,
+    **jobs: Any,
+) -> None:
+    """Label the starts (m, n) without a label that come to the cycles among attractors, and add their turns to steps.
+
+    jobs: of ``Jobs``.
+    """
+    for number, cycle in enumerate(attractors):
+        if isinstance(cycle, LimitCycle) and (labels == UNDECIDED).any():
+            remaining = np.flatnonzero(labels == UNDECIDED)
+            turns = cycle.absorbs(starts[remaining], workers, **jobs)
+            labels[remaining[turns > 0]] = number
+            steps[remaining] += turns
+
+
+def settle_flows(
+    system: Strobe, rows: RunRows, labels: NDArray[np.int64], attractors: list[Any], workers: int, **search: Any
+) -> None:
+    """Label the runs that have come to equilibria side by side or to cycles; those that are not known are added.
+
+    search: ``longest`` and ``settled`` of ``Jobs``.
+    """
+    steps = np.zeros(len(labels), np.int64)
+    absorb(attractors, rows.ends, labels, steps, workers, **search)
+    for i in np.flatnonzero(labels == UNDECIDED):
+        if labels[i] != UNDECIDED:  # another one's cycle by now
+            continue
+        rests = rows.periods[i] == 1
+        motion = resting(system, rows.ends[i]) if rests else limit_cycle(system, rows.ends[i], **search)
+        if motion is None:
+            continue
+        beside = [k for k, known in enumerate(attractors) if rests and known.word == motion.word]
+        labels[i] = beside[0] if beside else len(attractors)
+        if not beside:
+            attractors.append(motion)
+            absorb(attractors, rows.ends, labels, steps, workers, **search)
+
+
+def resting(system: Strobe, point: Vector) -> Equilibrium | None:
+    """The equilibrium at a point (n,) that steps repeat; None if it does not attract."""
+    stability = Stability.of(system.step(point[None]).derivatives[0])
+    return Equilibrium(point[None], stability, 0.0) if abs(stability.eigenvalues[0]) < 1.0 + ON_CIRCLE else None
+
+
+def mirror_images(system: Strobe, attractors: Sequence[Any]) -> tuple[tuple[int, int], ...]:
+    """Pairs of attractors that are images of one another by changes of sign of states, of eight of them at most."""
+    numbered = itertools.combinations(range(len(attractors)), 2)
+    pairs = [(i, j) for i, j in numbered if type(attractors[i]) is type(attractors[j])]
+    if not pairs:
+        return ()
+    points = np.array([attractor.points[0] for attractor in attractors])
+    after = system.step(points, derivative=False).points
+    mirrored: set[tuple[int, int]] = set()
+    for signs in map(np.array, itertools.islice(itertools.product((1.0, -1.0), repeat=points.shape[1]), 1, 256)):
+        images = system.step(signs * points, derivative=False).points
+        if (np.abs(images - signs * after) <= SAME * system.sizes()).all():
+            mirrored |= {(i, j) for i, j in pairs if attractors[j].holds(signs * attractors[i].points)}
+    return tuple(sorted(mirrored))

@@ -1,0 +1,245 @@
+"""Attractors of what nothing forces, of models as they are: against closed forms, published values and SciPy."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from fmu_models import (
+    Automaton,
+    Coordinate,
+    Coulomb,
+    Fmu,
+    Friction,
+    Mechanism,
+    Parameter,
+    Reset,
+    State,
+    StickslipError,
+    Strobe,
+    Switch,
+    basins,
+    load,
+    lyapunov,
+)
+from fmu_models.analyses.basins import Basins
+from fmu_models.analyses.unforced import Equilibrium, LimitCycle
+from fmu_models.families.execution import Execution
+
+ALONE = Execution(workers=1)
+RATE = Parameter("rate", 1.0, "1/s", "rate", positive=True)
+
+
+def states(**starts: float) -> list[State]:
+    return [State(name, "1", name, start=start) for name, start in starts.items()]
+
+
+def flow(name: str, flows: dict, switches: tuple = (), resets: tuple = ()) -> Fmu:
+    """The FMU of a flow, whose rates are those per unit of time."""
+    rates = {state: RATE * rate for state, rate in flows.items()}
+    declared = Automaton(
+        name=name, title=name, source="here", states=list(rates), flows=rates, switches=switches, resets=resets
+    )
+    return load(declared)
+
+
+@cache
+def lorenz() -> Fmu:
+    rho = Parameter("rho", 28.0, "1", "rho")
+    x, y, z = states(x=1.0, y=1.0, z=1.0)
+    return flow("lorenz_as_it_is", {x: 10 * (y - x), y: x * (rho - z) - y, z: x * y - sympy.Rational(8, 3) * z})
+
+
+@cache
+def van_der_pol() -> Fmu:
+    mu = Parameter("mu", 1.0, "1", "mu")
+    x, y = states(x=0.5, y=0.0)
+    return flow("van_der_pol", {x: y, y: mu * (1 - x**2) * y - x})
+
+
+@cache
+def brusselator() -> Fmu:
+    b = Parameter("b", 3.0, "1", "b")
+    x, y = states(x=1.0, y=1.0)
+    return flow("brusselator", {x: 1 + x**2 * y - (b + 1) * x, y: b * x - x**2 * y})
+
+
+@cache
+def thermostat() -> Fmu:
+    """T' = 2 q - T; the heater q goes off at T = 1.1, on at .9."""
+    temperature, q = states(T=1.0, q=1.0)
+    hot = Switch(name="hot", function=sympy.Rational(11, 10) - temperature)
+    cold = Switch(name="cold", function=temperature - sympy.Rational(9, 10))
+    resets = (Reset(hot, "+", {q: sympy.Integer(0)}), Reset(cold, "+", {q: sympy.Integer(1)}))
+    return flow("thermostat", {temperature: 2 * q - temperature, q: sympy.Integer(0)}, (hot, cold), resets)
+
+
+@cache
+def relay() -> Fmu:
+    """1/(1 + s)^3 under a relay."""
+    x, y, z = states(x=0.5, y=0.2, z=0.1)
+    switch = Switch(name="relay", function=z)
+    return flow("relay", {x: -x - switch.sign, y: x - y, z: y - z}, (switch,))
+
+
+def grid(fmu: Fmu, at: dict[str, float], **axes: Any) -> Basins:
+    return basins(Strobe(fmu, parameters=at), execution=ALONE, **axes)
+
+
+def cycle_of(found: Basins) -> LimitCycle:
+    """The only attractor, a cycle to which every start comes."""
+    (cycle,) = found.attractors
+    assert isinstance(cycle, LimitCycle)
+    assert (found.labels == 0).all()
+    return cycle
+
+
+def period_of(rates, start: list[float], level: float) -> float:
+    """Of the cycle that SciPy's integration comes to, by its upward crossings of a level of the first state."""
+
+    def crosses(t, x):
+        return x[0] - level
+
+    crosses.direction = 1.0  # type: ignore[attr-defined] # as SciPy reads it
+    run = solve_ivp(rates, (0, 300), start, rtol=1e-10, atol=1e-12, events=crosses, method="LSODA")
+    return run.t_events[0][-1] - run.t_events[0][-2]
+
+
+def test_van_der_pol_has_one_cycle():
+    """T = 6.6632868593 (Andersen and Geer, SIAM J. Appl. Math. 42, 1982); log of the multiplier: mean divergence."""
+    found = basins(van_der_pol(), execution=ALONE, x=np.linspace(-2.2, 2, 5), y=np.linspace(-2, 2, 4))
+    cycle = cycle_of(found)
+    assert cycle.time == pytest.approx(6.6632868593, abs=1e-9)
+    assert found.words == ["cycle of 6.66329 s"] and cycle.period == 1
+
+    def rates(t, x):
+        return [x[1], (1 - x[0] ** 2) * x[1] - x[0], 1 - x[0] ** 2]
+
+    start = cycle.points[0]
+    run = solve_ivp(rates, (0, cycle.time), [*start, 0.0], rtol=1e-12, atol=1e-13, method="DOP853")
+    assert run.y[:2, -1] == pytest.approx(start, abs=1e-9)
+    assert cycle.multipliers[0].real == pytest.approx(math.exp(run.y[2, -1]), rel=1e-7)
+
+
+@pytest.mark.parametrize("mu", [0.1, 30.0])
+def test_periods_from_harmonic_to_relaxation(mu):
+    """1 + mu^2/16 - 5 mu^4/3072; at 30 against SciPy."""
+    known = 2 * math.pi * (1 + mu**2 / 16 - 5 * mu**4 / 3072)
+    if mu > 1:
+        known = period_of(lambda t, x: [x[1], mu * (1 - x[0] ** 2) * x[1] - x[0]], [2.0, 0.0], 0.0)
+    cycle = cycle_of(grid(van_der_pol(), {"mu": mu}, x=[-2.0, 1.0], y=[0.3]))
+    assert cycle.time == pytest.approx(known, rel=1e-6)
+
+
+def test_the_brusselator_has_a_cycle_or_none():
+    period = period_of(lambda t, x: [1 + x[0] ** 2 * x[1] - 4 * x[0], 3 * x[0] - x[0] ** 2 * x[1]], [1.0, 2.0], 1.0)
+    axes: Any = {"x": np.linspace(0.1, 3, 4), "y": np.linspace(0.2, 4, 4)}
+    assert cycle_of(basins(brusselator(), execution=ALONE, **axes)).time == pytest.approx(period, rel=1e-7)
+    # Hopf point at b = 2: below it the equilibrium (1, b), with the eigenvalues of l^2 + (2 - b) l + 1
+    calm = grid(brusselator(), {"b": 1.5}, **axes)
+    assert calm.words == ["equilibrium"] and (calm.labels == 0).all()
+    (rest,) = calm.attractors
+    assert isinstance(rest, Equilibrium)
+    assert rest.points[0] == pytest.approx([1.0, 1.5], abs=1e-12)
+    step = Strobe(brusselator(), parameters={"b": 1.5}).period
+    logarithm = np.log(rest.stability.eigenvalues) / step
+    assert np.sort(logarithm.imag) == pytest.approx([-math.sqrt(1 - 1 / 16), math.sqrt(1 - 1 / 16)], abs=1e-9)
+    assert logarithm.real == pytest.approx([-0.25, -0.25], abs=1e-9)
+
+
+def test_lorenz_at_rest_in_mirror_cycles_and_in_chaos():
+    """Equilibria +-sqrt(8/3 (rho - 1)); two cycles at 150; chaos at 28, .9056 (Viswanath 1998)."""
+    axes: Any = {"x": np.linspace(-9, 10, 4), "y": np.linspace(-9, 10, 4)}
+    rest = grid(lorenz(), {"rho": 10.0}, **axes)
+    assert rest.words == ["equilibrium, mirror image of 2", "equilibrium, mirror image of 1"]
+    assert rest.undecided == 0
+    size = math.sqrt(24.0)
+    assert [a.points[0] for a in rest.attractors] == [pytest.approx([s * size, s * size, 9.0]) for s in (-1, 1)]
+    cycles = grid(lorenz(), {"rho": 150.0}, **axes)
+    assert [w.partition(",")[2] for w in cycles.words] == [" mirror image of 2", " mirror image of 1"]
+    assert cycles.undecided == 0 and set(cycles.labels.ravel().tolist()) == {0, 1}
+    for cycle in cycles.attractors:
+        assert isinstance(cycle, LimitCycle)
+        # volumes shrink by the divergence, and one multiplier is 1
+        assert np.log(np.abs(np.prod(cycle.multipliers))) == pytest.approx(-(11 + 8 / 3) * cycle.time, rel=1e-3)
+        run = solve_ivp(
+            lambda t, x: [10 * (x[1] - x[0]), x[0] * (150 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2]],
+            (0, cycle.time), cycle.points[0], rtol=1e-12, atol=1e-12, method="DOP853",
+        )  # fmt: skip
+        assert run.y[:, -1] == pytest.approx(cycle.points[0], abs=1e-6)
+    wild = grid(lorenz(), {}, x=[-9.0, 1.0], y=[2.0])
+    assert wild.words == ["chaos"] and (wild.labels == 0).all()
+
+
+def test_exponents_of_a_model_as_it_is():
+    found = lyapunov(lorenz(), periods=60_000, execution=ALONE)
+    assert found.zero == 1
+    assert (np.abs(found.per_time - [0.9056, 0.0, -14.5723]) <= 5 * found.per_time_errors + 1e-3).all(), found
+
+
+def test_a_thermostat_switches_as_its_logarithms_say():
+    """2 ln(1.1/.9) s; where it starts without a heater that its guard can turn on, it rests at 2 q."""
+    found = basins(thermostat(), execution=ALONE, T=[0.95, 1.0, 1.05], q=[0.0, 1.0])
+    cycle = cycle_of(found)
+    assert cycle.time == pytest.approx(2 * math.log(1.1 / 0.9), rel=1e-12)
+    assert np.abs(cycle.multipliers).max() < 1e-9
+    cold = basins(thermostat(), execution=ALONE, T=[0.1, 0.2], q=[0.0])
+    assert cold.words == ["equilibria side by side"]
+
+
+def test_a_relay_has_the_period_of_its_switching_condition():
+    """Half a period h solves z(h) = -z(0) = 0: sum over the Laguerre terms of 1/(1 + s)^3, with alternate sides."""
+
+    def at_switching(h):
+        a = np.array([[-1.0, 0, 0], [1, -1, 0], [0, 1, -1]])
+        e = sympy.Matrix(a * h).exp()
+        e = np.array(e.tolist(), float)
+        # x(h) = e x + (e - 1) a^-1 b u = -x, u = -1
+        forced = (e - np.eye(3)) @ np.linalg.solve(a, [1.0, 0, 0])
+        return np.linalg.solve(np.eye(3) + e, forced)[2]
+
+    half = brentq(at_switching, 1.0, 3.0, xtol=1e-13)
+    found = basins(relay(), execution=ALONE, x=[-1.0, 0.4], y=[0.3, -0.6])
+    assert cycle_of(found).time == pytest.approx(2 * half, rel=1e-10)
+
+
+def test_a_block_on_a_belt_sticks_and_slips():
+    """It sticks, so that each difference is lost; belt speed times stick time is the way of the spring."""
+    found = basins("block_on_belt", execution=ALONE, x=np.linspace(-0.2, 0.2, 4), v=np.linspace(-0.3, 0.3, 4))
+    cycle = cycle_of(found)
+    assert np.abs(cycle.multipliers).max() < 1e-9
+    motion = cycle.section.trajectory(cycle.points[0], np.linspace(0.0, cycle.time, 20001))
+    assert motion["x"][-1] == pytest.approx(motion["x"][0], abs=1e-10)
+    # slipping alone: the published cycle tears off where k x + c v = N mu_s
+    assert motion["x"].max() >= (9.81 * 0.65 - 0.5 * 0.1) / 100 - 1e-9
+
+
+def test_rests_side_by_side_and_centres_are_no_cycles():
+    q = Coordinate("q", "m", "q", velocity="v", start=1.0)
+    ground = Friction(
+        name="ground", slip=q.v, law=Coulomb(Parameter("N", 1.0, "N", "N"), Parameter("mu", 0.2, "1", "mu"))
+    )
+    m, k = Parameter("m", 1.0, "kg", "m"), Parameter("k", 1.0, "N/m", "k")
+    box = Mechanism(
+        name="dry_box", title="rubs", source="here", coordinates=[q], kinetic_energy=m * q.v**2 / 2,
+        potential_energy=k * q**2 / 2, contacts=[ground],
+    )  # fmt: skip
+    found = basins(box, execution=ALONE, q=[-1.0, 0.33, 1.0], v=[0.1, 0.9])
+    assert found.words == ["equilibria side by side"] and (found.labels == 0).all()
+    assert np.abs(found.attractors[0].points[0, 0]) <= 0.2
+    x, y = states(x=0.5, y=0.0)
+    turning = basins(flow("centre", {x: y, y: -x}), execution=ALONE, x=[0.5, 1.0], y=[0.0])
+    assert {attractor.word for attractor in turning.attractors} <= {"not decided"}
+
+
+def test_what_time_forces_wants_its_period():
+    for name in ("bouncing_ball", "discontinuous_support", "fermi_accelerator"):
+        with pytest.raises(StickslipError, match="needs a period"):
+            basins(name, execution=ALONE, x=[0.1])

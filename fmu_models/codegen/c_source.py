@@ -415,6 +415,7 @@ def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
         "DIRECTED": int(system.directed),
+        "RESTS": int(any(contact.reset_sides & 8 for contact in system.contacts)),
         "IS_MAP": int(bool(system.rule)),
         "REACH": int(reach),
         "RELEASES": int(any(contact.release is not None for contact in system.contacts)),

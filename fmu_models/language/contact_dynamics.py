@@ -41,7 +41,8 @@ class ContactDynamics:
         remembers: the law reads the speed at which the contact was entered.
         rooted: the law has half-integer powers of the depth.
         reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
-        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends.
+        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends; bit 8 if
+            the jumps may end in rest: then slip_rate is the second derivative of y, which stick holds at zero.
         partner: of a rigid contact with friction the index of its other direction, else None.
         restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
         friction: mu, of the friction of a rigid contact.

@@ -13,10 +13,9 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from identification.inference.bootstrap import LEAST, bootstrap
-from identification.inference.bound import cramer_rao
 from identification.inference.defaults import COVARIANCE, DRAWS, SEED
 from identification.inference.identifiability import Collinearity, collinearity
-from identification.inference.problem import Problem, Solution, prior_precision
+from identification.inference.problem import Problem, Solution, information, prior_precision
 from identification.inference.profile import Interval, profile
 from identification.inference.uncertainty import clustered_covariance, newey_west, student
 from identification.inference.whiteness import Whiteness, whiteness
@@ -105,7 +104,13 @@ def infer(
             )
     elif draws is not None and np.ndim(instruments) == 0:
         intervals = tuple(draws.interval(index, name, rule.level) for index, name in enumerate(names))
-    return Inferred(covariance, cramer_rao(problem, solution), intervals, collinear, white, tuple(warnings))
+    return Inferred(covariance, _cramer_rao(problem, solution), intervals, collinear, white, tuple(warnings))
+
+
+def _cramer_rao(problem: Problem, solution: Solution) -> np.ndarray | None:
+    """Covariance (m, m) of all unknowns that no unbiased estimator betters with these sensors and these data; None
+    where their noise is not known. Residuals have unit variance, the information of rows and priors is G'G + P."""
+    return np.linalg.inv(information(problem, solution.evaluation)) if problem.noise_known else None
 
 
 def coloured_covariance(problem: Problem, solution: Solution, kind: str) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from fmu_models import TIME, Automaton, Parameter, Reset, State, Switch
+from fmu_models import TIME, Automaton, Input, Parameter, Reset, State, Switch
 
 
 def neuron() -> Automaton:
@@ -32,6 +32,28 @@ def wheel() -> Automaton:
         spoke,
         Reset(spoke, "+", {q: q - 2 * alpha, w: w * sympy.cos(2 * alpha)}),
     )
+
+
+def block() -> Automaton:
+    """Rocking block: x'' = p^2 (x - sgn x) + A sin(omega t), and v := r v where x comes to zero."""
+    x, v = State("x", "1", "tilt", start=0.3), State("v", "1/s", "rate")
+    stiffness, keeps = Parameter("p2", 1.0, "1/s2", "p^2"), Parameter("r", 0.5, "1", "what an impact leaves of v")
+    push, omega = Parameter("A", 0.0, "1/s2", "amplitude"), Parameter("omega", 0.2, "rad/s", "frequency")
+    foot = Switch(name="foot", function=x, description="both corners down")
+    flow = stiffness * (x - foot.sign) + push * sympy.sin(omega * TIME)
+    return _automaton("block", {x: v, v: flow}, foot, Reset(foot, "both", {v: keeps * v}))
+
+
+def ball(sense: int = 1) -> Automaton:
+    """Ball over a table that shakes, or below a ceiling of the same motion (sense -1), with a lift as input."""
+    z, w = State("z", "m", "height", start=1.0 * sense), State("w", "m/s", "speed")
+    gravity, e = Parameter("g", 10.0, "m/s2", "gravity"), Parameter("e", 0.5, "1", "restitution")
+    shake, omega = Parameter("a", 0.0, "m", "amplitude"), Parameter("omega", 3.0, "rad/s", "frequency")
+    lift = Input("lift", 0.0, "m/s2", "force on the ball by its mass")
+    wall, speed = shake * sympy.sin(omega * TIME), shake * omega * sympy.cos(omega * TIME)
+    table = Switch(name="table", function=z - wall, unit="m", description="where it lands")
+    bounce = Reset(table, "+" if sense > 0 else "-", {w: w - (1 + e) * (w - speed)})
+    return _automaton(f"ball{'' if sense > 0 else '_below'}", {z: w, w: sense * (lift - gravity)}, table, bounce)
 
 
 def _automaton(name: str, flows: Any, switch: Switch, reset: Reset) -> Automaton:

@@ -12,6 +12,10 @@
  *     no sequence:   of several whose pauses follow no ratio all are held, at once, where they are as slow and half as
  *                    many events as an instant may have have not moved time.
  *                    What cannot be held together, because a force would have to pull, goes on as it was.
+ *     resets:        of a switch at whose zeros its rate is multiplied by r, |r| < 1, while the flow pushes it back with
+ *                    P on this side and Q on the next (P, where it bounces): after one with rate v they end after
+ *                    2 v (1/P + |r|/Q)/(1 - r^2).   From the reset on at which v is below `chatter` of the fastest the
+ *                    zeros are passed over, and the end is an event: rest, if both sides still push.
  */
 #include "chatter.h"
 
@@ -171,4 +175,39 @@ RunStatus chatter_settle(Run *r, int *moved)
         }
     }
     return RUN_OK;
+}
+
+double chatter_rate(Run *r, int c)
+{
+    taylor_load(r, &r->scratch);
+    taylor_field(r, &r->scratch, 0);
+    return contact_rest_rate(&r->at, &r->scratch, c);
+}
+
+/* how strongly the flow on a side pushes the function of a switch, which is zero, back to it */
+static double push_back(Run *r, int c, int side)
+{
+    enum { ORDER = 3 };
+    const signed char state = r->at.state[c];
+    r->at.state[c] = (signed char)side;
+    taylor_series(r, &r->scratch, ORDER, INFINITY);
+    r->at.state[c] = state;
+    return -2.0 * side * r->scratch.slip[c][2];
+}
+
+void chatter_note_reset(Run *r, int c, double before)
+{
+    Closings *k = &r->closings[c];
+    const double after = chatter_rate(r, c);
+    const double ratio = fabs(after / before);
+    /* an importer cannot follow what stays as near to zero as its own errors */
+    const double slow = fmax(r->tolerances.chatter, sqrt(r->tolerances.drift));
+    k->fastest = fmax(k->fastest, fabs(before));
+    if (!(ratio < 1.0) || fabs(after) > slow * k->fastest) return;
+    const int side = after > 0.0 ? 1 : -1;
+    const double own = push_back(r, c, side);
+    const double other = before * after < 0.0 ? own : push_back(r, c, -side);
+    if (!(own > 0.0 && other > 0.0)) return;
+    k->count = 1;
+    r->at.settles[c] = r->at.time + 2.0 * fabs(after) / (1.0 - ratio * ratio) * (1.0 / own + ratio / other);
 }

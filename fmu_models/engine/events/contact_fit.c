@@ -70,6 +70,7 @@ double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude)
     double sum = j->slip_rate[c][0];
     *magnitude = fabs(sum);
     if (MODEL_IMPACTS > 0) *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
+    if (contact_may_rest(c)) *magnitude = fmax(*magnitude, j->G[c][c][0] * stick_scale(j, c));
     for (int e = 0; e < MODEL_NC; e++) {
         const double term = j->G[c][e][0] * j->force[e][0];
         sum += term;
@@ -187,9 +188,9 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
 {
     Jets *j = &r->scratch;
     double magnitude;
-    const double rate = sign * fit_slip_rate(r, j, c, &magnitude);
+    const double rate = sign * fit_slip_rate(r, j, c, &magnitude); /* of what may rest the second derivative */
     const int decides = fabs(rate) > r->tolerances.margin * magnitude;
-    trial->zeros[c] = 1;
+    trial->zeros[c] = (signed char)(1 + contact_may_rest(c));
     if (decides && !trial->at_limit[c]) return rate > 0.0;
     expand(r, trial);
     /* what held it has just fallen to its bound. Of a rigid contact a single term can do that: what it leaves is
@@ -197,12 +198,12 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     const double rest = model_contact_impulsive[c]
                             ? r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)
                                   / trial->length
-                            : rounding_of_time(r, j->slip[c] + 1);
+                            : rounding_of_time(r, j->slip[c] + trial->zeros[c]);
     if (decides && fabs(rate) > rest) return rate > 0.0;
     double series[TIE_ORDER + 1];
     for (int k = 0; k <= TIE_ORDER; k++)
         series[k] = sign * j->slip[c][k];
-    int zeros = 2;
+    int zeros = trial->zeros[c] + 1;
     const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
     const double terms = fmax(model_slip_magnitude(r->at.p, r->at.d, j, c), speed_of_forces(r, trial, c, magnitude));
     if (rides(r, c) && largest <= r->tolerances.slip * terms) {
@@ -228,7 +229,7 @@ static signed char yields_to(Run *r, int c)
     double magnitude;
     const double rate = fit_slip_rate(r, j, c, &magnitude);
     if (fabs(rate) > r->tolerances.margin * magnitude) return rate > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
-    return j->force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+    return stick_side(j, c) > 0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
 }
 
 signed char fit_wanted_state(Run *r, Trial *trial, int c)

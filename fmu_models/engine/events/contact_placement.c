@@ -59,6 +59,17 @@ signed char placement_slipping(const Run *r, int c)
     return r->scratch.slip[c][0] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
 }
 
+signed char placement_leaving(Run *r, int c)
+{
+    enum { ORDER = 8 };
+    Jets *j = &r->scratch;
+    taylor_series(r, j, ORDER, INFINITY);
+    const double way = j->slip[c][1] * taylor_time_scale(r, j, ORDER);
+    if (fabs(way) <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) return CONTACT_STICK;
+    r->at.known[c][SLOT_TANGENTIAL] = 1;
+    return way > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
+}
+
 /* the state of a stop that is inside: released where its force would pull */
 static signed char inside_state(Run *r, int c)
 {
@@ -67,6 +78,20 @@ static signed char inside_state(Run *r, int c)
         return r->scratch.release[c][0] > 0.0 ? CONTACT_TOUCHING : CONTACT_RELEASED;
     }
     return CONTACT_TOUCHING;
+}
+
+void placement_enter(Run *r, int c)
+{
+    r->at.state[c] = CONTACT_TOUCHING;
+    r->at.memory[c] = fabs(r->scratch.slip[c][0]);
+    r->entered[c] = 1;
+    if (model_contact_releases[c]) {
+        /* at the bound exactly: a stop without damping has no force yet */
+        r->scratch.depth[c][0] = 0.0;
+        r->scratch.memory[c] = r->at.memory[c];
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        r->at.known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
+    }
 }
 
 /* rate of the depth of a region, which is not the rate that y stands for */
@@ -146,6 +171,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
     placement_load(r);
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1;
+        int enters = 0;
         resting[c] = 0;
         if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
         candidate[c] = 0;
@@ -161,19 +187,20 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
             }
             resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_compliant[c]);
             inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
-            if (at_bound && inside && model_contact_compliant[c]) {
-                r->at.memory[c] = fabs(rate);
-                r->entered[c] = 1;
-            }
+            enters = at_bound && inside && model_contact_compliant[c];
         }
         const int was_inside = r->at.state[c] != CONTACT_AWAY;
+        const int rests = contact_may_rest(c) && r->at.state[c] == CONTACT_STICK;
         if (!inside) {
             r->at.state[c] = CONTACT_AWAY;
+        } else if (enters) {
+            placement_enter(r, c);
         } else if (model_contact_compliant[c]) {
             r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
-        } else if (placement_at_zero_slip(r, c)) {
-            candidate[c] = 1;
-            r->at.state[c] = was_inside ? r->at.state[c] : CONTACT_SLIP_PLUS;
+        } else if (rests || placement_at_zero_slip(r, c)) {
+            const signed char leaving = contact_may_rest(c) && !rests ? placement_leaving(r, c) : CONTACT_STICK;
+            candidate[c] = leaving == CONTACT_STICK;
+            r->at.state[c] = !candidate[c] ? leaving : was_inside ? r->at.state[c] : CONTACT_SLIP_PLUS;
         } else {
             r->at.state[c] = placement_slipping(r, c);
         }

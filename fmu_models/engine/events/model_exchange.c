@@ -55,6 +55,7 @@ static double watched(Run *r, int c, Slot slot)
     }
     if (slot == SLOT_NORMAL) return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
     if (model_contact_compliant[c]) return sign * j->release[c][0];
+    if (contact_is_settling(r, c)) return r->at.settles[c] - r->at.time;
     const double shift = r->tolerances.importer;
     if (r->at.state[c] == CONTACT_STICK) {
         const double unloaded = model_contact_partner[c] >= 0 ? force_shift(r, j, c) : 0.0;
@@ -105,6 +106,7 @@ static int has_fallen(Run *r, int c, Slot slot)
     const double value = watched(r, c, slot);
     if (slot == SLOT_NORMAL)
         return model_contact_impulsive[c] ? rigid_has_fallen(r, c, value) : value <= gap_shift(r, j, c);
+    if (contact_is_settling(r, c)) return value <= 4.0 * DBL_EPSILON * fabs(r->at.time);
     if (r->at.state[c] == CONTACT_STICK) return 0; /* a candidate anyway; whether it holds is for its force to say */
     return value <= (model_contact_compliant[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
 }

@@ -188,7 +188,9 @@ static void jump(Run *r, int c, int *moved)
 {
     const int side = r->at.state[c] == CONTACT_SLIP_PLUS ? 1 : r->at.state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
     if (!(model_contact_resets[c] & side)) return;
+    const double rate = contact_may_rest(c) ? chatter_rate(r, c) : 0.0;
     model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
+    if (contact_may_rest(c)) chatter_note_reset(r, c, rate);
     placement_load(r);
     r->jumped[c] = 1;
     *moved = 1;
@@ -200,13 +202,28 @@ static void make_jumps(Run *r, double *reached, int *moved)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         reached[c] = fabs(r->scratch.slip[c][0]);
-        if (model_contact_tangential[c] && r->falling[c][SLOT_TANGENTIAL]) jump(r, c, moved);
+        const int falls = model_contact_tangential[c] && r->falling[c][SLOT_TANGENTIAL];
+        if (falls && !contact_is_settling(r, c)) jump(r, c, moved);
     }
     const int any = memchr(r->jumped, 1, sizeof r->jumped) != NULL;
     for (int c = 0; any && c < MODEL_NC; c++) {
         const int slides = model_contact_tangential[c] && r->at.state[c] != CONTACT_AWAY;
-        if (slides && !r->jumped[c] && !placement_at_zero_slip(r, c)) r->at.state[c] = placement_slipping(r, c);
+        const int stays = contact_may_rest(c) && fabs(r->scratch.slip[c][0]) <= reached[c];
+        if (slides && !r->jumped[c] && !stays && !placement_at_zero_slip(r, c))
+            r->at.state[c] = placement_slipping(r, c);
     }
+}
+
+/* a switch that may rest has come to zero; 1 if it may rest there */
+static int cross_zero(Run *r, int c)
+{
+    const int over = contact_is_settling(r, c) && !r->jumped[c];
+    const signed char leaving = over ? CONTACT_STICK : placement_leaving(r, c);
+    if (leaving == CONTACT_STICK)
+        r->closings[c] = (Closings){0};
+    else
+        r->at.state[c] = leaving;
+    return leaving == CONTACT_STICK;
 }
 
 /* the new state of contact c after the fall of its normal indicator; 1 if it is now inside with friction */
@@ -222,16 +239,7 @@ static int cross_bound(Run *r, int c)
         *state = placement_slipping(r, c);
         return 1;
     }
-    *state = CONTACT_TOUCHING;
-    r->at.memory[c] = fabs(r->scratch.slip[c][0]);
-    r->entered[c] = 1;
-    if (model_contact_releases[c]) {
-        /* at the bound exactly: a stop without damping has no force yet */
-        r->scratch.depth[c][0] = 0.0;
-        r->scratch.memory[c] = r->at.memory[c];
-        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
-        r->at.known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
-    }
+    placement_enter(r, c);
     return 0;
 }
 
@@ -292,6 +300,8 @@ RunStatus transition_make(Run *r, int *moved)
                                  : inside                           ? CONTACT_RELEASED
                                                                     : CONTACT_AWAY;
             }
+        } else if (contact_may_rest(c) && !sticks) {
+            candidate[c] = (signed char)(falls && cross_zero(r, c));
         } else {
             const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached[c];
             candidate[c] = sticks || placement_at_zero_slip(r, c) || still_zero || placement_at_rest_by_others(r, c);
@@ -338,7 +348,8 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
         ContactEvent event;
         if (!transition_told(r, c, before[c], &work, &event)) continue;
         r->events++;
-        if (!model_contact_impulsive[c] && accumulation_check_pace(r, c) == RUN_ERROR) return RUN_ERROR;
+        if (!model_contact_impulsive[c] && !contact_may_rest(c) && accumulation_check_pace(r, c) == RUN_ERROR)
+            return RUN_ERROR;
         if (sink) sink(context, &event);
     }
     return accumulation_check(r, last, bounds);

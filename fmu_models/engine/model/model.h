@@ -42,6 +42,7 @@
  * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
+ * MODEL_RESTS    1 if the resets of any switch may end in rest
  * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
  * MODEL_REACH  1 if some function may be flat where it is expanded and not beyond (step/reach.h)
  * MODEL_RELEASES  1 if any stop lets go when its force falls to zero
@@ -109,13 +110,16 @@ extern const unsigned char model_contact_remembers[MODEL_ROOM(MODEL_NC)]; /* its
 extern const unsigned char
     model_contact_rooted[MODEL_ROOM(MODEL_NC)]; /* its law has half-integer powers of its depth */
 extern const unsigned char model_contact_resets[MODEL_ROOM(
-    MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both; 4: where stick begins or ends */
+    MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both; 4: where stick begins or ends; 8:
+                   the jumps may end in rest: stick holds the rate of y at zero, not y */
 extern const unsigned char model_contact_impulsive[MODEL_ROOM(MODEL_NC)];
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
+
+static inline int contact_may_rest(int c) { return MODEL_RESTS && (model_contact_resets[c] & 8); }
 
 /* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
 static inline int contact_is_held(const signed char *state, int c)

@@ -157,6 +157,9 @@ static inline int contact_is_closed(const Run *r, int c)
     return MODEL_IMPACTS > 0 && model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY;
 }
 
+/* a switch whose resets are so slow that they are over in a moment, at which it comes to rest */
+static inline int contact_is_settling(const Run *r, int c) { return contact_may_rest(c) && r->closings[c].count > 0; }
+
 /* an open rigid contact: until it closes, its gap does nothing */
 static inline int contact_is_open(const Run *r, int c)
 {

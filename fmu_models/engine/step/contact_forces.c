@@ -95,6 +95,20 @@ Real contact_rate(const Jets *j, int i, int k)
     return sum;
 }
 
+Real contact_rest_rate(const Point *at, Jets *j, int c)
+{
+    for (int i = 0; i < MODEL_NV; i++)
+        j->x[MODEL_NQ + i][1] = contact_rate(j, i, 0);
+    model_slip(at->p, at->d, j, 1);
+    return j->slip[c][1];
+}
+
+/* what projection brings to zero */
+static Real KIND(speed_to_stop)(const Point *at, Jets *j, int c)
+{
+    return contact_may_rest(c) ? contact_rest_rate(at, j, c) : j->slip[c][0];
+}
+
 int contact_project(Point *at, Jets *j, const signed char *member, const signed char *state)
 {
     Sticking s;
@@ -104,7 +118,7 @@ int contact_project(Point *at, Jets *j, const signed char *member, const signed 
         const int c = s.contact[i];
         Real impulse = 0.0;
         for (int e = s.first[i]; e < s.last[i]; e++)
-            impulse -= s.inverse[i][e] * j->slip[s.contact[e]][0];
+            impulse -= s.inverse[i][e] * KIND(speed_to_stop)(at, j, s.contact[e]);
         if (impulse == 0.0) continue;
         moved = 1;
         for (int v = 0; v < MODEL_NV; v++) {

@@ -3,6 +3,7 @@
 
 #define contact_forces KIND(contact_forces)
 #define contact_rate KIND(contact_rate)
+#define contact_rest_rate KIND(contact_rest_rate)
 #define contact_project KIND(contact_project)
 #define contact_impulse KIND(contact_impulse)
 #define contact_targets KIND(contact_targets)
@@ -12,6 +13,8 @@
 void contact_forces(Point *at, Jets *j, int k);
 /* order k of the rate of v[i], contact forces included */
 Real contact_rate(const Jets *j, int i, int k);
+/* the rate of y of contact c, which may rest; j holds order 0 of the rates */
+Real contact_rest_rate(const Point *at, Jets *j, int c);
 /* move the velocities by the impulses of the member contacts that bring their slip speed (order 0 of j) to zero, with
    the friction that slips in these states (NULL: without); 1 if they moved */
 int contact_project(Point *at, Jets *j, const signed char *member, const signed char *state);

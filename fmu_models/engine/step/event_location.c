@@ -71,6 +71,14 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     return first;
 }
 
+/* the end of a chatter */
+static double settling(const Run *r, int c, double h)
+{
+    const double wait = fmax(r->at.settles[c] - r->at.time, 0.0);
+    const double end = r->segment_rooted ? sqrt(wait) : wait;
+    return end <= h ? end : -1.0;
+}
+
 static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h, double exact,
                            double *end)
 {
@@ -78,17 +86,14 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
     const int known = r->at.known[c][slot] * time_power(r->segment_rooted);
     if (sign == 0) return -1.0;
     if (slot == SLOT_NORMAL && contact_is_closed(r, c)) {
-        if (r->at.state[c] == CONTACT_CHATTERING) {
-            const double wait = r->at.settles[c] - r->at.time;
-            const double end = r->segment_rooted ? sqrt(wait) : wait;
-            return end <= h ? end : -1.0;
-        }
+        if (r->at.state[c] == CONTACT_CHATTERING) return settling(r, c, h);
         return fall_from_bound(j->force[c], sign, known, order - 1, h);
     }
     if (slot == SLOT_NORMAL) {
         return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end)
                                      : fall_from_bound(j->depth[c], sign, known, order, h);
     }
+    if (contact_is_settling(r, c)) return settling(r, c, h);
     if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h);
     return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
                                            : fall_of(j->slip[c], sign, known, order, h);

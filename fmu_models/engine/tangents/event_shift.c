@@ -56,6 +56,10 @@ int event_shift(const Run *r, const Variation *l, int lane, double s, double at,
     *shift = (Shift){.untimed = 1};
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
+            if (r->falling[c][slot] && contact_is_settling(r, c)) {
+                shift->untimed = 0; /* as much later as the reset before it */
+                continue;
+            }
             if (!falling_series(r, l, lane, c, slot, s, &f)) continue;
             const double slope = indicator_slope(f.value, f.order, s);
             const int has_speed = falls_with_speed(r, &f, s, slope);

@@ -154,7 +154,8 @@ static void each_pending_indicator(const Run *r, Tangents *tangents, double end,
 {
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
-            if (location_indicator(r, c, (Slot)slot) == 0 || r->at.state[c] == CONTACT_CHATTERING) continue;
+            const int settles = r->at.state[c] == CONTACT_CHATTERING || contact_is_settling(r, c);
+            if (location_indicator(r, c, (Slot)slot) == 0 || settles) continue;
             if (indicator_is_margin(r, c, slot)) {
                 visit(r, tangents, c, slot, 1, end, misses);
                 visit(r, tangents, c, slot, -1, end, misses);

@@ -10,14 +10,16 @@ not seen.
 from __future__ import annotations
 
 import math
+import signal
 import statistics
+import threading
 import time
 import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from fmu_models.validation.bench.events import EventErrors, event_errors
-from fmu_models.validation.bench.limit import limit
 from fmu_models.validation.bench.reference import TRUST, Parted, ReferenceSolution, reference
 from fmu_models.validation.methods.catalogue import OURS
 from fmu_models.validation.methods.result import Method, MethodProblem, MethodRun, NotInstalled, NotTreated
@@ -189,7 +191,7 @@ def _first_runs(
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time was used up"))
                 continue
             try:
-                with limit(LONGEST):
+                with _limit(LONGEST):
                     first = ready[method](tolerance)
             except NotTreated as error:
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
@@ -250,3 +252,22 @@ def _memory(entry: _Entry) -> int | None:
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
+
+
+@contextmanager
+def _limit(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in what takes longer; only where the system has alarms, and in the main thread."""
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(*_: object) -> None:
+        raise TimeoutError(f"given up after {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

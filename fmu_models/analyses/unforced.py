@@ -2,9 +2,9 @@
 
     seen      at a step of its own time (``Strobe`` without a period)
     rest      what a long run repeats at every step: an equilibrium, solved to rounding; attracting by its eigenvalues
-    cycle     the motion that a long run has come to is sampled; where it moves fastest, in standard deviations, and
-              where nothing sticks just before and after, the level of the fastest state is the section. What returns to
-              it is solved to rounding there: turns, period, multipliers
+    cycle     the motion that a long run has come to is sampled; where it moves fastest, in standard deviations, the
+              level of the fastest state is the section. What returns to it is solved to rounding there: turns, period,
+              multipliers
     which     a start comes to a cycle where its motion comes, at that section, to where the cycle surely attracts
     mirrored  two attractors are mirror images where changes of sign that steps do not notice bring one onto the other
 
@@ -26,7 +26,6 @@ from fmu_models.analyses.attractors import UNDECIDED, claimed, targets_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
-from fmu_models.language.contact_kinds import STICK
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.stability import ON_CIRCLE, Stability
@@ -130,10 +129,6 @@ def _own_section(system: Strobe, point: Vector) -> tuple[Crossing | None, Vector
     states, rates = (np.stack([motion[n] for n in names], axis=1) for names in (fmu.states, _rates(fmu.states)))
     size = states.std(axis=0)
     speeds = np.abs(rates) / np.where(size > SAME * system.sizes()[: len(size)], size, np.inf)
-    sticks = np.zeros(SAMPLES, bool)
-    for contact in system.contacts:
-        sticks |= motion[f"{contact}_state"] == STICK
-    speeds[sticks | np.roll(sticks, 1) | np.roll(sticks, -1)] = 0.0
     k, i = np.unravel_index(speeds.argmax(), speeds.shape)
     if not speeds[k, i] > 0.0:
         return None, point, 0.0

@@ -159,7 +159,10 @@ def _sources(system: CoupledSystem) -> dict[str, str]:
 
 
 def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping[tuple[str, str], str]) -> bytes:
-    """The .ssd document: components with their inputs, outputs and parameters as connectors, and the connections."""
+    """The .ssd document: components with their inputs, outputs and parameters as connectors, and the connections.
+
+    Outputs of the system are named UNIT_VARIABLE, since some readers take UNIT.VARIABLE for the unit's own.
+    """
     about = {"version": "1.0", "name": system.name, "generationTool": f"stickslip {version()}"}
     root = _root("ssd:SystemStructureDescription", **about)
     top = SubElement(root, _tag("ssd:System"), name=system.name)
@@ -168,7 +171,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     if outputs:
         connectors = SubElement(top, _tag("ssd:Connectors"))
         for unit, name in outputs:
-            _add_connector(connectors, f"{unit}.{name}", "output", system.units[unit].fmu, name)
+            _add_connector(connectors, f"{unit}_{name}", "output", system.units[unit].fmu, name)
     elements = SubElement(top, _tag("ssd:Elements"))
     for name, unit in system.units.items():
         component = SubElement(elements, _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1])
@@ -192,7 +195,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
                 numbers = {"factor": repr(float(connection.factor)), "offset": repr(float(connection.offset))}
                 SubElement(element, _tag("ssc:LinearTransformation"), numbers)
         for unit, name in outputs:
-            attributes = {"startElement": unit, "startConnector": name, "endConnector": f"{unit}.{name}"}
+            attributes = {"startElement": unit, "startConnector": name, "endConnector": f"{unit}_{name}"}
             SubElement(connections, _tag("ssd:Connection"), attributes)
     fmus = [unit.fmu for unit in system.units.values()]
     units = (_unit(fmu, name) for fmu in fmus for name in (*fmu.inputs, *fmu.outputs, *fmu.parameters))

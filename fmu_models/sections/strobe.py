@@ -21,7 +21,8 @@ from fmu_models.simulation.field import VectorField, is_forced
 from fmu_models.simulation.run import simulate
 
 # times of change over which a motion is looked at, and how often; how often these are made four times longer
-CHANGES, SAMPLES, LONGER = 64.0, 512, 24
+CHANGES, SAMPLES, LONGER = 64.0, 512, 12
+DRIFTS = 8.0  # of the time of change of a state: one that has not turned by then drifts
 SLOW = 1e-8  # of the fastest: what is slower stands still
 ROUNDING = 1e-12  # of the size of a state: what varies less does not move
 
@@ -104,7 +105,7 @@ class Strobe(FmuSection):
 
 
 def time_of_change(fmu: Fmu, values: Mapping[str, float]) -> float:
-    """s, 1/rms(|x'|/size) of the motion from the default start, sizes being standard deviations along it; where it
+    """s, std(x)/rms(x') of the slowest state that does not drift, along the motion from the default start; where that
     rests, of the fastest of small motions about it."""
     field, states = VectorField(fmu, values), np.array([fmu.start_of(name) for name in fmu.states])
     sizes = np.array([fmu.size_of(name) for name in fmu.states])
@@ -116,10 +117,11 @@ def time_of_change(fmu: Fmu, values: Mapping[str, float]) -> float:
             motion = simulate(fmu, length, output_times=np.linspace(0.0, length, SAMPLES), **fmu.settings(values))
             x, rates = (np.stack([motion[n.format(name)] for name in fmu.states]) for n in ("{}", "der({})"))
             moves = x.std(axis=1) > ROUNDING * np.abs(x).max(axis=1)
-            rms = np.sqrt(((rates[moves] / x[moves].std(axis=1)[:, None]) ** 2).sum(axis=0).mean())
-            if not 0.0 < rms < np.inf:
+            if not moves.any():
                 break
-            time = 1.0 / float(rms)
+            with np.errstate(divide="ignore"):  # what jumps alone has no rate
+                times = x[moves].std(axis=1) / np.sqrt((rates[moves] ** 2).mean(axis=1))
+            time = times[times < length / DRIFTS].max(initial=0.0) or time
             rates_here = np.abs(np.linalg.eigvals(field.slopes(x[:, -1], ())))
             slowest = rates_here[rates_here > SLOW * rates_here.max()].min(initial=np.inf)
             if length > max(CHANGES * time, 1.0 / slowest):  # a slow phase is not all of it

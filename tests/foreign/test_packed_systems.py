@@ -45,6 +45,11 @@ def test_a_packed_system_is_valid_and_runs_as_it_did(motors: CoupledSystem, tmp_
                 schema.assertValid(etree.fromstring(archive.read(name)).getroottree())
         # both motors are of one FMU, of the version that more tools take
         assert sorted(n for n in names if n.endswith(".fmu")) == ["resources/disc_rig.fmu", "resources/drive_motor.fmu"]
+    structure = fmpy.ssp.ssd.read_ssd(str(path)).system
+    assert structure is not None
+    names = [f"{c.parent.name}.{c.name}" for c in fmpy.ssp.ssd.find_connectors(structure)]
+    assert {"rig.F0", "rig.theta", "motor0.w_set"} & {c.name for c in structure.connectors} == set()
+    assert len(set(names)) == len(names) > 20
     assert is_system(str(path)) and is_system("disc_rig_motors") and not is_system("disc_rig")
     again = read_system(path)
     assert list(again.connections) == list(motors.connections) and again.stop_time == 0.5

@@ -22,6 +22,7 @@ from scipy.integrate import DOP853, Radau
 SAMPLES = 6  # of every indicator in a step
 GRAZES = "touches a bound within rounding"
 AT_ZERO = 1e-9  # of a speed or place, of the sizes of the motion
+APART = 1e-9  # of the terms of a rate of slip, which no forces of the held contacts bring to zero
 CHATTER = 1e-7  # of the fastest impact: slower ones are the last; with friction what they do is of its order
 SHORT = (1e-4, 1e-3, 1e-2)  # s, for which a tie is followed
 MOST_EVENTS, MOST_EVALUATIONS = 400, 30_000
@@ -70,6 +71,8 @@ class _Motion:
             n, q = self.numbers.of.n, len(self.numbers.of.declared.states)
             x = self.numbers.terms(t, state)
             f = forces(self.numbers, mode, t, state, self.entries, x)
+            if f.residual > APART:
+                raise UndeterminedError("contacts held together part from less than rounding")
             internal = self._internal(mode, t, state, x)
             if self.numbers.of.body:
                 return np.concatenate([state[q : q + n], f.rates, internal])

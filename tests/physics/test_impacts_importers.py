@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
+import sympy
 from fmpy import simulate_fmu
-from mechanisms import GRAVITY, MASS, mechanism
+from mechanisms import GRAVITY, LENGTH, MASS, STIFFNESS, mechanism
 
 from fmu_models.codegen.package import built, built_of
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.quantities import Coordinate
+from fmu_models.language.stops import Stop
 from fmu_models.lowering.lower import lower
 from fmu_models.simulation.run import simulate
 
@@ -100,3 +106,17 @@ def test_bounces_too_low_for_an_importer_rub_as_much_as_they_would(settings: tup
     after = run["time"] > rest + 0.1
     lost = 10.0 - run["vx"] - 0.3 * 9.81 * run["time"]
     assert np.abs(lost[after]).max() < (1e-8 if settings == FINE else 1e-6)
+
+
+@pytest.mark.parametrize("release", ["gap", "force"])
+def test_a_start_at_the_bound_of_a_stop_enters_it(release: Literal["gap", "force"]) -> None:
+    """Half a period of the stop's spring turns the speed around, under CVode as under the suite's own master."""
+    x = Coordinate("x", "m", "place", velocity="v")
+    stop = Stop(name="stop", gap=LENGTH - x, law=KelvinVoigt(k=STIFFNESS, c=sympy.S.Zero), release=release)
+    fmu = Fmu.open(built_of(lower(mechanism("mass", [x], MASS * x.v**2 / 2, sympy.S.Zero, [stop]))))
+    given = {"k": 1e6, "x": 1.0, "v": 0.5}
+    run = exchange(fmu, FINE, 0.5, **given)
+    own = simulate_any(fmu, 0.5, tolerance=1e-10, parameters={"k": 1e6}, start={"x": 1.0, "v": 0.5})
+    for found in (run, own):
+        assert found["v"][-1] == pytest.approx(-0.5, abs=1e-5)
+        assert found["x"][-1] == pytest.approx(1.0 - 0.5 * (0.5 - np.pi * 1e-3), abs=1e-5)

@@ -80,6 +80,20 @@ static signed char inside_state(Run *r, int c)
     return CONTACT_TOUCHING;
 }
 
+void placement_enter(Run *r, int c)
+{
+    r->at.state[c] = CONTACT_TOUCHING;
+    r->at.memory[c] = fabs(r->scratch.slip[c][0]);
+    r->entered[c] = 1;
+    if (model_contact_releases[c]) {
+        /* at the bound exactly: a stop without damping has no force yet */
+        r->scratch.depth[c][0] = 0.0;
+        r->scratch.memory[c] = r->at.memory[c];
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        r->at.known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
+    }
+}
+
 /* rate of the depth of a region, which is not the rate that y stands for */
 static double depth_rate(Run *r, int c)
 {
@@ -157,6 +171,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
     placement_load(r);
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1;
+        int enters = 0;
         resting[c] = 0;
         if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
         candidate[c] = 0;
@@ -172,15 +187,14 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
             }
             resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_compliant[c]);
             inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
-            if (at_bound && inside && model_contact_compliant[c]) {
-                r->at.memory[c] = fabs(rate);
-                r->entered[c] = 1;
-            }
+            enters = at_bound && inside && model_contact_compliant[c];
         }
         const int was_inside = r->at.state[c] != CONTACT_AWAY;
         const int rests = contact_may_rest(c) && r->at.state[c] == CONTACT_STICK;
         if (!inside) {
             r->at.state[c] = CONTACT_AWAY;
+        } else if (enters) {
+            placement_enter(r, c);
         } else if (model_contact_compliant[c]) {
             r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
         } else if (rests || placement_at_zero_slip(r, c)) {

@@ -20,6 +20,8 @@ signed char placement_slipping(const Run *r, int c);
 signed char placement_leaving(Run *r, int c);
 /* a rigid contact leaves its wall, or is not at it */
 void placement_open(Run *r, int c);
+/* a stop is entered at its bound */
+void placement_enter(Run *r, int c);
 /* friction and stops; marks candidates, and regions at whose end the body rests */
 void placement_all(Run *r, signed char *candidate, signed char *resting);
 void placement_others(Run *r, signed char *candidate);

@@ -239,16 +239,7 @@ static int cross_bound(Run *r, int c)
         *state = placement_slipping(r, c);
         return 1;
     }
-    *state = CONTACT_TOUCHING;
-    r->at.memory[c] = fabs(r->scratch.slip[c][0]);
-    r->entered[c] = 1;
-    if (model_contact_releases[c]) {
-        /* at the bound exactly: a stop without damping has no force yet */
-        r->scratch.depth[c][0] = 0.0;
-        r->scratch.memory[c] = r->at.memory[c];
-        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
-        r->at.known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
-    }
+    placement_enter(r, c);
     return 0;
 }
 

@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 import sympy
+from fmpy import simulate_fmu
 
-from fmu_models import TIME, Coordinate, Impact, Mechanism, Newton, Parameter, StickslipError, load, simulate
+from fmu_models import TIME, Coordinate, Impact, Input, Mechanism, Newton, Parameter, StickslipError, load, simulate
 
 
 @pytest.fixture(scope="module")
@@ -72,3 +73,34 @@ def test_a_floor_at_the_origin_is_judged_by_the_flight(ball):
     assert run["v"][0] == pytest.approx(2.5)
     with pytest.raises(StickslipError, match="penetrated"):
         simulate(ball, 0.1, parameters=values, start={"x": -1e-13, "v": -5.0})
+
+
+def test_an_input_may_be_set_while_a_body_rests_where_its_wall_is():
+    """Terms of a gap that are zero all the time round by nothing: 1e-35 beyond the wall is still no penetration."""
+    m, length = Parameter("m", 1.375, "kg", "mass", positive=True), Parameter("l", 1.0, "m", "length", positive=True)
+    f, k = Parameter("f", 0.9, "N", "push"), Parameter("k", 3.0, "N/m", "stiffness")
+    q, p = Coordinate("q", "m", "held body", velocity="v"), Coordinate("p", "m", "load", velocity="w")
+    coupled = m * q.v * p.v * sympy.cos((p - q) / length) / 4
+    pushed = Mechanism(
+        name="pushed",
+        title="Held body and load",
+        source="test",
+        coordinates=[q, p],
+        kinetic_energy=m * (1 + (q / length) ** 2 / 4) * q.v**2 / 2 + m * p.v**2 / 2 + coupled,
+        potential_energy=k * (q**2 + p**2) / 2 - f * q,
+        applied={p: Input("u", 0.0, "N", "pull")},
+        contacts=[Impact(name="wall", gap=-q, restitution=Newton(0.0))],
+    )
+    pull = np.zeros(61, [("time", "f8"), ("u", "f8"), ("u_rate", "f8")])
+    pull["time"] = np.linspace(0, 3, 61)
+    pull["u"] = np.sin(7 * pull["time"])
+    run = simulate_fmu(
+        str(load(pushed).path),
+        fmi_type="CoSimulation",
+        stop_time=3.0,
+        output_interval=0.05,
+        start_values={"p": 0.28, "w": 1.48},
+        input=pull,
+        output=["q", "wall_state"],
+    )
+    assert set(run["wall_state"]) == {3} and np.abs(run["q"]).max() < 1e-30

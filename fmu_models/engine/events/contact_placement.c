@@ -112,7 +112,9 @@ int placement_at_wall(Run *r, int c)
 {
     const double depth = r->scratch.depth[c][0];
     const double terms = model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
-    const double rounding = r->tolerances.slip * fmax(terms, r->largest_gap[c]);
+    /* terms that are zero all the time, as those of a body at rest where its wall is, have no rounding of their own */
+    const double least = DBL_EPSILON * r->nominal_gap[c];
+    const double rounding = r->tolerances.slip * fmax(fmax(terms, r->largest_gap[c]), least);
     if (r->starting) return fabs(depth) <= rounding || (depth > 0.0 && depth <= gap_rounding(r, c));
     const double located = r->tolerances.drift > 0.0 ? gap_shift(r, &r->scratch, c) : 0.0;
     return fabs(depth) <= fmax(rounding, located);

@@ -8,7 +8,7 @@ void gap_measure_nominal(Run *r)
 {
     Jets *j = &r->scratch;
     memset(r->nominal_gap, 0, sizeof r->nominal_gap);
-    if (MODEL_IMPACTS == 0 || r->tolerances.drift == 0.0) return;
+    if (MODEL_IMPACTS == 0) return;
     taylor_load(r, j);
     model_slip(r->at.p, r->at.d, j, 0);
     model_depth(r->at.p, r->at.d, j, 0);

@@ -345,6 +345,7 @@ RUNNERS = {
     "fmu_models/simulation/engine.py": "an FMU that the user has named",
     "fmu_models/report/manual.py": "Sphinx",
     "fmu_models/toolchain/compiler.py": "the compiler",
+    "identification/commands/application.py": "our own modules",
     "fmu_models/validation/methods/peers/heyoka_taylor.py": "an installed package",
 }
 PARSING = {

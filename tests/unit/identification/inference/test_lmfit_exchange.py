@@ -83,8 +83,8 @@ def test_a_parameter_held_in_the_fit_is_held_in_lmfit(rigid: Pool) -> None:
     fit = fit_friction(rigid, estimator="weak-form", parameters=asked(("p", 12.0, False, 0, 20)))
     _, result = fit.to_lmfit()
     assert result.var_names == ["mu_s", "mu_k"] and result.params["p"].value == 12.0
-    with pytest.raises(StickslipError, match="fit holds p at a value"):
-        design(fit)
+    # and known to a design
+    assert list(design(fit, speeds=[0.83], loads=[4.905]).deviations) == ["mu_s", "mu_k"]
 
 
 def decay(seed: int) -> Curve:

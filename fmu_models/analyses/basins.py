@@ -211,7 +211,7 @@ def basins(
     """
     system = seen(system)
     if isinstance(system, Strobe) and system.unforced and not system.autonomous:  # steps of no meaning to it
-        system = Strobe(system.fmu, parameters=system.values, stepper=system.stepper)
+        system = system.seen_by()
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
     with Runner(system, plan, execution, progress) as runner:

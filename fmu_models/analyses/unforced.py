@@ -156,8 +156,7 @@ def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]
             f"'{system.name}' comes to no cycle from that start, so that it needs a period: give about how long it is "
             "(--period with --autonomous, period= with autonomous=True), or start elsewhere."
         )
-    settings = {"parameters": system.values, "tolerance": system.tolerance, "stepper": system.stepper}
-    return Strobe(system.fmu, period=cycle.time, autonomous=True, **settings), cycle.points[0]
+    return system.seen_by(period=cycle.time, autonomous=True), cycle.points[0]
 
 
 def absorb(

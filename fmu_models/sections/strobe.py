@@ -53,18 +53,14 @@ class Strobe(FmuSection):
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
 
+    def seen_by(self, **how: Any) -> Strobe:
+        """The same motions by another strobe. how: ``every``, ``autonomous``, ``forcing`` and ``period`` of it."""
+        return Strobe(self.fmu, parameters=self.values, tolerance=self.tolerance, stepper=self.stepper, **how)
+
     def folded(self, times: int) -> Strobe:
         """So many steps of this one as one."""
-        return Strobe(
-            self.fmu,
-            every=self.every * times,
-            forcing=self.forcing,
-            period=self.period,
-            autonomous=self.autonomous,
-            parameters=self.values,
-            tolerance=self.tolerance,
-            stepper=self.stepper,
-        )
+        how = {"forcing": self.forcing, "period": self.period, "autonomous": self.autonomous}
+        return self.seen_by(every=self.every * times, **how)
 
     @property
     def unforced(self) -> bool:

@@ -38,6 +38,7 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
 from fmu_models.lanes.library import has_lanes
+from fmu_models.language import contact_kinds
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.accuracy import simulate_with_error
 from fmu_models.simulation.run import simulate
@@ -56,7 +57,7 @@ SEEN_BY_CVODE = 0.02  # s, its longest steps in 3 s are three times that
 BESIDE = 1e-6  # s from an event: times that are left out
 IMPORTED = 1e-4  # what an importer at its tolerance of 1e-9 is off by, its events late
 PARTED = 1e-3
-HELD = (0, 3)  # stick, and a rigid contact at its wall
+HELD = (contact_kinds.STICK, contact_kinds.CLOSED)  # stick, and a rigid contact at its wall
 
 
 class Model:

@@ -10,6 +10,7 @@ import sympy
 from quick_export import quick_export
 
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
@@ -26,7 +27,7 @@ STIFFNESS = Parameter("k", 1.0, "N/m", "stiffness", positive=True)
 DAMPING = Parameter("c", 1.0, "N s/m", "damping", minimum=0.0)
 
 
-def opened(mechanism: Mechanism) -> Fmu:
+def opened(mechanism: Mechanism | Automaton) -> Fmu:
     """Its FMU, built anew."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         return Fmu.open(quick_export(mechanism, Path(folder) / f"{mechanism.name}.fmu"))

@@ -10,14 +10,14 @@ import sympy
 from fmpy import simulate_fmu
 from mechanisms import GRAVITY, LENGTH, MASS, STIFFNESS, mechanism
 
-from fmu_models.codegen.package import built, built_of
+from fmu_models import load
+from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.quantities import Coordinate
 from fmu_models.language.stops import Stop
-from fmu_models.lowering.lower import lower
 from fmu_models.simulation.run import simulate
 
 # of CVode, with the interval of the outputs, s; at 1e-4 an interval spans many bounces
@@ -101,7 +101,7 @@ def test_bounces_too_low_for_an_importer_rub_as_much_as_they_would(settings: tup
     x, y = (Coordinate(name, "m", "place", velocity=f"v{name}") for name in "xy")
     floor = Impact(name="floor", gap=y, restitution=Newton(0.5), slip=x.v, mu=0.3)
     thrown = mechanism("thrown", [x, y], MASS * (x.v**2 + y.v**2) / 2, MASS * GRAVITY * y, [floor])
-    run = exchange(Fmu.open(built_of(lower(thrown))), settings, 1.0, y=0.05, vx=10.0)
+    run = exchange(load(thrown), settings, 1.0, y=0.05, vx=10.0)
     rest = 3 * np.sqrt(2 * 0.05 / 9.81)  # (1 + e)/(1 - e) times the fall
     after = run["time"] > rest + 0.1
     lost = 10.0 - run["vx"] - 0.3 * 9.81 * run["time"]
@@ -113,7 +113,7 @@ def test_a_start_at_the_bound_of_a_stop_enters_it(release: Literal["gap", "force
     """Half a period of the stop's spring turns the speed around, under CVode as under the suite's own master."""
     x = Coordinate("x", "m", "place", velocity="v")
     stop = Stop(name="stop", gap=LENGTH - x, law=KelvinVoigt(k=STIFFNESS, c=sympy.S.Zero), release=release)
-    fmu = Fmu.open(built_of(lower(mechanism("mass", [x], MASS * x.v**2 / 2, sympy.S.Zero, [stop]))))
+    fmu = load(mechanism("mass", [x], MASS * x.v**2 / 2, sympy.S.Zero, [stop]))
     given = {"k": 1e6, "x": 1.0, "v": 0.5}
     run = exchange(fmu, FINE, 0.5, **given)
     own = simulate_any(fmu, 0.5, tolerance=1e-10, parameters={"k": 1e6}, start={"x": 1.0, "v": 0.5})

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from quick_export import quick_export
+from mechanisms import opened
 from resetting import buck, neuron, wheel
 from scipy.linalg import expm
 from scipy.optimize import root_scalar
 
-from fmu_models import Fmu, Impacts, SensitiveRun, Strobe, basins, branch, branches, lyapunov, orbit_diagram, simulate
+from fmu_models import Impacts, SensitiveRun, Strobe, basins, branch, branches, lyapunov, orbit_diagram, simulate
 from fmu_models.simulation.results import read_trajectory, write_trajectory
 
 # of the neuron at I = 1.2, driven with the period 1.6
@@ -28,13 +28,13 @@ LOCKS = abs(1.0 / (1.0 - math.exp(-PERIOD)) - CURRENT) * math.hypot(1.0, 2 * mat
 
 
 @pytest.fixture(scope="module")
-def firing(tmp_path_factory):
-    return Fmu.open(quick_export(neuron(), tmp_path_factory.mktemp("neuron") / "neuron.fmu"))
+def firing():
+    return opened(neuron())
 
 
 @pytest.fixture(scope="module")
-def rolling(tmp_path_factory):
-    return Fmu.open(quick_export(wheel(), tmp_path_factory.mktemp("wheel") / "wheel.fmu"))
+def rolling():
+    return opened(wheel())
 
 
 def step_of_wheel(gamma: float, alpha: float = 0.2) -> tuple[float, float]:
@@ -137,8 +137,8 @@ def flip_of_buck() -> float:
     return root_scalar(determinant, bracket=(24.0, 25.0), xtol=1e-12).root
 
 
-def test_a_converter_doubles_its_period_where_published(tmp_path):
-    fmu = Fmu.open(quick_export(buck(), tmp_path / "buck.fmu"))
+def test_a_converter_doubles_its_period_where_published():
+    fmu = opened(buck())
     followed = branches(Strobe(fmu, period=400e-6, autonomous=True), "E", (24.0, 31.5), settle=True, longest=2)
     flips = [special.value for line in followed.branches for special in line.special if special.kind == "flip"]
     assert flips == [pytest.approx(flip_of_buck(), rel=1e-9), pytest.approx(31.12, abs=5e-3)]

@@ -11,14 +11,13 @@ import math
 import numpy as np
 import pytest
 import sympy
-from quick_export import quick_export
+from mechanisms import opened
 from resetting import ball, block, neuron, wheel
 from scipy.integrate import solve_ivp
 
 from fmu_models import (
     TIME,
     Coordinate,
-    Fmu,
     Impact,
     Mechanism,
     Newton,
@@ -35,13 +34,13 @@ RELEASE = math.asin(1 / PUSH) / OMEGA
 
 
 @pytest.fixture(scope="module")
-def rocking(tmp_path_factory):
-    return Fmu.open(quick_export(block(), tmp_path_factory.mktemp("block") / "block.fmu"))
+def rocking():
+    return opened(block())
 
 
 @pytest.fixture(scope="module")
-def bouncing(tmp_path_factory):
-    return Fmu.open(quick_export(ball(), tmp_path_factory.mktemp("ball") / "ball.fmu"))
+def bouncing():
+    return opened(ball())
 
 
 def end_of_rocking(x: float, r: float) -> float:
@@ -95,7 +94,7 @@ def test_a_block_stands_until_it_is_pushed(rocking):
 
 
 @pytest.mark.parametrize("shake", [0.5, 1.2])
-def test_a_reset_is_as_good_as_a_rigid_contact(bouncing, tmp_path, shake):
+def test_a_reset_is_as_good_as_a_rigid_contact(bouncing, shake):
     """A table that is slower than the fall, and one that throws the ball up again and again."""
     z, m = Coordinate("z", "m", "height", start=1.0), Parameter("m", 1.0, "kg", "mass")
     gravity, e = Parameter("g", 10.0, "m/s2", "gravity"), Parameter("e", 0.5, "1", "restitution")
@@ -106,7 +105,7 @@ def test_a_reset_is_as_good_as_a_rigid_contact(bouncing, tmp_path, shake):
         potential_energy=m * gravity * z, contacts=[table],
     )  # fmt: skip
     options = {"parameters": {"a": shake}, "output_times": np.linspace(0.0, 12.0, 241)}
-    expected = simulate(Fmu.open(quick_export(rigid, tmp_path / "rigid.fmu")), 12.0, **options)
+    expected = simulate(opened(rigid), 12.0, **options)
     run = simulate(bouncing, 12.0, **options)
     assert run["z"] == pytest.approx(expected["z"], abs=1e-10)
     released = [event.time for event in run.events if event.before == 0]
@@ -122,8 +121,8 @@ def test_a_ball_that_rests_is_lifted_by_an_input(bouncing):
     assert run["z"][-1] == pytest.approx(10 * 2**3 / 6, rel=1e-13)
 
 
-def test_a_ball_rests_below_a_ceiling(tmp_path):
-    fmu = Fmu.open(quick_export(ball(-1), tmp_path / "below.fmu"))
+def test_a_ball_rests_below_a_ceiling():
+    fmu = opened(ball(-1))
     run = simulate(fmu, 3.0, inputs={"lift": Signal([0.0, 2.0, 3.0], [0.0, 0.0, 20.0])})
     rest, fallen = run.events[-2:]
     assert rest.time == pytest.approx(3 * math.sqrt(0.2), rel=1e-14)

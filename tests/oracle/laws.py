@@ -15,7 +15,8 @@ import sympy
 
 @dataclass(frozen=True)
 class FrictionLaw:
-    """Expressions in the slip speed Y, its sign S and the internal states."""
+    """Expressions in the slip speed Y, its sign S and the internal states; ``width``: of what it does around rest, a
+    slip speed."""
 
     force: sympy.Expr
     states: tuple[sympy.Symbol, ...] = ()
@@ -24,6 +25,7 @@ class FrictionLaw:
     sticks: bool = True
     renewed: bool = False
     capacities: tuple[sympy.Expr, sympy.Expr] | None = None
+    width: sympy.Expr | None = None
 
     @property
     def capacity(self) -> tuple[sympy.Expr, sympy.Expr]:
@@ -45,7 +47,7 @@ def friction(law: Mapping[str, Any], contact: str, read: Any) -> FrictionLaw:
     if name in ("tanh", "arctan"):
         inner = friction(p["law"], contact, read)
         shape = sympy.tanh(Y / p["width"]) if name == "tanh" else 2 / sympy.pi * sympy.atan(Y / p["width"])
-        return FrictionLaw(inner.force.subs(S, shape), sticks=False)
+        return FrictionLaw(inner.force.subs(S, shape), sticks=False, width=p["width"])
     if name in ("lugre", "lugre_stribeck"):
         z = sympy.Symbol(f"z_{contact}", real=True)
         steady, viscous = p["steady"], sympy.S.Zero
@@ -69,7 +71,7 @@ def friction(law: Mapping[str, Any], contact: str, read: Any) -> FrictionLaw:
         slip = friction({**law, "name": "conti"}, contact, read).force
         most = p["N"] * (p["mu_s"] + p["b"] * sympy.log(1 + clock / p["t_0"]) / sympy.log(10))
         return FrictionLaw(slip, (clock,), (1 - S**2,), (0.0,), renewed=True, capacities=(most, most))
-    return FrictionLaw(_DRY[name](p, S * Y))
+    return FrictionLaw(_DRY[name](p, S * Y), width=p.get("v_s"))
 
 
 def _conti(p: Mapping[str, Any], speed: sympy.Expr, side: str = "") -> Any:

@@ -60,6 +60,12 @@ class _Motion:
         self.speed = self.place = 1e-6
         self.out = Run(times, np.full((len(times), numbers.of.n_states), np.nan), 0.0)
         self.end = numbers.values.end
+        known = numbers.values.parameters
+        self.narrow = {
+            r: float(row.law.width.subs({symbol: known[str(symbol)] for symbol in row.law.width.free_symbols}))
+            for r, row in enumerate(self.rows)
+            if row.law and row.law.width is not None
+        }
 
     # what the integrator and the watch ask
 
@@ -142,9 +148,17 @@ class _Motion:
         return float(min(flights, default=np.inf))
 
     def _longest(self) -> float:
+        """A step that no pulse and nothing a law does around rest falls through."""
         middle = self.numbers.side
-        widths = [w for c, w in self.numbers.values.features if abs(middle - c) <= 9 * w]
-        return min([0.1, *(w / 3 for w in widths)])
+        widths = [w / 3 for c, w in self.numbers.values.features if abs(middle - c) <= 9 * w]
+        slips = [r for r in self.narrow if self.mode[r] in (1, -1)]
+        if slips:
+            x = self.numbers.terms(self.t, self.state)
+            rates = forces(self.numbers, self.mode, self.t, self.state, self.entries, x).slip_rate
+            for r in slips:
+                speed, width = abs(float(x.y[r])), self.narrow[r]
+                widths.append(max(speed - 9 * width, width / 3) / max(abs(float(rates[r])), 1e-6))
+        return min([0.1, *widths])
 
     def _to(self, bound: float) -> None:
         stuck = 0
@@ -196,6 +210,7 @@ class _Motion:
                 return {key: t for key, t in hits.items() if t <= stop + 1e-11 * max(1.0, stop)}
             last = rows[-1][1]
             self.t, self.state = t1, solver.y.copy()
+            solver.max_step = self._longest()
         return {}
 
     def _size(self, key: tuple[int, str]) -> float:

@@ -43,6 +43,19 @@ static double force_shift(const Run *r, const Jets *j, int c)
     return r->tolerances.importer * (isfinite(scale) ? scale : 0.0);
 }
 
+/*
+ * The leeway of an open contact while it leaves its wall. It is taken away once the contact comes back, by more than an
+ * importer's errors in its speed: it meets its wall where that is, be the hop lower than the leeway or not.
+ */
+static double leeway(const Run *r, const Jets *j, int c)
+{
+    enum { ERRORS = 4 };
+    const double speed = j->slip[c][0];
+    if (r->leeway[c] == 0.0 || speed >= 0.0) return r->leeway[c];
+    const double least = ERRORS * r->tolerances.importer * model_slip_magnitude(r->at.p, r->at.d, j, c);
+    return speed > -least ? r->leeway[c] * (1.0 + speed / least) : 0.0;
+}
+
 /* what an importer watches in a slot of contact c: positive while the contact keeps its state; scratch holds order 0 */
 static double watched(Run *r, int c, Slot slot)
 {
@@ -53,7 +66,7 @@ static double watched(Run *r, int c, Slot slot)
         return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time
                                                     : j->force[c][0] + force_shift(r, j, c);
     }
-    if (slot == SLOT_NORMAL) return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
+    if (slot == SLOT_NORMAL) return sign * j->depth[c][0] + gap_shift(r, j, c) + leeway(r, j, c);
     if (model_contact_compliant[c]) return sign * j->release[c][0];
     if (contact_is_settling(r, c)) return r->at.settles[c] - r->at.time;
     const double shift = r->tolerances.importer;

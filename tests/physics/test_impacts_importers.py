@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 import pytest
 import sympy
+from closed_form import root
 from fmpy import simulate_fmu
 from mechanisms import GRAVITY, LENGTH, MASS, STIFFNESS, mechanism
 
@@ -14,9 +15,10 @@ from fmu_models import load
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
+from fmu_models.language.contact_kinds import CLOSED
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
-from fmu_models.language.quantities import Coordinate
+from fmu_models.language.quantities import TIME, Coordinate
 from fmu_models.language.stops import Stop
 from fmu_models.simulation.run import simulate
 
@@ -106,6 +108,26 @@ def test_bounces_too_low_for_an_importer_rub_as_much_as_they_would(settings: tup
     after = run["time"] > rest + 0.1
     lost = 10.0 - run["vx"] - 0.3 * 9.81 * run["time"]
     assert np.abs(lost[after]).max() < (1e-8 if settings == FINE else 1e-6)
+
+
+def test_a_hop_lower_than_an_importer_resolves_ends_at_the_wall() -> None:
+    """It hits a wall, is pushed off by some millionths and drawn back: at rest from where the closed form meets the
+    wall again, not once it has passed as far as an importer's errors might put it."""
+    x = Coordinate("x", "m", "place", velocity="v")
+    wall = Impact(name="wall", gap=x - LENGTH, restitution=Newton(0.0))
+    a, b, w = 2e-6, 5e-3, 100.0
+    push = MASS * (a * w**2 * sympy.cos(w * TIME) - b)
+    run = exchange(
+        load(mechanism("hopping", [x], MASS * x.v**2 / 2, -push * x, [wall])), (1e-9, 1e-3), 0.06, x=1.01, v=-10.0
+    )
+    hits = root(lambda t: 0.01 - 10.0 * t + a * (1 - np.cos(w * t)) - b * t**2 / 2, 0.0, 0.01)
+
+    def hop(t: float) -> float:
+        since = t - hits
+        return a * (np.cos(w * hits) - np.cos(w * t) - w * np.sin(w * hits) * since) - b * since**2 / 2
+
+    rests = run["time"][run["wall_state"] == CLOSED]
+    assert rests[0] == pytest.approx(root(hop, 0.02, 0.06), abs=1e-5)
 
 
 @pytest.mark.parametrize("release", ["gap", "force"])

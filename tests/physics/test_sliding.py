@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import sympy
 from closed_form import root
+from fmpy import simulate_fmu
 from quick_export import quick_export
 from scipy.linalg import expm
 
@@ -159,3 +160,22 @@ def test_two_switches_slide_at_once(tmp_path):
     assert {event.contact: event.after for event in run.events} == {"one": 0, "other": 0}
     late = run.time > 5.0
     assert np.abs([run["x"][late], run["y"][late]]).max() < 1e-12
+
+
+def test_what_is_held_at_zero_has_only_rounding_in_its_last_terms(tmp_path: Path) -> None:
+    """A relay holds a state against a pulse far ahead, whose tail leaves rounding in the last terms of a series that is
+    zero: no step is judged by those."""
+    x = State("x", "1", "x")
+    relay = Switch(name="s0", function=x)
+    pulse = sympy.Rational(3, 16) * sympy.tanh(64 * (TIME - sympy.Rational(11, 16)))
+    flow = -x / 2 + sympy.Rational(9, 64) * x - pulse - sympy.Rational(115, 64) * relay.sign
+    fmu = exported(tmp_path, [x], [flow], relay)
+    run = simulate_fmu(
+        str(fmu.path),
+        fmi_type="CoSimulation",
+        stop_time=3.0,
+        output_interval=0.05,
+        start_values={"x": 0.078125},
+        output=["x"],
+    )
+    assert np.abs(run["x"][run["time"] > 0.0482]).max() < 1e-15

@@ -169,7 +169,8 @@ typedef struct {
 static Ask ask_for(const Run *r, double log_tolerance) { return (Ask){log_tolerance, r->segment_rooted}; }
 
 /* the shorter of a log2 of a length and that at which the last terms are tolerance times the larger of the first two
-   terms, from term m, that are not zero */
+   terms, from term m, that are not zero; what has none but last terms, as the rounding of a speed held at zero, tells
+   nothing */
 static double shorter_length(double length, const double *x, int m, int order, Ask ask)
 {
     int first = m;
@@ -183,7 +184,7 @@ static double shorter_length(double length, const double *x, int m, int order, A
     int told = 0;
     for (int k = order; k > order - LAST_TERMS && k > 0 && (ask.all || k >= order - 1 || !told); k--) {
         if (!isfinite(x[k])) return -INFINITY; /* beyond the range of numbers: no length is short enough */
-        if (x[k] == 0.0 || k <= first) continue;
+        if (x[k] == 0.0 || k <= first || first > order - LAST_TERMS) continue;
         told = 1;
         const double term = rough_log2(x[k]);
         double longest = (one - term) / (k - first);

@@ -142,3 +142,17 @@ def test_a_start_at_the_bound_of_a_stop_enters_it(release: Literal["gap", "force
     for found in (run, own):
         assert found["v"][-1] == pytest.approx(-0.5, abs=1e-5)
         assert found["x"][-1] == pytest.approx(1.0 - 0.5 * (0.5 - np.pi * 1e-3), abs=1e-5)
+
+
+@pytest.mark.parametrize("release", ["gap", "force"])
+def test_a_start_at_rest_at_the_bound_of_a_stop_enters_it(release: Literal["gap", "force"]) -> None:
+    """A constant force pushes a mass into a spring that it just touches, x = F/k (1 - cos w t): all that its gap is
+    made of is zero there."""
+    x = Coordinate("x", "m", "place", velocity="v")
+    stop = Stop(name="stop", gap=-x, law=KelvinVoigt(k=STIFFNESS, c=sympy.S.Zero), release=release)
+    fmu = load(mechanism("pushed", [x], MASS * x.v**2 / 2, -2e-4 * STIFFNESS * LENGTH * x, [stop]))
+    given = {"k": 1e6, "x": 0.0, "v": 0.0}
+    run = exchange(fmu, FINE, 0.005, **given)
+    own = simulate_any(fmu, 0.005, tolerance=1e-10, parameters={"k": 1e6}, start={"x": 0.0, "v": 0.0})
+    for found in (run, own):
+        assert found["x"][-1] == pytest.approx(2e-4 * (1 - np.cos(5.0)), abs=1e-9)

@@ -7,8 +7,11 @@
 void gap_measure_nominal(Run *r)
 {
     Jets *j = &r->scratch;
+    int any = 0;
     memset(r->nominal_gap, 0, sizeof r->nominal_gap);
-    if (MODEL_IMPACTS == 0) return;
+    for (int c = 0; c < MODEL_NC; c++)
+        any |= model_contact_bounded[c];
+    if (!any) return;
     taylor_load(r, j);
     model_slip(r->at.p, r->at.d, j, 0);
     model_depth(r->at.p, r->at.d, j, 0);
@@ -21,7 +24,7 @@ void gap_measure_nominal(Run *r)
         model_slip(r->at.p, r->at.d, j, 1);
         model_depth(r->at.p, r->at.d, j, 1);
         for (int c = 0; c < MODEL_NC; c++)
-            r->nominal_gap[c] += model_contact_impulsive[c] ? fabs(j->depth[c][1]) : 0.0;
+            r->nominal_gap[c] += model_contact_bounded[c] ? fabs(j->depth[c][1]) : 0.0;
     }
 }
 

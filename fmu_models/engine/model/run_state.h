@@ -96,7 +96,7 @@ typedef struct {
     double impact_work;
     double impulse[MODEL_ROOM(MODEL_NC)];
     Closings closings[MODEL_ROOM(MODEL_NC)];
-    double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* of rigid contacts, from nominal coordinates */
+    double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* of what has a depth, from nominal coordinates */
     double
         largest_gap[MODEL_ROOM(MODEL_NC)]; /* of rigid contacts, at the ends of steps so far: rounding of a gap that is
                                                  a single coordinate is in parts of it */

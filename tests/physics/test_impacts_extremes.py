@@ -7,12 +7,17 @@ import math
 import mpmath
 import numpy as np
 import pytest
+import sympy
 from bounces import CHATTERING, CLOSED, OPEN
 from colliding import plate
+from mechanisms import LENGTH, mechanism
 
+from fmu_models import load
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation.run import simulate
 
 BALL = Fmu.open(built("bouncing_ball"))
@@ -213,3 +218,16 @@ def test_chatter_has_one_end_per_series():
     run = simulate(BALL, 1000.0, parameters={"A": 0.0, "g": 9.81, "e": 0.999}, start={"x": 1.0, "v": 0.0})
     assert len(run.impacts) == pytest.approx(18412, abs=10)
     assert sum(event.after == CHATTERING for event in run.events) == 1
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_crank_turns_on_past_a_wall_that_its_slider_just_reaches(restitution: float) -> None:
+    """Gap and lever vanish together at the dead centre: no impulse there stops the crank, which turns as if alone."""
+    angle = Coordinate("phi", "rad", "angle of the crank", velocity="Omega")
+    J = Parameter("J", 1.0, "kg m2", "moment of inertia", positive=True)
+    head = Impact(name="head", gap=LENGTH * (1 + sympy.sin(angle)), restitution=Newton(sympy.Float(restitution)))
+    crank = load(mechanism("crank", [angle], J * angle.v**2 / 2, sympy.S.Zero, [head]))
+    for start, speed in np.random.default_rng(5).uniform([-1.5, 0.5], [1.5, 3.0], (20, 2)):
+        run = simulate(crank, 20.0, start={"phi": start, "Omega": -speed}, output_times=[20.0])
+        assert not run.events
+        assert run["phi"][-1] == pytest.approx(start - 20.0 * speed, abs=1e-12)

@@ -137,6 +137,21 @@ void placement_open(Run *r, int c)
     if (model_contact_partner[c] >= 0) r->at.state[(int)model_contact_partner[c]] = CONTACT_AWAY;
 }
 
+int placement_touches(Run *r, int c)
+{
+    enum { DIGITS = 16 };
+    const double LEAST_PART = 1e-6; /* of the energy; what takes less may as well be an impact */
+    const double speed = r->scratch.slip[c][0];
+    placement_load_inertia(r);
+    if (speed * speed <= 2.0 * LEAST_PART * model_kinetic_energy(&r->at) * r->scratch.G[c][c][0]) return 0;
+    taylor_series(r, &r->scratch, 2, INFINITY);
+    const double bend = -2.0 * r->scratch.depth[c][2];
+    const double rounding = DIGITS * DBL_EPSILON * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    if (!(speed * speed <= 2.0 * bend * rounding)) return 0;
+    r->at.known[c][SLOT_NORMAL] = 2;
+    return 1;
+}
+
 /* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below
    it */
 int placement_rigid(Run *r, int c, signed char *candidate)
@@ -158,7 +173,7 @@ int placement_rigid(Run *r, int c, signed char *candidate)
     r->at.known[c][SLOT_NORMAL] = 1;
     if (!held && !placement_at_zero_slip(r, c)) {
         placement_open(r, c);
-        return r->scratch.slip[c][0] < 0.0;
+        return r->scratch.slip[c][0] < 0.0 && !placement_touches(r, c);
     }
     r->at.state[c] = held ? r->at.state[c] : CONTACT_TOUCHING;
     candidate[c] = 1;

@@ -27,6 +27,11 @@ void placement_all(Run *r, signed char *candidate, signed char *resting);
 void placement_others(Run *r, signed char *candidate);
 /* the friction of a rigid contact that is closed; marks it if it is at zero slip */
 void placement_friction(Run *r, int normal, signed char *candidate);
+/*
+ * Whether a gap that falls to zero only touches it, to within rounding, where its lever vanishes too: as that of a crank
+ * whose slider just reaches a wall at its dead centre. What rounding leaves of its speed would stop the crank.
+ */
+int placement_touches(Run *r, int c);
 /* a rigid contact; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below it */
 int placement_rigid(Run *r, int c, signed char *candidate);
 /* move the coordinates onto the walls of the contacts marked; after placement_load and placement_load_inertia */

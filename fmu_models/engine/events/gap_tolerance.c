@@ -7,11 +7,8 @@
 void gap_measure_nominal(Run *r)
 {
     Jets *j = &r->scratch;
-    int any = 0;
     memset(r->nominal_gap, 0, sizeof r->nominal_gap);
-    for (int c = 0; c < MODEL_NC; c++)
-        any |= model_contact_bounded[c];
-    if (!any) return;
+    if (!MODEL_BOUNDED) return;
     taylor_load(r, j);
     model_slip(r->at.p, r->at.d, j, 0);
     model_depth(r->at.p, r->at.d, j, 0);

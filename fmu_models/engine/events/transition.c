@@ -255,7 +255,7 @@ static int cross_wall(Run *r, int c, signed char *candidate, signed char *at_lim
             placement_friction(r, c, candidate);
             return 0;
         }
-        return falls;
+        return falls && !placement_touches(r, c);
     }
     candidate[c] = 1;
     at_limit[c] = (signed char)(falls && state == CONTACT_TOUCHING);

@@ -332,7 +332,9 @@ class _Tables:
         # by place: they come in the order of a set, which is another one in each process
         values |= {f"W[{nq + i}][{c}]": system.W[i, c] for i, c in sorted(system.W.todok())}
         values |= {f"G[{i}][{c}]": system.G[i, c] for i, c in sorted(system.G.todok())}
-        lines = _assignments(values, names)
+        # inputs are held over a strobe: they have no rates
+        held = {q.rate: sympy.S.Zero for q in system.inputs}
+        lines = _assignments({name: sympy.sympify(value).xreplace(held) for name, value in values.items()}, names)
         head = "static void lanes_rows(const double *p, const double *u, const double *sign, LaneRows *r)"
         body = "\n".join(["    (void)p, (void)u, (void)sign;", "    memset(r, 0, sizeof *r);", *lines])
         n = "NC"
@@ -362,7 +364,7 @@ def _inlined(contact: ContactDynamics, expression: Any, slip: Any) -> Any:
 
 def _assignments(values: Mapping[str, Any], names: Mapping[Any, str]) -> list[str]:
     """Assignments of all that is not zero, with common parts computed once."""
-    nonzero = {name: sympy.sympify(value) for name, value in values.items() if value != 0}
+    nonzero = {name: value for name, value in values.items() if value != 0}
     shared, results = sympy.cse(list(nonzero.values()), symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
     symbols = {**names, **{symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}}
     lines = [f"    const double {symbols[symbol]} = {c_expression(value, symbols)};" for symbol, value in shared]

@@ -218,6 +218,9 @@ class Trajectory(Tabular):
     arrays: Mapping[str, Sequence[int]] = field(default_factory=dict)
     texts: Mapping[str, tuple[str | bytes, str | bytes]] = field(default_factory=dict)
 
+    def __contains__(self, name: object) -> bool:
+        return name == "time" or name in self.values
+
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":
             return self.time

@@ -233,6 +233,10 @@ def _lanes(model: Model, drawn: Values, ours: Trajectory, reference: Run) -> str
     end = np.array([rows.points[0, 0, names.index(name)] for name in model.states])
     if any(abs(event.time - drawn.end) < BESIDE for event in ours.events):
         return ""
+    if any(
+        f"{name}_state" in ours and ours[f"{name}_state"][-1] == contact_kinds.CLOSED for name in model.fmu.contacts
+    ):
+        return ""  # a strobe puts it on its wall as that is at the phase of the start: the end of these is no period
     off = np.abs(end - model.columns(ours)[-1]).max()
     return f"off by {off:.1e} from the series" if off > 1e-8 * max(1.0, np.abs(end).max()) else ""
 

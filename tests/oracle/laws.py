@@ -50,14 +50,16 @@ def friction(law: Mapping[str, Any], contact: str, read: Any) -> FrictionLaw:
         return FrictionLaw(inner.force.subs(S, shape), sticks=False, width=p["width"])
     if name in ("lugre", "lugre_stribeck"):
         z = sympy.Symbol(f"z_{contact}", real=True)
-        steady, viscous = p["steady"], sympy.S.Zero
+        steady, viscous, width = p["steady"], sympy.S.Zero, None
         if name == "lugre_stribeck":
-            viscous = read(steady["N"]) * read(steady["mu_v"]) * Y
+            viscous, width = read(steady["N"]) * read(steady["mu_v"]) * Y, read(steady["v_s"])
             steady = {**steady, "mu_v": "0"}
         # the steady force against slip of this sign
         g = -S * friction(steady, contact, read).force
         rate = Y - p["sigma0"] * S * Y * z / g
-        return FrictionLaw(-(p["sigma0"] * z + p["sigma1"] * rate) - viscous, (z,), (rate,), (0.0,), sticks=False)
+        return FrictionLaw(
+            -(p["sigma0"] * z + p["sigma1"] * rate) - viscous, (z,), (rate,), (0.0,), sticks=False, width=width
+        )
     if name in ("dieterich", "ruina"):
         theta = sympy.Symbol(f"theta_{contact}", real=True)
         speed = S * Y + p["v_c"]

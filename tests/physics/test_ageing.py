@@ -7,18 +7,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 from closed_form import root
+from fmpy import simulate_fmu
+from mechanisms import LENGTH, LOAD, MASS, STIFFNESS, mechanism
 from scipy.integrate import solve_ivp
 
-from fmu_models import oscillators
+from fmu_models import load, oscillators
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.language.contacts import Friction
 from fmu_models.language.law_parameter import T_0
 from fmu_models.language.laws import LAWS
+from fmu_models.language.laws.ageing import Ageing
+from fmu_models.language.quantities import Coordinate, Input
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
+from fmu_models.simulation.signal import Signal
 from fmu_models.validation.stress.cases import grid
 from fmu_models.validation.stress.equations import StressEquations
 from fmu_models.validation.stress.judge import StressSubject, judge
@@ -77,6 +83,34 @@ def test_every_stick_ages_anew_and_slip_begins_with_a_fall() -> None:
     levels = np.array([breakaway(one, LAW["mu_s"], LAW["b"]) for one in sticks])
     np.testing.assert_allclose(force[:, 0], N * levels, rtol=1e-5)
     np.testing.assert_allclose(force[:, 1], N * LAW["mu_s"], rtol=1e-5)
+
+
+def test_what_is_set_elsewhere_does_not_end_a_stick() -> None:
+    """A block has come to rest on the ground, another mass that it feels is pushed on by an input: bends of that, and
+    steps of Co-Simulation that set it anew, leave the clock alone."""
+    x, y = (Coordinate(name, "m", "place", velocity=f"v{name}") for name in "xy")
+    push = Input("push", 0.0, "N", "push")
+    law = Ageing(LOAD, *map(sympy.Float, (0.9, 0.5, 15.0)), b=sympy.Float(0.03), t_0=sympy.Float(T_0))
+    both = MASS * (x.v**2 + y.v**2 + x.v * y.v * sympy.cos((x - y) / LENGTH) / 4) / 2
+    potential = STIFFNESS * y**2 / 2 - push * y
+    fmu = load(mechanism("pushed", [x, y], both, potential, [Friction(name="ground", slip=x.v, law=law)]))
+    start = {"vx": 0.3, "vy": 0.1}
+    rests = simulate(fmu, 2.0, start=start).events[-1].time
+    for knot in np.linspace(rests + 0.01, 1.9, 40):
+        pushed = Signal([0.0, knot, 2.0], [0.0, 0.0, 0.01])
+        run = simulate(fmu, 2.0, start=start, inputs={"push": pushed}, output_times=[2.0])
+        assert run["t_stick"][-1] == pytest.approx(2.0 - rests, abs=1e-9)
+    signal = np.array([(0.0, 0.0), (2.0, 0.01)], dtype=[("time", "f8"), ("push", "f8")])
+    run = simulate_fmu(
+        str(fmu.path),
+        fmi_type="CoSimulation",
+        stop_time=2.0,
+        output_interval=0.02,
+        start_values=start,
+        input=signal,
+        output=["t_stick"],
+    )
+    assert run["t_stick"][-1] == pytest.approx(2.0 - rests, abs=1e-3)
 
 
 def test_derivatives_of_later_releases_know_how_long_a_stick_was() -> None:

@@ -17,6 +17,22 @@ int placement_at_zero_slip(const Run *r, int c)
     return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
 }
 
+void placement_note_slips(Run *r)
+{
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++)
+        r->noted_slip[c] = r->scratch.slip[c][0];
+}
+
+/* whether a contact goes on at zero slip, or comes to it */
+static int stays_at_zero_slip(const Run *r, int c)
+{
+    const double made = r->scratch.slip[c][0] - r->noted_slip[c];
+    const double terms = model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    const int sticks = !r->starting && r->at.state[c] == CONTACT_STICK;
+    return placement_at_zero_slip(r, c) || (sticks && fabs(made) <= r->tolerances.slip * terms);
+}
+
 int placement_has_lever(const Run *r, int c)
 {
     return model_lever(r->at.p, r->at.d, &r->scratch, c) > r->tolerances.slip;
@@ -125,7 +141,7 @@ void placement_friction(Run *r, int normal, signed char *candidate)
 {
     const int c = model_contact_partner[normal];
     if (c >= 0) {
-        candidate[c] = (signed char)placement_at_zero_slip(r, c);
+        candidate[c] = (signed char)stays_at_zero_slip(r, c);
         r->at.state[c] = !candidate[c] || r->at.state[c] == CONTACT_AWAY ? placement_slipping(r, c) : r->at.state[c];
     }
 }
@@ -214,7 +230,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
             placement_enter(r, c);
         } else if (model_contact_compliant[c]) {
             r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
-        } else if (rests || placement_at_zero_slip(r, c)) {
+        } else if (rests || stays_at_zero_slip(r, c)) {
             const signed char leaving = contact_may_rest(c) && !rests ? placement_leaving(r, c) : CONTACT_STICK;
             candidate[c] = leaving == CONTACT_STICK;
             r->at.state[c] = !candidate[c] ? leaving : was_inside ? r->at.state[c] : CONTACT_SLIP_PLUS;

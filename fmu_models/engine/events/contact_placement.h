@@ -8,6 +8,8 @@
 void placement_load(Run *r);
 void placement_load_inertia(Run *r);
 int placement_at_zero_slip(const Run *r, int c);
+/* before values are set: the slip speeds, of which only what the new values make is more than rounding where it sticks */
+void placement_note_slips(Run *r);
 /* whether a contact is at rest only since one that is held has the same motion: its speed is the rounding of that one's */
 int placement_at_rest_by_others(const Run *r, int c);
 /* whether forces of contact c move anything: its lever is more than the rounding of the place where it vanishes */

@@ -100,8 +100,9 @@ typedef struct {
     double
         largest_gap[MODEL_ROOM(MODEL_NC)]; /* of rigid contacts, at the ends of steps so far: rounding of a gap that is
                                                  a single coordinate is in parts of it */
-    double leeway[MODEL_ROOM(MODEL_NC)];   /* Model Exchange only: added to the indicator of a gap that opens slowly */
-    int segment_rooted;                    /* its series run in the square root of time */
+    double noted_slip[MODEL_ROOM(MODEL_NC)]; /* before values were set: what rounding has left of a slip that is held */
+    double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */
+    int segment_rooted;                  /* its series run in the square root of time */
     double segment_start, segment_length;
     Section section;
     Jets jets;                       /* of the step */

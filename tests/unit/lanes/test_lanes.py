@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy
 from benchmark_scripts import benchmark_script
-from lane_mechanisms import opened
+from lane_mechanisms import c, k, length, m, opened, x
 
 from fmu_models.analyses.basins import basins
 from fmu_models.base.errors import StickslipError
@@ -20,13 +20,17 @@ from fmu_models.families.jobs import ESCAPED, Jobs
 from fmu_models.fmu.load import load
 from fmu_models.lanes.library import lanes_of
 from fmu_models.language.automaton import Automaton, Switch
-from fmu_models.language.quantities import TIME, State
+from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import TIME, Input, State
+from fmu_models.language.stops import Stop
 from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
 from fmu_models.oscillators import load as declaration
 from fmu_models.report.model_sheet import sheet
 from fmu_models.sections.strobe import Strobe
+from fmu_models.simulation.run import simulate
 
 T = 2.0 * math.pi
 GO = np.zeros(1, np.int32)
@@ -225,3 +229,24 @@ def test_show_says_what_is_in_the_way_of_the_exact_flow():
     exact = sheet(declaration("disc_rig"))["exact_flow"]
     assert not exact["linear"] and len(exact["obstacles"]) == 2
     assert sheet(declaration("impact_pair"))["exact_flow"] == {"linear": True, "lanes": True, "obstacles": []}
+
+
+def test_a_wall_moved_by_an_input_is_held_over_a_strobe() -> None:
+    """The rate of the input, which a stop's damper and its release read, is none there."""
+    wall = Input("wall", 0.0, "m", "place of the wall")
+    law = KelvinVoigt(k=100 * k, c=c)
+    moved = Mechanism(
+        name="moved",
+        title="Moved",
+        source="test",
+        coordinates=[x],
+        kinetic_energy=m * x.v**2 / 2,
+        potential_energy=k * x**2 / 2,
+        contacts=[Stop(name="stop", gap=length + wall - x, law=law, release="force")],
+    )
+    fmu = load(moved)
+    system = Strobe(fmu, period=5.0, autonomous=True, parameters={"wall": 0.2})
+    point = system.run(Jobs(system.start({"v": 3.0})[None], {}, rows=1), GO).points[0, 0]
+    run = simulate(fmu, 5.0, inputs={"wall": 0.2}, start={"v": 3.0}, output_times=[5.0])
+    assert run.events
+    assert point == pytest.approx([run["x"][-1], run["v"][-1]], abs=1e-12)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression
@@ -18,6 +19,8 @@ from fmu_models.language.contact_kinds import TRAITS
 from fmu_models.lowering.hybrid_system import HybridSystem
 from fmu_models.lowering.piecewise_linear import Lifted, obstacles, ramps
 
+# states whose exact step, a full matrix at worst, is worth its tables
+_MOST_STATES = 64
 # modes of all contacts that there is room for; tables are made of those that a motion comes to
 _MOST_MODES = 128
 # modes without contact that have exact steps of a grid
@@ -31,6 +34,8 @@ Place = tuple[int, int]
 
 def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
+    if len(system.states) > _MOST_STATES:
+        return (f"it has {len(system.states)} states: an exact step costs their square, the series what is not zero",)
     reasons = list(obstacles(system)) or list(ramps(system))
     for contact in system.contacts:
         if contact.reset or contact.rooted:
@@ -152,12 +157,15 @@ class _Tables:
     def _closure(self) -> set[Place]:
         """Entries of the exponential of the free flow that are not zero, among the states."""
         nq = len(self.system.coordinates)
-        reach = {(i, nq + i) for i in range(nq)} | {(i, i) for i in range(self.n)}
-        reach |= {(i, j) for i, j in self.free if j < self.n}
+        reach = np.eye(self.n, dtype=np.float32)
+        reach[range(nq), range(nq, 2 * nq)] = 1.0
+        for i, j in self.free:
+            if j < self.n:
+                reach[i, j] = 1.0
         while True:
-            longer = {(i, k) for i, j in reach for m, k in reach if j == m} | reach
-            if longer == reach:
-                return reach
+            longer = np.minimum(reach @ reach, 1.0)
+            if (longer == reach).all():
+                return {(int(i), int(j)) for i, j in np.argwhere(reach)}
             reach = longer
 
     def text(self) -> str:

@@ -8,19 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick_export import quick_export
 from sympy import Integer, Rational
 
-from fmu_models import Stop
+from fmu_models import Stop, load
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.language.quantities import TIME, Coordinate, Parameter
 from fmu_models.sections.orbits import orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
@@ -159,3 +160,35 @@ def test_multipliers_at_a_corner_are_one_sided(tmp_path: Path) -> None:
     assert together.one_sided and together.residual < 1e-12
     in_turn = orbit_at(fmu, period, {"a": 0.1, "v_a": 1.0, "b": 0.1, "v_b": -1.0}, autonomous=True)
     assert not in_turn.one_sided and in_turn.residual < 1e-12
+
+
+def test_friction_along_the_normal_of_its_contact_shifts_nothing() -> None:
+    """While the contact is closed the slip is zero, and what rounding makes of it is no event: a derivative by a time
+    that it comes later would be rounding over rounding."""
+    x, y = Coordinate("q0", "1", "place", velocity="v0"), Coordinate("q1", "1", "place", velocity="v1")
+    values = {"m0": 0.640625, "k0": 1.265625, "m1": 0.890625, "k1": 1.609375, "c0": 0.078125}
+    m0, k0, m1, k1, c0 = (Parameter(name, value, "1", name) for name, value in values.items())
+    c1, f1 = Parameter("c1", 0.265625, "1", "c1"), Parameter("f1", 2.421875, "1", "f1")
+    pulse = 0.578125 * sympy.exp(-(((TIME - 1.390625) / 0.125) ** 2)) + 0.0625
+    wall = Impact(
+        name="on1", gap=0.5 - y + y**2 / 8, restitution=Poisson(sympy.S.Zero), slip=y.v, mu=sympy.Float(0.046875)
+    )
+    rubbing = Mechanism(
+        name="rubbing",
+        title="Rubbing",
+        source="test",
+        coordinates=[x, y],
+        kinetic_energy=m0 * x.v**2 / 2 + m1 * y.v**2 / 2,
+        potential_energy=k0 * x**2 / 2 + f1 * (1 - sympy.cos(x)) + k1 * y**2 / 2,
+        dissipation=c0 * y.v**2 / 2 + c1 * (y.v - x.v) ** 2 / 2,
+        applied={x: pulse, y: 1.078125 * sympy.sin(1.453125 * TIME)},
+        contacts=[wall],
+    )
+    fmu, start, step = load(rubbing), {"q0": -0.125, "q1": -0.140625, "v0": -0.328125, "v1": 0.28125}, 1e-6
+    names, ends = list(start), np.linspace(1.6, 2.5, 7)
+    up, down = (simulate(fmu, 2.5, start=start | {"q0": start["q0"] + h}, output_times=ends) for h in (step, -step))
+    with SensitiveRun(fmu, by=[*names, *values], recorded=names) as sensitive:
+        for k, end in enumerate(ends):
+            slopes = sensitive.run([end], start=start).derivative[-1, :, 0]
+            differences = [(up[name][k] - down[name][k]) / (2 * step) for name in names]
+            assert slopes == pytest.approx(differences, abs=1e-6)

@@ -6,6 +6,7 @@
 
 void gap_measure_nominal(Run *r)
 {
+    const double PART = 1e-6; /* of what is no rigid contact, and needs it only where all terms of its gap are zero */
     Jets *j = &r->scratch;
     memset(r->nominal_gap, 0, sizeof r->nominal_gap);
     if (!MODEL_BOUNDED) return;
@@ -21,7 +22,8 @@ void gap_measure_nominal(Run *r)
         model_slip(r->at.p, r->at.d, j, 1);
         model_depth(r->at.p, r->at.d, j, 1);
         for (int c = 0; c < MODEL_NC; c++)
-            r->nominal_gap[c] += model_contact_bounded[c] ? fabs(j->depth[c][1]) : 0.0;
+            r->nominal_gap[c] +=
+                model_contact_bounded[c] ? (model_contact_impulsive[c] ? 1.0 : PART) * fabs(j->depth[c][1]) : 0.0;
     }
 }
 

@@ -71,6 +71,22 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     return first;
 }
 
+/* whether a slip is no more than the rounding of the forces that others hold at rest: none of what it does is an event */
+static int rests_by_others(const Run *r, const Jets *j, int c, int order, double h)
+{
+    int others = 0;
+    double rate = 0.0;
+    double slip = 0.0;
+    for (int e = 0; e < MODEL_NC; e++) {
+        others |= e != c && contact_is_held(r->at.state, e);
+        rate += fabs(j->G[c][e][0] * j->force[e][0]);
+    }
+    for (int k = order; others && k >= 0; k--)
+        slip = slip * h + fabs(j->slip[c][k]);
+    const double time = r->segment_rooted ? h * h : h;
+    return others && slip <= r->tolerances.slip * rate * time;
+}
+
 /* the end of a chatter */
 static double settling(const Run *r, int c, double h)
 {
@@ -95,8 +111,9 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
     }
     if (contact_is_settling(r, c)) return settling(r, c, h);
     if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h);
-    return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
-                                           : fall_of(j->slip[c], sign, known, order, h);
+    if (r->at.state[c] == CONTACT_STICK) return fall_of_margin(r, j, c, known, order, h);
+    const double fall = fall_of(j->slip[c], sign, known, order, h);
+    return fall >= 0.0 && rests_by_others(r, j, c, order, h) ? -1.0 : fall;
 }
 
 double location_cut(Run *r, int order, double h, double exact)

@@ -323,7 +323,7 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
 def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict[str, bytes | str]:
     """Contents of the archive by name; the compiler runs for as many platforms at once as there are processors."""
     platforms = chosen_platforms(packaging.platforms)
-    files = _texts(system, fmi_version, packaging.rights or Rights())
+    files = dict(_texts(system, fmi_version, packaging.rights or Rights()))
     c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
     with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         built = {
@@ -342,7 +342,8 @@ def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict
     return files
 
 
-def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, bytes | str]:
+@functools.lru_cache(maxsize=1)  # what is built is first looked for by them
+def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> Mapping[str, bytes | str]:
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.documentation import documents

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ import sympy
 from mechanisms import crank_without_rod, opened
 from scipy.integrate import solve_ivp
 
+from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
@@ -17,6 +19,7 @@ from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.lowering.lower import lower
 from fmu_models.simulation.run import simulate
 
 STIFFNESS, CAPACITY = 100.0, [4.0 + 0.5 * (i % 7) for i in range(100)]
@@ -150,3 +153,33 @@ def test_a_crank_against_an_integration_between_dead_centres() -> None:
     ):
         assert run["q"][-1] == pytest.approx(y[0], rel=tolerance)
         assert run["w"][-1] == pytest.approx(y[1], rel=tolerance)
+
+
+def test_a_wave_along_many_masses_is_followed_at_the_cost_of_its_frequency() -> None:
+    """Against the modes of the chain. Where the wave has not come to yet nothing moves by 1e-100 m, and no step is made
+    shorter for that; exact steps of so many states are left to the series."""
+    n = 80
+    q = [Coordinate(f"q{i}", "m", f"place of mass {i}", velocity=f"v{i}") for i in range(n)]
+    m = Parameter("m", 1.0, "kg", "mass", positive=True)
+    k = Parameter("k", 1.0, "N/m", "stiffness")
+    springs = k * q[0] ** 2 / 2 + sum(k * (b - a) ** 2 / 2 for a, b in itertools.pairwise(q))
+    declared = Mechanism(
+        name="wave",
+        title="wave",
+        source="test",
+        coordinates=q,
+        kinetic_energy=sympy.Add(*(m * x.v**2 / 2 for x in q)),
+        potential_energy=springs,
+        contacts=[],
+    )
+    (obstacle,) = lane_obstacles(lower(declared))
+    assert "160 states" in obstacle
+    times = np.linspace(0.0, 20.0, 41)
+    run = simulate(opened(declared), 20.0, start={"v0": 1.0}, output_times=times)
+    matrix = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    matrix[-1, -1] = 1.0
+    squares, modes = np.linalg.eigh(matrix)
+    omega = np.sqrt(squares)
+    places = modes @ (modes[0][:, None] * np.sin(np.outer(omega, times)) / omega[:, None])
+    assert np.abs(np.array([run[x.name] for x in q]) - places).max() < 1e-12
+    assert run.steps < 300

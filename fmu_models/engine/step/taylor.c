@@ -166,6 +166,9 @@ typedef struct {
     int all;
 } Ask;
 
+/* log2 of what is nothing, of whatever unit: the far end of a chain that a wave has not come to takes no short steps */
+static const double LOG_NOTHING = -332.0;
+
 static Ask ask_for(const Run *r, double log_tolerance) { return (Ask){log_tolerance, r->segment_rooted}; }
 
 /* the shorter of a log2 of a length and that at which the last terms are tolerance times the larger of the first two
@@ -192,6 +195,9 @@ static double shorter_length(double length, const double *x, int m, int order, A
             const double other = (two - term) / (k - second);
             longest = other > longest ? other : longest;
         }
+        if (longest >= length) continue;
+        const double nothing = (ask.log_tolerance + LOG_NOTHING - term) / k;
+        longest = nothing > longest ? nothing : longest;
         length = longest < length ? longest : length;
     }
     return length;

@@ -10,7 +10,7 @@ The equations of motion are derived from this (lowering), never typed.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import sympy
@@ -21,7 +21,8 @@ from fmu_models.language.contacts import Contact, Friction, Law, Requirement
 from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import inertia_requirements
-from fmu_models.language.quantities import Coordinate, InternalState
+from fmu_models.language.matrices import Matrix, matrices_of, names_of, quadratic
+from fmu_models.language.quantities import Coordinate, InternalState, Parameter
 from fmu_models.language.stops import StopLaw
 from fmu_models.language.units import check_units
 
@@ -67,6 +68,58 @@ class Mechanism(Declaration):
         object.__setattr__(self, "applied", {q: sympy.sympify(e) for q, e in self.applied.items()})
         check_mechanism(self)
         check_units(self)
+
+    @classmethod
+    def from_matrices(
+        cls,
+        M: Matrix,
+        C: Matrix | None,
+        K: Matrix,
+        *,
+        name: str,
+        names: Sequence[str] | None = None,
+        contacts: Callable[[Mapping[str, Coordinate]], Sequence[Contact]] = lambda q: (),
+        applied: Callable[[Mapping[str, Coordinate]], Mapping[Coordinate, sympy.Expr]] = lambda q: {},
+        title: str = "Structure given by its matrices",
+        source: str = "matrices",
+    ) -> Mechanism:
+        """A linear structure, M u'' + C u' + K u = f, with contacts and forces at its degrees of freedom.
+
+        ``fmu_models.reduced`` makes few coordinates of many. The parameters ``mass_factor``, ``damping_factor`` and
+        ``stiffness_factor`` multiply the matrices.
+
+        Args:
+            M, C, K: (n, n) symmetric, kg, N s/m and N/m: arrays, sparse, or files (.mtx, .npy, file.mat:name); C may be
+                None.
+            name, title, source: as of every declaration.
+            names: of the degrees of freedom; ``u1``, ``u2``, ... if None. Velocities are called ``v_<name>``.
+            contacts: from the coordinates by name.
+            applied: forces, likewise.
+
+        Raises:
+            StickslipError: matrices that do not fit, or a declaration that contradicts itself.
+        """
+        mass, dampers, stiffness = matrices_of(M, C, K)
+        kg, per_speed, per_way = (
+            Parameter(f"{what}_factor", 1.0, unit, f"factor of the {what} matrix", positive=what == "mass")
+            for what, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
+        )
+        q = {
+            own: Coordinate(own, "m", f"displacement {own}", velocity=f"v_{own}")
+            for own in names_of(mass.shape[0], names)
+        }
+        ways, speeds = list(q.values()), [x.v for x in q.values()]
+        return cls(
+            name=name,
+            title=title,
+            source=source,
+            coordinates=ways,
+            kinetic_energy=kg * quadratic(mass, speeds),
+            potential_energy=per_way * quadratic(stiffness, ways),
+            dissipation=per_speed * quadratic(dampers, speeds),
+            applied=applied(q),
+            contacts=contacts(q),
+        )
 
     def _heading(self) -> str:
         return f"Mechanism '{self.name}': {self.title}"

@@ -216,7 +216,7 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
                          : kind == MEMORY  ? &r->at.memory[variables_memory_contact(i)]
                                            : &r->at.x[i];
         if (*target == value[k]) continue;
-        if (m->core.settled && !parameters && !others) placement_note_slips(r);
+        if (m->core.settled && m->core.phase != PHASE_CONTINUOUS && !parameters && !others) placement_note_slips(r);
         *target = value[k];
         if (kind == PARAMETER)
             parameters = 1;

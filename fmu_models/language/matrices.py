@@ -1,0 +1,221 @@
+"""Linear structures given by their matrices, as finite elements write them, and fewer coordinates that move as they do.
+
+    M u'' + C u' + K u = f
+
+    kept degrees of freedom b, all others i:   u_i = Psi u_b + Phi eta
+    Psi = -K_ii^-1 K_ib,   K_ii Phi = M_ii Phi omega^2,   Phi^T M_ii Phi = 1
+
+Where forces act on kept degrees alone, statics is exact, and so nearly is what happens well below the lowest omega
+that is left out. With none kept these are the modes of the structure.
+
+Source: Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import sympy
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.base.errors import StickslipError, nearest
+
+if TYPE_CHECKING:
+    from scipy.sparse import sparray, spmatrix
+
+# an array, a sparse matrix, or a file: .mtx, .npy, or file.mat:name
+Matrix: TypeAlias = "ArrayLike | spmatrix | sparray | str | os.PathLike[str]"
+
+_ASYMMETRIC = 1e-8  # of the largest entry: what solvers for finite elements leave
+_RIGID = 1e-9  # square of an angular frequency, of the largest stiffness over the largest mass
+_DENSE = 400  # degrees of freedom up to which all modes are computed
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """Matrices of fewer coordinates, for ``Mechanism.from_matrices``.
+
+    Attributes:
+        M, C, K: (m, m), in the units of the ones given.
+        names: of the coordinates: those kept, then ``mode1``, ``mode2``, ...
+        basis: (n, m), the degrees of freedom u from these coordinates.
+        omega: rad/s of the modes kept, with the kept degrees held.
+        left_out: rad/s of the lowest mode left out; infinite if there is none.
+    """
+
+    M: NDArray[np.float64]
+    C: NDArray[np.float64]
+    K: NDArray[np.float64]
+    names: tuple[str, ...]
+    basis: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    left_out: float
+
+
+def reduced(
+    M: Matrix,
+    C: Matrix | None,
+    K: Matrix,
+    *,
+    modes: int,
+    keep: Sequence[str] = (),
+    names: Sequence[str] | None = None,
+    damping: float = 0.0,
+) -> Reduced:
+    """Keep some degrees of freedom of a structure, and its lowest modes with these held.
+
+    Args:
+        M, C, K: (n, n) symmetric; C None: nothing is damped but the modes.
+        modes: how many.
+        keep: degrees of freedom that contacts and forces act on.
+        names: of all degrees of freedom; ``u1``, ``u2``, ... if None.
+        damping: ratio of each mode to critical damping, added to C.
+
+    Raises:
+        StickslipError: matrices that do not fit, a name that none has, more modes than there are, or so few that a
+            rigid motion is left out.
+    """
+    mass, dampers, stiffness = matrices_of(M, C, K)
+    n = mass.shape[0]
+    all_names = names_of(n, names)
+    for name in keep:
+        if name not in all_names:
+            raise StickslipError(f"No degree of freedom is called '{name}'.{nearest(name, all_names)}")
+    kept = [all_names.index(name) for name in keep]
+    inner = np.setdiff1d(np.arange(n), kept)
+    if not 0 <= modes <= len(inner):
+        raise StickslipError(f"There are {len(inner)} modes with {len(kept)} degrees of freedom kept, not {modes}")
+    squares, shapes = _modes(mass[inner][:, inner], stiffness[inner][:, inner], modes)
+    basis = np.zeros((n, len(kept) + modes))
+    basis[kept, range(len(kept))] = 1.0
+    static = _statics(stiffness[inner][:, inner], -stiffness[inner][:, kept].toarray())
+    basis[inner] = np.hstack([static, shapes[:, :modes]])
+    omega = np.sqrt(np.maximum(squares, 0.0))
+    small_mass, small_dampers, small_stiffness = (basis.T @ (A @ basis) for A in (mass, dampers, stiffness))
+    at = range(len(kept), len(kept) + modes)
+    small_dampers[at, at] += 2.0 * damping * omega[:modes]
+    left_out = float(omega[modes]) if len(omega) > modes else np.inf
+    if left_out**2 <= _RIGID * abs(stiffness).max() / abs(mass).max():
+        raise StickslipError(f"More than {modes} modes are rigid motions, that nothing holds: take more modes")
+    coordinates = (*keep, *(f"mode{k + 1}" for k in range(modes)))
+    return Reduced(small_mass, small_dampers, small_stiffness, coordinates, basis, omega[:modes], left_out)
+
+
+def _statics(inside: Any, across: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What degrees of freedom do that follow others, a column for each of these."""
+    from scipy.sparse.linalg import splu
+
+    if not across.size:
+        return across
+    try:
+        return splu(inside.tocsc()).solve(across)
+    except RuntimeError:  # exactly singular: a rigid motion, which is among the modes
+        return np.linalg.lstsq(inside.toarray(), across)[0]
+
+
+def _modes(mass: Any, stiffness: Any, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Squares of the lowest angular frequencies, one more than asked for if there is one; shapes of unit mass."""
+    from scipy import linalg
+    from scipy.sparse.linalg import eigsh
+
+    n = mass.shape[0]
+    wanted = min(count + 1, n)
+    if not n:
+        return np.zeros(0), np.zeros((0, 0))
+    if n <= _DENSE or wanted >= n - 1:
+        return linalg.eigh(stiffness.toarray(), mass.toarray(), subset_by_index=(0, wanted - 1))
+    # below zero, so that a structure that nothing holds has a factor
+    below = -1e-6 * abs(stiffness).max() / abs(mass).max()
+    squares, shapes = eigsh(stiffness, wanted, mass, sigma=below)
+    order = np.argsort(squares)
+    return squares[order], shapes[:, order]
+
+
+def matrices_of(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Any, Any, Any]:
+    """Checked and symmetric, sparse; C of zeros if None.
+
+    Raises:
+        StickslipError: a file or matrix that is none, shapes that differ, asymmetry, or a mass that is not positive.
+    """
+    from scipy import linalg
+
+    mass, stiffness = _symmetric("M", M), _symmetric("K", K)
+    dampers = 0.0 * mass if C is None else _symmetric("C", C)
+    if not mass.shape == dampers.shape == stiffness.shape:
+        raise StickslipError(f"M is {mass.shape}, C {dampers.shape} and K {stiffness.shape}: all must have one size")
+    try:
+        linalg.cholesky(mass.toarray())
+    except linalg.LinAlgError:
+        raise StickslipError("M is not positive definite: each degree of freedom needs a mass") from None
+    return mass, dampers, stiffness
+
+
+def names_of(n: int, names: Sequence[str] | None) -> tuple[str, ...]:
+    """Of degrees of freedom.
+
+    Raises:
+        StickslipError: not one for each.
+    """
+    if names is not None and len(names) != n:
+        raise StickslipError(f"There are {len(names)} names for {n} degrees of freedom")
+    return tuple(names) if names is not None else tuple(f"u{k + 1}" for k in range(n))
+
+
+def quadratic(matrix: Any, vector: Sequence[Any]) -> sympy.Expr:
+    """Half of x^T A x, of what is not zero."""
+    from scipy import sparse
+
+    upper = sparse.triu(matrix).tocoo()
+    terms = [
+        sympy.Float(float(value)) * (vector[i] ** 2 / 2 if i == j else vector[i] * vector[j])
+        for i, j, value in zip(upper.row, upper.col, upper.data, strict=True)
+        if value != 0.0
+    ]
+    return sympy.Add(*terms)
+
+
+def _symmetric(letter: str, source: Matrix) -> Any:
+    from scipy import sparse
+
+    read: Any = _read(letter, source) if isinstance(source, str | os.PathLike) else source
+    try:
+        matrix: Any = sparse.csr_array(read, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise StickslipError(f"{letter} is no matrix of numbers: {error}") from None
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
+        raise StickslipError(f"{letter} must be square, it is {matrix.shape}")
+    if not np.isfinite(matrix.data).all():
+        raise StickslipError(f"{letter} holds numbers that are not finite")
+    largest = abs(matrix).max()
+    if abs(matrix - matrix.T).max() > _ASYMMETRIC * largest:
+        raise StickslipError(
+            f"{letter} is not symmetric. Forces that are no gradient, and gyroscopic ones, belong to 'applied'"
+        )
+    return sparse.csr_array((matrix + matrix.T) / 2)
+
+
+def _read(letter: str, source: str | os.PathLike[str]) -> Any:
+    """A matrix from a file."""
+    from scipy import io
+
+    text = os.fspath(source)
+    place, _, key = text.rpartition(":") if ".mat:" in text else (text, "", "")
+    path = Path(place)
+    try:
+        if path.suffix == ".mtx":
+            return io.mmread(path)
+        if path.suffix == ".npy":
+            return np.load(path, allow_pickle=False)
+        if path.suffix == ".mat" and key:
+            return io.loadmat(path, variable_names=[key])[key]
+    except (OSError, ValueError, NotImplementedError) as error:
+        raise StickslipError(f"{letter} cannot be read from {path}: {error}") from None
+    except KeyError:
+        held = ", ".join(name for name, *_ in io.whosmat(path))
+        raise StickslipError(f"{path} has no '{key}'; it holds {held}") from None
+    raise StickslipError(f"{letter}: {text} is no .mtx, .npy or file.mat:name")

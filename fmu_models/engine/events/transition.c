@@ -314,13 +314,23 @@ RunStatus transition_make(Run *r, int *moved)
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
-int transition_told(const Run *r, int c, int before, double *work, ContactEvent *event)
+/* what has happened to contact c since it was in this state; 0 if nothing. Of simultaneous impacts the work is told
+   once: taken from what is left of it */
+static int told(const Run *r, int c, int before, double *work, ContactEvent *event)
 {
     const int reset = r->jumped[c] && (model_contact_resets[c] & 3);
     if (r->at.state[c] == before && !r->struck[c] && !reset) return 0;
     *event = (ContactEvent){r->at.time, c, before, r->at.state[c], reset, r->struck[c] ? *work : 0.0};
     *work = r->struck[c] ? 0.0 : *work;
     return 1;
+}
+
+void transition_tell(const Run *r, const signed char *before, EventSink sink, void *context)
+{
+    ContactEvent event;
+    double work = r->impact_work;
+    for (int c = 0; c < MODEL_NC; c++)
+        if (told(r, c, before[c], &work, &event)) sink(context, &event);
 }
 
 RunStatus transition_resolve(Run *r, EventSink sink, void *context)
@@ -346,7 +356,7 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
                 model_contact_names[c], r->at.time);
         }
         ContactEvent event;
-        if (!transition_told(r, c, before[c], &work, &event)) continue;
+        if (!told(r, c, before[c], &work, &event)) continue;
         r->events++;
         if (!model_contact_impulsive[c] && !contact_may_rest(c) && accumulation_check_pace(r, c) == RUN_ERROR)
             return RUN_ERROR;

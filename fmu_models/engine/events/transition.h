@@ -8,9 +8,8 @@
 RunStatus transition_reconsider(Run *r, int *moved);
 /* resolve the fall of the indicators marked in r->falling */
 RunStatus transition_make(Run *r, int *moved);
-/* what has happened to contact c at r's instant since it was in this state; 0 if nothing. Of simultaneous impacts the
-   work is told once: taken from what is left of it */
-int transition_told(const Run *r, int c, int before, double *work, ContactEvent *event);
+/* what has happened to the contacts at r's instant since they were in these states */
+void transition_tell(const Run *r, const signed char *before, EventSink sink, void *context);
 /* resolve the event that waits at r's instant */
 RunStatus transition_resolve(Run *r, EventSink sink, void *context);
 

@@ -104,16 +104,6 @@ void instance_note(void *instance, const ContactEvent *event)
     if (is_wanted(m, LOG_EVENT)) say_event(m, event);
 }
 
-/* what has happened to contacts where the engine tells of no event by itself */
-static void note_changes(Instance *m, const signed char *before)
-{
-    const Run *r = &m->core.run;
-    ContactEvent event;
-    double work = r->impact_work;
-    for (int c = 0; c < MODEL_NC; c++)
-        if (transition_told(r, c, before[c], &work, &event)) instance_note(m, &event);
-}
-
 static const char *phase_name(int phase)
 {
     switch (phase) {
@@ -257,7 +247,7 @@ Status instance_settle(Instance *m, const char *function, int *changed)
     } else {
         memcpy(before, core->run.at.state, sizeof before);
         if (run_reconsider(&core->run, changed) == RUN_ERROR) return instance_failed(m, function);
-        note_changes(m, before);
+        transition_tell(&core->run, before, instance_note, m);
     }
     core->settled = 1;
     return STATUS_OK;
@@ -284,7 +274,7 @@ Status instance_resolve(Instance *m, const char *function)
     core->event_pending = 0;
     memcpy(before, core->run.at.state, sizeof before);
     if (exchange_event(&core->run, &moved) == RUN_ERROR) return instance_failed(m, function);
-    note_changes(m, before);
+    transition_tell(&core->run, before, instance_note, m);
     core->event_moved |= moved;
     return STATUS_OK;
 }

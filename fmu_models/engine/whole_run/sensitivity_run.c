@@ -53,6 +53,16 @@ static Status start(Instance *m, SensitivityRun *s)
     return STATUS_OK;
 }
 
+/* an event of a knot comes when that does, whatever the direction */
+static void note_event_of_knot(SensitivityRun *s, int64_t e)
+{
+    for (int k = 0; k < s->n_directions; k++) {
+        s->event_derivatives[e * s->n_directions + k] = 0.0;
+        if (s->event_speeds) s->event_speed_derivatives[e * s->n_directions + k] = NAN;
+    }
+    if (s->event_speeds) s->event_speeds[e] = NAN;
+}
+
 /* inputs of the knots that are due */
 static Status pass_knots(Instance *m, SensitivityRun *s)
 {
@@ -63,8 +73,11 @@ static Status pass_knots(Instance *m, SensitivityRun *s)
     while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
         if (whole_run_pass_knot(m, run)) return STATUS_ERROR;
     if (m->core.settled) return STATUS_OK;
-    if (instance_settle(m, __func__, NULL)) return STATUS_ERROR;
+    const int64_t before = run->n_events;
+    if (whole_run_settle(m, run)) return STATUS_ERROR;
     tangents_choose(r, s->room);
+    for (int64_t e = before; e < run->n_events && e < run->event_capacity; e++)
+        note_event_of_knot(s, e);
     return STATUS_OK;
 }
 

@@ -13,6 +13,7 @@
 #include "whole_run.h"
 
 #include "../events/run.h"
+#include "../events/transition.h"
 #include "../fmi/variables.h"
 #include "../step/section.h"
 #include "../model/traps.h"
@@ -38,6 +39,18 @@ Status whole_run_pass_knot(Instance *m, WholeRun *run)
     }
     run->next_knot++;
     m->core.run.horizon = run->next_knot < run->n_knots ? run->knot_times[run->next_knot] : INFINITY;
+    return STATUS_OK;
+}
+
+Status whole_run_settle(Instance *m, WholeRun *run)
+{
+    signed char before[MODEL_ROOM(MODEL_NC)];
+    Run *r = &m->core.run;
+    if (m->core.settled) return STATUS_OK;
+    memcpy(before, r->at.state, sizeof before);
+    if (instance_settle(m, __func__, NULL)) return STATUS_ERROR;
+    /* what a start is in is no change */
+    if (r->at.time > m->core.start_time) transition_tell(r, before, whole_run_note, run);
     return STATUS_OK;
 }
 
@@ -92,7 +105,7 @@ static int proceed(Instance *m, WholeRun *run)
         if (watches && run->n_crossings >= run->crossing_capacity) return WHOLE_RUN_MORE;
         while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
             if (whole_run_pass_knot(m, run)) return WHOLE_RUN_ERROR;
-        if (instance_settle(m, __func__, NULL)) return WHOLE_RUN_ERROR;
+        if (whole_run_settle(m, run)) return WHOLE_RUN_ERROR;
         if (watches && !r->section.watched && watch(m, run)) return WHOLE_RUN_ERROR;
         double end = run->times[run->next_time];
         int knot_first = run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= end;

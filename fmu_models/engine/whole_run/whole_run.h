@@ -42,6 +42,8 @@ WHOLE_RUN_EXPORT int stickslip_simulate(void *instance, WholeRun *run);
 void whole_run_note(void *context, const ContactEvent *event);
 /* inputs of the next knot */
 Status whole_run_pass_knot(Instance *m, WholeRun *run);
+/* choose contact states again once knots have been passed, and keep what changes as events */
+Status whole_run_settle(Instance *m, WholeRun *run);
 /* room that must be left for events: an instant may change every contact as often as the engine iterates */
 int64_t whole_run_event_reserve(const Run *r);
 Status whole_run_check_event_room(Instance *m, const WholeRun *run);

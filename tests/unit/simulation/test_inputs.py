@@ -172,3 +172,15 @@ def test_a_sampled_log_has_the_times_of_its_rate(tmp_path: Path) -> None:
     path = log(tmp_path, {"w": SPEED})
     (tmp_path / "datapackage.json").write_text(json.dumps({"resources": [{"path": path.name, "sampling_rate": 20}]}))
     assert read_measured(path).time == pytest.approx(TIME)
+
+
+def test_what_an_input_changes_at_its_knot_is_an_event() -> None:
+    """A belt that jumps tears off a block that it carries, at that instant: in a run, and in one with derivatives."""
+    block = Fmu.open(built("block_on_belt"))
+    values: dict[str, Any] = {"inputs": {"v_belt": Signal([0.0, 0.3, 0.3, 1.0], [0.1, 0.1, 0.5, 0.5])}}
+    values["start"] = {"x": 0.0, "v": 0.1}
+    with SensitiveRun(block, by=["x", "v"], recorded=["x"]) as sensitive:
+        slopes = sensitive.run([0.5], **values)
+    for events in (simulate(block, 0.5, **values).events, slopes.events):
+        assert [(event.time, event.contact, event.before, event.after) for event in events] == [(0.3, "belt", 0, -1)]
+    np.testing.assert_array_equal(slopes.event_derivative, np.zeros((1, 2)))

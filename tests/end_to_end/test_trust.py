@@ -319,6 +319,7 @@ PARSERS = {
     "fmu_models/report/fmu_sheet.py": "names and texts of an FMU",
     "fmu_models/scene/read.py": "cases",
     "fmu_models/scene/scene.py": "our own cache, of scenes that name members alone",
+    "fmu_models/language/matrices.py": "arrays of numbers; np.load takes no objects",
     "fmu_models/simulation/results.py": "numbers and texts; kinds of events are those of a list",
     "rig_io/description/answers.py": "roles, units and numbers",
     "rig_io/logs/guarded.py": "columns of numbers from its own child",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from functools import cache
 
 import numpy as np
@@ -25,29 +24,29 @@ from fmu_models.simulation.run import simulate
 STIFFNESS, CAPACITY = 100.0, [4.0 + 0.5 * (i % 7) for i in range(100)]
 
 
-@cache
-def chain(n: int, between: bool) -> Fmu:
-    """Masses between springs; each rubs on the ground, or on the one before it."""
+def declared_chain(n: int, stiffness: float, between: bool | None = None) -> Mechanism:
+    """Masses between springs, the last of them free; each rubs on the ground, or on the one before it, or on none."""
     q = [Coordinate(f"q{i}", "m", f"place of mass {i}", velocity=f"v{i}") for i in range(n)]
     m = Parameter("m", 1.0, "kg", "mass", positive=True)
-    k = Parameter("k", STIFFNESS, "N/m", "stiffness", positive=True)
+    k = Parameter("k", stiffness, "N/m", "stiffness")
     N = Parameter("N", 1.0, "N", "unit of the loads")
-    springs = k * q[0] ** 2 / 2 + sum(k * (q[i + 1] - q[i]) ** 2 / 2 for i in range(n - 1))
-    slips = [q[i].v - (q[i - 1].v if between and i else 0) for i in range(n)]
-    return opened(
-        Mechanism(
-            name="chain",
-            title="chain",
-            source="test",
-            coordinates=q,
-            kinetic_energy=sympy.Add(*(m * x.v**2 / 2 for x in q)),
-            potential_energy=springs,
-            contacts=[
-                Friction(name=f"f{i}", slip=slip, law=Coulomb(N, sympy.Float(CAPACITY[i])))
-                for i, slip in enumerate(slips)
-            ],
-        )
+    slips = [] if between is None else [q[i].v - (q[i - 1].v if between and i else 0) for i in range(n)]
+    return Mechanism(
+        name="chain",
+        title="chain",
+        source="test",
+        coordinates=q,
+        kinetic_energy=sympy.Add(*(m * x.v**2 / 2 for x in q)),
+        potential_energy=k * q[0] ** 2 / 2 + sum(k * (q[i + 1] - q[i]) ** 2 / 2 for i in range(n - 1)),
+        contacts=[
+            Friction(name=f"f{i}", slip=slip, law=Coulomb(N, sympy.Float(CAPACITY[i]))) for i, slip in enumerate(slips)
+        ],
     )
+
+
+@cache
+def chain(n: int, between: bool) -> Fmu:
+    return opened(declared_chain(n, STIFFNESS, between))
 
 
 @pytest.mark.parametrize(("n", "between"), [(8, False), (8, True), (14, False), (14, True), (100, False)])
@@ -159,19 +158,7 @@ def test_a_wave_along_many_masses_is_followed_at_the_cost_of_its_frequency() -> 
     """Against the modes of the chain. Where the wave has not come to yet nothing moves by 1e-100 m, and no step is made
     shorter for that; exact steps of so many states are left to the series."""
     n = 80
-    q = [Coordinate(f"q{i}", "m", f"place of mass {i}", velocity=f"v{i}") for i in range(n)]
-    m = Parameter("m", 1.0, "kg", "mass", positive=True)
-    k = Parameter("k", 1.0, "N/m", "stiffness")
-    springs = k * q[0] ** 2 / 2 + sum(k * (b - a) ** 2 / 2 for a, b in itertools.pairwise(q))
-    declared = Mechanism(
-        name="wave",
-        title="wave",
-        source="test",
-        coordinates=q,
-        kinetic_energy=sympy.Add(*(m * x.v**2 / 2 for x in q)),
-        potential_energy=springs,
-        contacts=[],
-    )
+    declared = declared_chain(n, 1.0)
     (obstacle,) = lane_obstacles(lower(declared))
     assert "160 states" in obstacle
     times = np.linspace(0.0, 20.0, 41)
@@ -181,5 +168,5 @@ def test_a_wave_along_many_masses_is_followed_at_the_cost_of_its_frequency() -> 
     squares, modes = np.linalg.eigh(matrix)
     omega = np.sqrt(squares)
     places = modes @ (modes[0][:, None] * np.sin(np.outer(omega, times)) / omega[:, None])
-    assert np.abs(np.array([run[x.name] for x in q]) - places).max() < 1e-12
+    assert np.abs(np.array([run[x.name] for x in declared.coordinates]) - places).max() < 1e-12
     assert run.steps < 300

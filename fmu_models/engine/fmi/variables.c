@@ -200,6 +200,8 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
     TRAPS_REST;
     int parameters = 0, others = 0;
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    /* a start has no contact states yet that values could end */
+    const int chosen = m->core.settled && m->core.phase & (PHASE_EVENT | PHASE_STEP);
     if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
     if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++)
@@ -216,7 +218,7 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
                          : kind == MEMORY  ? &r->at.memory[variables_memory_contact(i)]
                                            : &r->at.x[i];
         if (*target == value[k]) continue;
-        if (m->core.settled && m->core.phase != PHASE_CONTINUOUS && !parameters && !others) placement_note_slips(r);
+        if (chosen && !parameters && !others) placement_note_slips(r);
         *target = value[k];
         if (kind == PARAMETER)
             parameters = 1;

@@ -51,6 +51,13 @@ if TYPE_CHECKING:
     from fmu_models.language.declaration import Output as Output
     from fmu_models.language.dry_friction import DryFriction as DryFriction
     from fmu_models.language.dry_friction import falling as falling
+    from fmu_models.language.hysteresis.bouc_wen import BoucWen as BoucWen
+    from fmu_models.language.hysteresis.bouc_wen_baber_noori import BoucWenBaberNoori as BoucWenBaberNoori
+    from fmu_models.language.hysteresis.contact import Hysteresis as Hysteresis
+    from fmu_models.language.hysteresis.dahl import Dahl as Dahl
+    from fmu_models.language.hysteresis.iwan4 import Iwan4 as Iwan4
+    from fmu_models.language.hysteresis.sliders import MaxwellSlip as MaxwellSlip
+    from fmu_models.language.hysteresis.sliders import Play as Play
     from fmu_models.language.impacts import Impact as Impact
     from fmu_models.language.impacts import Newton as Newton
     from fmu_models.language.impacts import Poisson as Poisson

@@ -290,7 +290,7 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     for i, contact in enumerate(system.contacts):
         symbols = contact.slip.free_symbols
         levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
-        slopes = [system.G[i, i]] if contact.kind.surface else levers
+        slopes = [system.G[i, i]] if contact.kind.surface and not system.inertia else levers
         ratios = [_part_left(sympy.sympify(slope), system, names.first) for slope in slopes if slope != 0]
         largest = ratios[0] if ratios else "0.0"
         for ratio in ratios[1:]:
@@ -379,6 +379,7 @@ def _facts(system: HybridSystem) -> list[str]:
         "resets": (c.reset_sides for c in system.contacts),
         "impulsive": (c.kind.impulsive for c in system.contacts),
         "tangential": (not c.kind.normal for c in system.contacts),
+        "rubs": (c.kind.rubs for c in system.contacts),
         "poisson": (c.poisson for c in system.contacts),
         "clocks": (sum(contact_kinds.TICK_BITS[name] for name in c.clocks) for c in system.contacts),
     }
@@ -415,6 +416,7 @@ def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
         "DIRECTED": int(system.directed),
+        "YIELDS": int(any(c.kind is contact_kinds.YIELD for c in system.contacts)),
         "RESTS": int(any(contact.reset_sides & 8 for contact in system.contacts)),
         "IS_MAP": int(bool(system.rule)),
         "REACH": int(reach),

@@ -6,6 +6,7 @@ A kind is a row of data. Whoever needs to know how a contact behaves asks its ki
     friction           -       -       -      a force by its law in slip, whatever holds in stick
     stop               x       -       -      a force by its law while it touches
     switch             -       -       x      Filippov's mean of two flows where it slides
+    yield              -       -       x      whatever holds a state at its bound, pushing inwards
     impact             x       x       -      whatever keeps the gap closed, and impulses
     impact_friction    -       x       -      bounded by mu times the force of its partner
 
@@ -143,6 +144,15 @@ SWITCH = ContactKind(
     ("sliding", frozenset({STICK})),
     surface=True,
 )
+YIELD = ContactKind(
+    "yield",
+    {SLIP_MINUS: "beyond its bound", STICK: "yields at its bound", SLIP_PLUS: "elastic"},
+    {SLIP_PLUS: "elastic", SLIP_MINUS: "beyond", STICK: "yields"},
+    (),
+    "function",
+    ("yields", frozenset({STICK})),
+    surface=True,
+)
 IMPACT = ContactKind(
     "impact",
     {OPEN: "open", CLOSED: "closed", CHATTERING: "chattering (closed while infinitely many small bounces die out)"},
@@ -159,5 +169,5 @@ IMPACT_FRICTION = ContactKind(
 )
 # what C asks of a kind
 TRAITS = ("compliant", "impulsive", "surface", "rubs", "led")
-KINDS = {kind.name: kind for kind in (FRICTION, STOP, SWITCH, IMPACT, IMPACT_FRICTION)}
+KINDS = {kind.name: kind for kind in (FRICTION, STOP, SWITCH, YIELD, IMPACT, IMPACT_FRICTION)}
 BY_TYPE_NAME = {kind.type_name: kind for kind in KINDS.values()}

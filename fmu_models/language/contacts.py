@@ -84,6 +84,8 @@ class Contact(Shown, ABC):
     """
 
     kind: ClassVar[ContactKind]
+    driven: ClassVar[bool] = False
+    """Whether its states may be held: they are driven states of the system, like velocities."""
     name: str
     description: str
     force: ContactSymbol
@@ -145,6 +147,11 @@ class Contact(Shown, ABC):
     def written(self) -> Mapping[sympy.Basic, sympy.Expr]:
         """What outputs show of it, from the forces lambda of its directions; nothing where it is one of them."""
         return {}
+
+    @property
+    def steady(self) -> tuple[sympy.Expr, sympy.Expr] | None:
+        """A force lambda that acts in every state of the contact, and the speed along which it does; None without."""
+        return None
 
     @property
     def law_force(self) -> sympy.Expr | None:

@@ -46,8 +46,11 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     supplied = [force * q.v for q, force in mechanism.applied.items()]
     supplied += [along(U, standing), -along(T, standing), moving(frame)]
     lost = [along(mechanism.dissipation, {v: v for v in velocities})]
-    stored = []
-    for contact in contacts:
+    stored, bodily = [], [contact for contact in contacts if not contact.kind.surface]
+    for force, speed in filter(None, (contact.steady for contact in mechanism.contacts)):
+        supplied.append(-force * multiplied_out(speed).xreplace(at_rest))
+        lost.append(-force * speed)
+    for contact in bodily:
         driven = multiplied_out(contact.slip).xreplace(at_rest)
         supplied.append(-contact.force_symbol * driven)
         power = -contact.force_symbol * contact.slip_symbol
@@ -64,7 +67,12 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     ]
     if any(contact.kind.compliant for contact in contacts):
         outputs.append(Output("power_stops", sympy.Add(*stored), "W", "power that goes into stops"))
-    return (*outputs, *(_force(contact) for contact in contacts))
+    steady = [contact for contact in mechanism.contacts if contact.steady]
+    outputs += [
+        Output(f"{c.name}_force", c.written[c.force], c.force.unit, f"force with memory: {c.description or c.name}")
+        for c in steady
+    ]
+    return (*outputs, *(_force(contact) for contact in bodily))
 
 
 def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:

@@ -8,7 +8,8 @@ parameters alone. Else M itself goes into the generated code and is factored the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import sympy
@@ -51,13 +52,18 @@ def inverse(n: int, mass: Entries) -> dict[tuple[int, int], Any]:
 
 
 def generalised_forces(mechanism: Mechanism) -> list[Any]:
-    """Right-hand side of the equation at the head of the module without contact forces, one per coordinate."""
+    """Right-hand side of the equation at the head of the module, one per coordinate; of the contact forces those that
+    act whatever happens."""
     T, U, D = mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation
     derivatives = Derivatives()
     drift = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=False)
     by = derivatives.by
+    steady = [pair for contact in mechanism.contacts if (pair := contact.steady)]
     return [
-        sympy.Add(-by(U, q), -by(D, q.v), mechanism.applied.get(q, sympy.S.Zero), by(T, q), -drift(by(T, q.v)))
+        sympy.Add(
+            *(-by(U, q), -by(D, q.v), mechanism.applied.get(q, sympy.S.Zero), by(T, q), -drift(by(T, q.v))),
+            *(by(speed, q.v) * force for force, speed in steady),
+        )
         for q in mechanism.coordinates
     ]
 
@@ -65,8 +71,16 @@ def generalised_forces(mechanism: Mechanism) -> list[Any]:
 class TimeDerivative:
     """Time derivatives along the motion, by the chain rule; without accelerations, the terms of v' are left out."""
 
-    def __init__(self, coordinates: Sequence[Coordinate], inputs: Sequence[Input], *, with_accelerations: bool) -> None:
-        self._rates: dict[sympy.Basic, Any] = {TIME: sympy.S.One}
+    def __init__(
+        self,
+        coordinates: Sequence[Coordinate],
+        inputs: Sequence[Input],
+        *,
+        with_accelerations: bool,
+        rates: Mapping[Any, Any] = MappingProxyType({}),
+    ) -> None:
+        """rates: of further states."""
+        self._rates: dict[sympy.Basic, Any] = {TIME: sympy.S.One, **rates}
         self._rates |= {q: q.v for q in coordinates} | {u: u.rate for u in inputs}
         if with_accelerations:
             self._rates |= {q.v: q.a for q in coordinates}

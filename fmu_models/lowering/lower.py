@@ -13,6 +13,7 @@ from fmu_models.language.contact_dynamics import ContactDynamics, Rates
 from fmu_models.language.declaration import Output
 from fmu_models.language.inertia import Entries, mass_entries
 from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Acceleration, per_second
 from fmu_models.lowering.energy import derived_outputs, quadratic_energy
 from fmu_models.lowering.filippov import lower_automaton
 from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
@@ -24,16 +25,20 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
     if isinstance(model, Automaton):
         return lower_automaton(model)
     coordinates = tuple(model.coordinates)
-    index: dict[Any, int] = {q.v: i for i, q in enumerate(coordinates)}
+    held = [pair for c in model.contacts if c.driven for pair in zip(c.states, c.rates, strict=True)]
+    index: dict[Any, int] = {x: i for i, x in enumerate((*(q.v for q in coordinates), *(z for z, _ in held)))}
     contacts: tuple[ContactDynamics, ...] = ()
+    changes = {z: Acceleration._create(f"{z.name}_rate", per_second(z.unit), f"rate of {z.name}") for z, _ in held}
     rates = Rates(
         TimeDerivative(coordinates, model.inputs, with_accelerations=False),
-        TimeDerivative(coordinates, model.inputs, with_accelerations=True),
+        TimeDerivative(coordinates, model.inputs, with_accelerations=True, rates=changes),
     )
     for contact in model.contacts:
         contacts += contact.dynamics(rates, len(contacts))
     levers = [{index[v]: sympy.diff(c.slip, v) for v in c.slip.free_symbols if v in index} for c in contacts]
-    a, W, G, inertia = _solved(mass_entries(model), generalised_forces(model), levers)
+    mass = {**mass_entries(model), **{(i, i): sympy.S.One for i in range(len(coordinates), len(index))}}
+    a, W, G, inertia = _solved(mass, [*generalised_forces(model), *(rate for _, rate in held)], levers)
+    inner = [contact for contact in model.contacts if not contact.driven]
     return HybridSystem(
         name=model.name,
         title=model.title,
@@ -42,15 +47,15 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
         inputs=model.inputs,
         coordinates=coordinates,
         driven=tuple(index),
-        rate_symbols=tuple(q.a for q in coordinates),
-        internal_states=model.internal_states,
+        rate_symbols=(*(q.a for q in coordinates), *changes.values()),
+        internal_states=tuple(state for contact in inner for state in contact.states),
         acceleration=tuple(a),
-        W=sympy.ImmutableSparseMatrix(len(coordinates), len(contacts), W),
+        W=sympy.ImmutableSparseMatrix(len(index), len(contacts), W),
         G=sympy.ImmutableSparseMatrix(len(contacts), len(contacts), G),
         inertia=inertia,
         constant_inertia=only_parameters([*W.values(), *G.values(), *inertia.values()]),
         contacts=contacts,
-        internal_rates=tuple(rate for contact in model.contacts for rate in contact.rates),
+        internal_rates=tuple(rate for contact in inner for rate in contact.rates),
         kinetic_energy=quadratic_energy(model),
         outputs=(*_declared_outputs(model), *derived_outputs(model, contacts)),
         all_requirements=model.all_requirements,

@@ -5,8 +5,8 @@
 #include "../model/model.h"
 #include "complementarity.h"
 
-/* Lemke's algorithm is for friction of rigid contacts, and for switches of systems without a body */
-enum { LEMKE = MODEL_IMPACTS > 0 || MODEL_NQ == 0 };
+/* Lemke's algorithm is for friction of rigid contacts, and for switches that slide */
+enum { LEMKE = MODEL_IMPACTS > 0 || MODEL_NQ == 0 || MODEL_YIELDS };
 
 typedef struct {
     int contact[NC]; /* of an unknown */

@@ -71,8 +71,8 @@ double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude)
     *magnitude = fabs(sum);
     if (MODEL_IMPACTS > 0) *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
     if (contact_may_rest(c)) *magnitude = fmax(*magnitude, j->G[c][c][0] * stick_scale(j, c));
-    for (int e = 0; e < MODEL_NC; e++) {
-        const double term = j->G[c][e][0] * j->force[e][0];
+    for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
+        const double term = j->G[c][model_joined[n]][0] * j->force[model_joined[n]][0];
         sum += term;
         *magnitude += fabs(term);
     }

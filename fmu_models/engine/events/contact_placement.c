@@ -43,7 +43,8 @@ int placement_at_rest_by_others(const Run *r, int c)
     enum { ROUNDINGS = 4 };
     const Jets *j = &r->scratch;
     const double own = j->G[c][c][0];
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
+        const int e = model_joined[n];
         const double other = j->G[e][e][0];
         const double both = j->G[c][e][0];
         if (e != c && contact_is_held(r->at.state, e)

@@ -214,6 +214,21 @@ static void make_jumps(Run *r, double *reached, int *moved)
     }
 }
 
+/* a slip that falls is zero: bounds that yield read it, and a body that sticks would else seem to push them on */
+static void drop_fallen_slips(Run *r)
+{
+    signed char fallen[NC] = {0};
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int slips = model_contact_rubs[c] && model_contact_sticks[c] && r->at.state[c] != CONTACT_STICK;
+        fallen[c] = slips && r->falling[c][SLOT_TANGENTIAL];
+        any |= fallen[c];
+    }
+    if (!any) return;
+    contact_project(&r->at, &r->scratch, fallen, NULL);
+    placement_load(r);
+}
+
 /* a switch that may rest has come to zero; 1 if it may rest there */
 static int cross_zero(Run *r, int c)
 {
@@ -280,6 +295,7 @@ RunStatus transition_make(Run *r, int *moved)
     memset(r->at.known, 0, sizeof r->at.known);
     forget_event(r);
     make_jumps(r, reached, moved);
+    if (MODEL_YIELDS) drop_fallen_slips(r);
     for (int c = 0; c < MODEL_NC; c++) {
         const int sticks = r->at.state[c] == CONTACT_STICK;
         const int falls = r->falling[c][SLOT_TANGENTIAL];

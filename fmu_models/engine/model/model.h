@@ -42,6 +42,7 @@
  * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
+ * MODEL_YIELDS   1 if states have bounds at which they yield
  * MODEL_RESTS    1 if the resets of any switch may end in rest
  * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
  * MODEL_REACH  1 if some function may be flat where it is expanded and not beyond (step/reach.h)
@@ -113,6 +114,7 @@ extern const unsigned char model_contact_resets[MODEL_ROOM(
     MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both; 4: where stick begins or ends; 8:
                    the jumps may end in rest: stick holds the rate of y at zero, not y */
 extern const unsigned char model_contact_impulsive[MODEL_ROOM(MODEL_NC)];
+extern const unsigned char model_contact_rubs[MODEL_ROOM(MODEL_NC)]; /* friction that is not of a rigid contact */
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */

@@ -1,0 +1,221 @@
+"""A force with memory along a way, between bodies or to the ground.
+
+    lambda = -load F(x, x', z),    z' = g(x', z) + what holds z at its bounds
+
+x way, lambda force along it, which acts on the body with (dx/dq)^T lambda. It is lowered to
+
+    z                  driven states
+    a sign             a switch that is crossed: F and g know its side
+    a bound, on either side    y = D - z or D + z, y' = -+ z': a switch that slides. Beyond it the flow leads back at
+                       unit rate, lambda_y = 1 + outflow, inside lambda_y = 0; sliding along y = 0 is to yield
+
+so that a way that turns ends the yielding, and nothing else of the engine knows of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, NamedTuple
+
+import sympy
+
+from fmu_models.language.contact_checks import check_place
+from fmu_models.language.contact_dynamics import ContactDynamics, Rates
+from fmu_models.language.contact_kinds import SWITCH, YIELD, ContactKind
+from fmu_models.language.contacts import FORCE_UNITS, Contact, Law, Requirement, create_symbols
+from fmu_models.language.dimensions import Dimensions, way_unit
+from fmu_models.language.hysteresis.law import Expr, HysteresisLaw, OfSlip
+from fmu_models.language.quantities import TIME, ContactSymbol, Coordinate, Input, InternalState, per_second
+
+
+class _Row(NamedTuple):
+    """A sign (outflow None) or a bound; ``symbols``: its force, value and sign."""
+
+    name: str
+    function: Expr
+    outflow: Expr | None
+    symbols: tuple[ContactSymbol, ContactSymbol, ContactSymbol]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Hysteresis(Contact):
+    """A force with memory; see the module.
+
+    Attributes:
+        name: of the contact, for example "joint".
+        way: x, m or rad; a function of coordinates, inputs and time.
+        law: its law: MaxwellSlip, Iwan4, Play, Dahl, BoucWen, BoucWenBaberNoori, or a friction law with bristles.
+        load: factor of the force, such as an input that is the normal force over its usual value.
+        description: what rubs on what.
+        force: the force F times load, positive with the way; for outputs.
+    """
+
+    kind: ClassVar[ContactKind] = YIELD
+    driven: ClassVar[bool] = True
+
+    name: str
+    way: Expr
+    law: HysteresisLaw | Law
+    load: Expr = sympy.S.One
+    description: str = ""
+    force: ContactSymbol = field(init=False)
+    held: tuple[InternalState, ...] = field(init=False)
+    rows: tuple[_Row, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        unit = way_unit(self.way)
+        create_symbols(self, force=FORCE_UNITS[unit])
+        object.__setattr__(self, "held", self.memory.states(self.name, unit))
+        object.__setattr__(self, "rows", tuple(self._signs_and_bounds(unit)))
+
+    def _signs_and_bounds(self, unit: str) -> Iterator[_Row]:
+        switches = self.memory.switches(self.speed, self.states)
+        units = {"speed": per_second(unit)}
+        signs = {name: self._symbols(f"{name}_side", units.get(name, unit)) for name in switches}
+        for name, function in switches.items():
+            yield _Row(f"{self.name}_{name}_side", function, None, signs[name])
+        flows = self.memory.rates(self.speed, self.states, {name: s[2] for name, s in signs.items()})
+        for i, bound in self.memory.bounds().items():
+            number = str(i + 1) if len(self.states) > 1 else ""
+            for side, outward in (("upper", 1), ("lower", -1)):
+                name = f"{side}{number}"
+                room = bound - outward * self.states[i]
+                yield _Row(f"{self.name}_{name}", room, outward * flows[i], self._symbols(name, unit))
+
+    def _symbols(self, row: str, unit: str) -> tuple[ContactSymbol, ContactSymbol, ContactSymbol]:
+        names = {"force": per_second(unit), "value": unit, "sign": "1"}
+        force, value, sign = (
+            ContactSymbol._create(f"{self.name}_{row}_{what}", of, f"{what} of {row} of {self.name}")
+            for what, of in names.items()
+        )
+        return force, value, sign
+
+    @property
+    def memory(self) -> HysteresisLaw:
+        """The law; one of friction along the way."""
+        return self.law if isinstance(self.law, HysteresisLaw) else OfSlip(self.law)
+
+    @property
+    def speed(self) -> Expr:
+        """x', from velocities and rates of inputs."""
+        way: Any = sympy.sympify(self.way)
+        rates = {s: s.v for s in way.free_symbols if isinstance(s, Coordinate)}
+        rates |= {s: s.rate for s in way.free_symbols if isinstance(s, Input)}
+        return sympy.Add(way.diff(TIME), *(way.diff(s) * rate for s, rate in rates.items()))
+
+    @property
+    def states(self) -> tuple[InternalState, ...]:
+        """The states z of the law; outputs may use them, and start values load them beforehand."""
+        return self.held
+
+    @property
+    def signs(self) -> dict[str, ContactSymbol]:
+        """Signs that the law reads, by its names of them."""
+        rows = zip(self.memory.switches(self.speed, self.states), self.rows, strict=False)
+        return {name: row.symbols[2] for name, row in rows}
+
+    @property
+    def resistance(self) -> Expr:
+        """F times load."""
+        return self.load * self.memory.force(self.way, self.speed, self.states, self.signs)
+
+    @property
+    def rates(self) -> tuple[Expr, ...]:
+        """Rates of the states where no bound holds them."""
+        return self.memory.rates(self.speed, self.states, self.signs)
+
+    @property
+    def steady(self) -> tuple[Expr, Expr]:
+        """lambda, and the speed along which it acts."""
+        return -self.resistance, self.speed
+
+    @property
+    def shown(self) -> tuple[ContactSymbol, ...]:
+        """What outputs may use of it."""
+        return (self.force,)
+
+    @property
+    def written(self) -> Mapping[sympy.Basic, sympy.Expr]:
+        """The force by the law."""
+        return {self.force: self.resistance}
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Those of the law, and bounds that leave room."""
+        bounds = (
+            Requirement(sympy.sympify(bound), f"{bound} must be positive: contact '{self.name}' yields there", True)
+            for bound in self.memory.bounds().values()
+            if sympy.sympify(bound).free_symbols
+        )
+        return (*self.memory.requirements, *bounds)
+
+    @property
+    def expressions(self) -> tuple[sympy.Expr, ...]:
+        """Everything that it is declared by."""
+        rows = (row.function for row in self.rows)
+        return tuple(map(sympy.sympify, (self.way, self.resistance, *self.rates, *rows)))
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that it uses, rates of inputs left out, which enter by themselves."""
+        rates = {s.rate for s in sympy.sympify(self.way).free_symbols if isinstance(s, Input)}
+        return super().symbols - {*self.signs.values()} - rates
+
+    @property
+    def directions(self) -> int:
+        """One for each sign, two for each bound."""
+        return len(self.rows)
+
+    @property
+    def names(self) -> Iterator[tuple[str, str]]:
+        """Every name that a user of the model will meet, with what it belongs to."""
+        yield self.name, f"contact '{self.name}'"
+        yield f"{self.name}_force", f"the force of contact {self.name}, which every model shows"
+        for row in self.rows:
+            yield row.name, f"a part of contact '{self.name}'"
+            yield f"{row.name}_state", f"the state of {row.name}"
+
+    @property
+    def place(self) -> None:
+        """Everywhere."""
+        return None
+
+    def exchangeable_law(self, model: str) -> HysteresisLaw | Law:
+        """The contact's law."""
+        return self.law
+
+    def check(self, coordinates: Sequence[Coordinate]) -> None:
+        """Refuse a way that is none."""
+        if not any(isinstance(s, Input) for s in sympy.sympify(self.way).free_symbols):
+            check_place(f"contact '{self.name}': way", self.way, coordinates)
+
+    def check_units(self, units: Dimensions) -> None:
+        """Refuse parts whose units do not match."""
+        way = units.expect(f"the way of contact '{self.name}'", self.way, None)
+        speed = units.expect(f"the way of contact '{self.name}'", self.speed, None)
+        force = units.expect(f"the law of contact '{self.name}'", self.resistance, None)
+        if force is not None and speed is not None:
+            units.match(f"the force of contact '{self.name}' times its speed", units.times(force, speed), "W")
+        units.known[self.force] = force
+        for state, rate in zip(self.states, self.rates, strict=True):
+            change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
+            units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
+        for row in self.rows:
+            dimension = units.expect(f"'{row.name}'", row.function, None)
+            if row.outflow is not None and way is not None:
+                units.compare(f"a bound of contact '{self.name}'", dimension, way)
+
+    def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
+        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
+        return tuple(self._lowered(rates, row) for row in self.rows)
+
+    def _lowered(self, rates: Rates, row: _Row) -> ContactDynamics:
+        force, value, sign = row.symbols
+        about: dict[str, Any] = {"force_symbol": force, "slip_symbol": value, "sign_symbol": sign, "name": row.name}
+        about["description"] = f"{self.description or self.name}: {row.name}"
+        if row.outflow is None:
+            return self._direction(rates, row.function, kind=SWITCH, sticks=False, **about)
+        back = 1 + row.outflow
+        about |= {"capacity": back, "capacity_minus": sympy.S.Zero, "force": (1 - sign) / 2 * back}
+        return self._direction(rates, row.function, kind=YIELD, sticks=True, **about)

@@ -1,0 +1,406 @@
+"""Forces with memory in a mechanism against other computations: event-split DOP853, closed forms on given ways."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import sympy
+from fmpy import simulate_fmu
+from quick_export import quick_export
+from scipy.integrate import solve_ivp
+from sliders import MassOnSliders
+
+from fmu_models import (
+    TIME,
+    BoucWen,
+    BoucWenBaberNoori,
+    Coordinate,
+    Coulomb,
+    Dahl,
+    Fmu,
+    Friction,
+    Hysteresis,
+    Impact,
+    Input,
+    Iwan4,
+    KeptRun,
+    LuGre,
+    MaxwellSlip,
+    Mechanism,
+    Newton,
+    Output,
+    Parameter,
+    Play,
+    SensitiveRun,
+    Signal,
+    StickslipError,
+    Strobe,
+    load,
+    simulate,
+    simulate_any,
+)
+from fmu_models.codegen.lane_tables import lane_obstacles
+from fmu_models.families.jobs import Jobs
+from fmu_models.lowering.lower import lower
+
+m = Parameter("m", 1.0, "kg", "mass", positive=True)
+k = Parameter("k", 1.0, "N/m", "spring")
+a = Parameter("a", 2.0, "N", "drive")
+w = Parameter("w", 1.3, "rad/s", "frequency")
+N = Parameter("N", 1.0, "N", "normal force", positive=True)
+mu = Parameter("mu", 0.3, "1", "friction", minimum=0)
+x = Coordinate("x", "m", "displacement", velocity="v")
+END = 20.0
+STATES = ("x", "v")
+
+
+def bodily(law: object, *beside: object, name: str = "held_mass", **others: object) -> Mechanism:
+    """A driven mass on a spring and a force with memory."""
+    way = others.pop("way", x)
+    return Mechanism(
+        name=name,
+        title="mass held by a force with memory",
+        source="test",
+        coordinates=[x],
+        kinetic_energy=m * x.v**2 / 2,
+        potential_energy=k * x**2 / 2,
+        applied={x: a * sympy.sin(w * TIME)},
+        contacts=[Hysteresis(name="h", way=way, law=law, **others), *beside],  # type: ignore[arg-type]
+    )
+
+
+def of_sliders(n: int, *, rubs: bool) -> Mechanism:
+    """On n sliders, with dry friction or without."""
+    stiffness = [Parameter(f"k{i}", 3 / n, "N/m", "spring", positive=True) for i in range(n)]
+    bound = [Parameter(f"D{i}", 0.1 * (i + 1), "m", "bound", positive=True) for i in range(n)]
+    friction = [Friction(name="f", slip=x.v, law=Coulomb(N=N, mu=mu))] if rubs else []
+    return bodily(MaxwellSlip(k=stiffness, D=bound), *friction, name=f"mass_on_{n}_sliders")
+
+
+def drawn(rng: np.random.Generator, n: int) -> tuple[dict[str, float], MassOnSliders]:
+    """Parameters of `of_sliders`, and the same system by other means."""
+    body = {"m": rng.uniform(0.5, 2), "k": rng.uniform(0.2, 2), "a": rng.uniform(1, 6), "w": rng.uniform(0.3, 3)}
+    stiffness, bound, rubbing = rng.uniform(0.1, 2, n) * 3 / n, rng.uniform(0.02, 1, n), rng.uniform(0.05, 0.5)
+    values = {f"k{i}": value for i, value in enumerate(stiffness)} | {f"D{i}": v for i, v in enumerate(bound)}
+    other = MassOnSliders(body["m"], body["k"], stiffness, bound, rubbing, body["a"], body["w"])
+    return {**body, **values, "mu": rubbing, "N": 1.0}, other
+
+
+def ends(run, n: int) -> np.ndarray:
+    """States at the end of a run."""
+    springs = ["h_z"] if n == 0 else [f"h_z{i + 1}" for i in range(n)]
+    return np.array([run[name][-1] for name in (*STATES, *springs)])
+
+
+@pytest.mark.parametrize("n", [1, 3, 10])
+def test_sliders_beside_stick_slip_move_as_event_split_integration_says(n: int) -> None:
+    """1e-10 of states of order 1, as DOP853 at 1e-13 is itself."""
+    run, rng = KeptRun(load(of_sliders(n, rubs=True))), np.random.default_rng(n)
+    for _ in range(6):
+        values, other = drawn(rng, n)
+        start = {"x": rng.uniform(-0.01, 0.01), "v": rng.uniform(-2, 2)}
+        expected, changes = other.run(END, start["x"], start["v"])
+        assert changes > 5
+        assert ends(run(END, parameters=values, start=start), n) == pytest.approx(expected, abs=1e-10)
+
+
+Rates = Callable[[float, np.ndarray, float, float], list[float]]
+
+
+def split(rates: Rates, end: float, y: np.ndarray) -> np.ndarray:
+    """States at the end: x, v, z and further; the signs of v and z are constant between events."""
+    t, signs = 0.0, (np.sign(y[1]), 1.0)
+    while t < end:
+        events: list = [lambda t, y, i=i, s=s: y[i] * s for i, s in enumerate(signs, 1)]
+        for event in events:
+            event.terminal, event.direction = True, -1
+        run = solve_ivp(
+            lambda t, y, signs=signs: rates(t, y, *signs), (t, end), y, "DOP853", events=events, rtol=1e-13, atol=1e-15,
+            max_step=0.02,
+        )  # fmt: skip
+        t, y = run.t[-1], run.y[:, -1]
+        signs = tuple(-s if len(hits) else s for s, hits in zip(signs, run.t_events, strict=True))
+    return y
+
+
+def drive(t: float, y: np.ndarray) -> float:
+    """All forces but that with memory, at the parameters' defaults."""
+    return 2.0 * np.sin(1.3 * t) - y[0]
+
+
+def of_bouc_wen(n: int) -> Rates:
+    def rates(t: float, y: np.ndarray, sv: float, sz: float) -> list[float]:
+        z = y[2]
+        rate = y[1] - abs(z) ** n * (0.4 * y[1] + 1.1 * sv * y[1] * sz)
+        return [y[1], drive(t, y) - 3.0 * z, rate]
+
+    return rates
+
+
+def of_pinched(t: float, y: np.ndarray, sv: float, sz: float) -> list[float]:
+    z, e = y[2], y[3]
+    nu, eta = 1 + 0.1 * e, 1 + 0.2 * e
+    severity = 0.9 * (1 - np.exp(-1.5 * e))
+    width = (0.2 + 0.05 * e) * (0.3 + severity)
+    h = 1 - severity * np.exp(-(((z * sv - 0.1 / np.sqrt(nu * 1.5)) / width) ** 2))
+    rate = h / eta * (y[1] - nu * z * z * (0.4 * y[1] + 1.1 * sv * sz * y[1]))
+    return [y[1], drive(t, y) - 3.0 * z, rate, z * y[1]]
+
+
+def of_dahl(t: float, y: np.ndarray, sv: float, sz: float) -> list[float]:
+    return [y[1], drive(t, y) - 3.0 * y[2], y[1] * (1 - sv * 3.0 * y[2] / 0.8)]
+
+
+PINCHED = BoucWenBaberNoori(
+    k=3.0, beta=1.1, gamma=0.4, n=2, delta_nu=0.1, delta_eta=0.2, zeta_s=0.9, p=1.5, q=0.1, psi=0.2, delta_psi=0.05,
+    xi=0.3,
+)  # fmt: skip
+SMOOTH = {
+    "bouc_wen_1": (BoucWen(k=3.0, beta=1.1, gamma=0.4, n=1), of_bouc_wen(1), 3),
+    "bouc_wen_2": (BoucWen(k=3.0, beta=1.1, gamma=0.4, n=2), of_bouc_wen(2), 3),
+    "bouc_wen_3": (BoucWen(k=3.0, beta=1.1, gamma=0.4, n=3), of_bouc_wen(3), 3),
+    "pinched": (PINCHED, of_pinched, 4),
+    "dahl": (Dahl(sigma=3.0, F_c=0.8), of_dahl, 3),
+}
+
+
+@pytest.mark.parametrize("law", SMOOTH)
+def test_smooth_laws_move_as_event_split_integration_says(law: str) -> None:
+    """1e-10, as above."""
+    declared, rates, count = SMOOTH[law]
+    run = simulate(bodily(declared, name=law), END, start={"v": 0.5})
+    expected = split(rates, END, np.array([0.0, 0.5, 0.0, 0.0][:count]))
+    assert ends(run, 0) == pytest.approx(expected[:3], abs=1e-10)
+
+
+def test_lugre_without_damping_of_bristles_is_dahl() -> None:
+    """The same equations by another door: rounding alone differs."""
+    bristles = LuGre(steady=Coulomb(N=N, mu=mu), sigma0=sympy.Float(3.0), sigma1=sympy.S.Zero)
+    run = simulate(bodily(bristles, name="bristles"), END, start={"v": 0.5}, parameters={"mu": 0.8})
+    dahl = simulate(bodily(SMOOTH["dahl"][0], name="dahl"), END, start={"v": 0.5})
+    assert run["x"][-1] == pytest.approx(dahl["x"][-1], abs=1e-11)
+    assert run["h_force"][-1] == pytest.approx(dahl["h_force"][-1], abs=1e-11)
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory):
+    """On three sliders with dry friction, as a file."""
+    return quick_export(of_sliders(3, rubs=True), tmp_path_factory.mktemp("sliders") / "three.fmu")
+
+
+@pytest.fixture(scope="module")
+def case():
+    """Parameters, start, and the states at the end, by other means."""
+    values, other = drawn(np.random.default_rng(8), 3)
+    start = {"x": 0.01, "v": 1.5}
+    return values, start, other.run(END, *start.values())[0]
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_importers_come_to_the_same_end(three, case, kind: str) -> None:
+    """At their tolerances: a master's own errors (1e-9 a step), and CVode's."""
+    values, start, expected = case
+    names = ["x", "v", "h_z1", "h_z2", "h_z3"]
+    run = simulate_fmu(
+        three, stop_time=END, start_values=values | start, output=names, fmi_type=kind, relative_tolerance=1e-9
+    )
+    assert np.array([run[name][-1] for name in names]) == pytest.approx(expected, abs=1e-6)
+    ours = simulate_any(three, END, parameters=values, start=start)
+    assert [ours[name][-1] for name in names] == pytest.approx(expected.tolist(), abs=1e-8)
+
+
+def test_derivatives_pass_through_yielding(three, case) -> None:
+    """Against central differences of whole runs: 1e-7 by their steps of 1e-5."""
+    values, start, _ = case
+    by = ["k0", "D0", "D1", "a", "mu", "v", "h_z2"]
+    with SensitiveRun(Fmu.open(three), by=by, recorded=["x", "h_force"]) as kept:
+        run = kept.run([END], parameters=values, start=start)
+    plain, step = KeptRun(Fmu.open(three)), 1e-5
+    for column, name in enumerate(by):
+        given = {**values, **start, "h_z2": 0.0}
+        near = []
+        for sign in (1, -1):
+            moved = given | {name: given[name] + sign * step}
+            end = plain(
+                END,
+                parameters={name: moved[name] for name in values},
+                start={name: moved[name] for name in ("x", "v", "h_z2")},
+            )
+            near.append(np.array([end["x"][-1], end["h_force"][-1]]))
+        differences = (near[0] - near[1]) / (2 * step)
+        assert run.derivative[0, :, column] == pytest.approx(differences, abs=2e-7, rel=1e-6)
+
+
+def test_what_leaves_the_body_is_booked(three, case) -> None:
+    """E' = power_input - power_dissipated, integrated by Simpson's rule over 1e-3 s: 1e-7."""
+    values, start, _ = case
+    times = np.linspace(0.0, END, 20001)
+    run = simulate(Fmu.open(three), END, parameters=values, start=start, output_times=times)
+    power = run["power_input"] - run["power_dissipated"]
+    gained = np.concatenate([[0.0], np.cumsum(power[:-1] + power[1:]) / 2 * (times[1] - times[0])])
+    # the trapezium rule misses (1e-3)^2/12 times the change of the power's rate
+    assert run["energy"] - run["energy"][0] == pytest.approx(gained, abs=1e-5)
+
+
+def test_a_spring_beyond_its_bound_yields_at_once() -> None:
+    """Back to the bound at unit rate: 1e-3 m in 1e-3 s while the way stands."""
+    still = bodily(MaxwellSlip(k=[3.0], D=[0.2]), name="beyond")
+    run = simulate(still, 2.0, start={"h_z1": 0.2001}, parameters={"a": 0.0, "k": 0.0, "m": 1e9})
+    assert run["h_z1"][-1] == pytest.approx(0.2, abs=1e-8)  # the body of 1e9 kg moves by so much
+    assert run.events[0].time == pytest.approx(1e-4, rel=1e-3)
+
+
+def test_a_wall_turns_the_way_at_once() -> None:
+    """A rigid wall beside: each impact ends the yielding. Against pieces between events by other means."""
+    wall = Impact(name="wall", gap=0.3 - x, restitution=Newton(e=0.8))
+    run = simulate(bodily(MaxwellSlip(k=[3.0], D=[0.05]), wall, name="walled"), 6.0, start={"v": 2.0})
+    t, y, impacts = 0.0, np.array([0.0, 2.0, 0.0]), 0
+    while t < 6.0:
+        sense = np.sign(y[1])
+        yields = sense * y[2] >= 0.05 - 1e-12
+        events = [lambda t, y: 0.3 - y[0], lambda t, y, s=sense: s * y[1]]
+        events += [] if yields else [lambda t, y, s=sense: 0.05 - s * y[2]]
+        for event in events:
+            event.terminal, event.direction = True, -1
+        piece = solve_ivp(
+            lambda t, y, held=yields: [y[1], drive(t, y) - 3.0 * y[2], 0.0 if held else y[1]],
+            (t, 6.0), y, "DOP853", events=events, rtol=1e-13, atol=1e-15, max_step=0.02,
+        )  # fmt: skip
+        t, y = piece.t[-1], piece.y[:, -1].copy()
+        if len(piece.t_events[0]):
+            y[0], y[1], impacts = 0.3, -0.8 * y[1], impacts + 1
+        elif len(piece.t_events[1]):
+            y[1] = -sense * 1e-300
+        elif t < 6.0:
+            y[2] = sense * 0.05
+    assert impacts == 2
+    assert ends(run, 1) == pytest.approx(y, abs=1e-10)
+
+
+def test_a_way_between_many_bodies_with_a_mass_matrix_that_is_factored() -> None:
+    """A chain whose masses are coupled by inertia: the same in coordinates in which they are not."""
+    q = [Coordinate(f"q{i}", "m", f"place {i}", velocity=f"u{i}", v_start=1.0 if i == 0 else 0.0) for i in range(4)]
+
+    def chain(name: str, places: list, way: object) -> Mechanism:
+        speeds = [sympy.Add(*(sympy.diff(place, c) * c.v for c in q)) for place in places]
+        law = MaxwellSlip(k=[2.0, 1.0], D=[0.05, 0.2])
+        rubs = Friction(name="f", slip=speeds[2], law=Coulomb(N=N, mu=mu))
+        return Mechanism(
+            name=name,
+            title="chain",
+            source="test",
+            coordinates=q,
+            kinetic_energy=sympy.Add(*(m * v**2 / 2 for v in speeds)),
+            potential_energy=sympy.Add(*(k * (b - c) ** 2 / 2 for b, c in zip(places, [0, *places], strict=False))),
+            contacts=[Hysteresis(name="h", way=way, law=law), rubs],
+        )
+
+    apart = simulate(chain("apart", list(q), q[3] - q[1]), 8.0)
+    # places are sums of steps: the mass matrix is full
+    sums = [sum(q[: i + 1]) for i in range(4)]
+    coupled = simulate(chain("coupled", sums, sums[3] - sums[1]), 8.0, start={"u1": -1.0})
+    assert sum(coupled[f"q{i}"][-1] for i in range(4)) == pytest.approx(apart["q3"][-1], abs=1e-11)
+    assert coupled["h_z1"][-1] == pytest.approx(apart["h_z1"][-1], abs=1e-11)
+    assert len(coupled.events) == len(apart.events) > 10
+
+
+def test_one_slider_is_followed_in_lanes() -> None:
+    """Piecewise linear with few modes; more sliders have more modes than there are tables for."""
+    assert "modes" in lane_obstacles(lower(of_sliders(3, rubs=False)))[0]
+    model, period = of_sliders(1, rubs=False), 2 * np.pi / 1.3
+    starts = np.array([[0.0, 0.5 + 0.1 * i, 0.0] for i in range(8)])
+    rows = Strobe(load(model), period=period).run(Jobs(starts, {}, transient=11, rows=1), np.zeros(1, np.int32))
+    assert rows.in_lanes.tolist() == [12] * 8
+    run = KeptRun(load(model))
+    for start, point in zip(starts, rows.points[:, 0], strict=True):
+        end = run(12 * period, start=dict(zip(("x", "v", "h_z1"), start, strict=True)))
+        assert point == pytest.approx(ends(end, 1), abs=1e-10)
+
+
+def given_way(law: object, name: str, way: np.ndarray, **more: object) -> np.ndarray:
+    """Forces of a law along a way that an input prescribes, at its samples, 1 s apart."""
+    u = Input("u", 0.0, "m", "way")
+    rest = Coordinate("rest", "m", "a body that nothing moves", velocity="rest_speed")
+    held = Hysteresis(name="h", way=u, law=law, **more)  # type: ignore[arg-type]
+    model = Mechanism(
+        name=name, title="law along a way", source="test", coordinates=[rest], kinetic_energy=m * rest.v**2 / 2,
+        contacts=[held], outputs=[Output("F", held.force, "N", "force")],
+    )  # fmt: skip
+    times = np.arange(len(way), dtype=float)
+    return np.asarray(simulate(model, times[-1], inputs={"u": Signal(times, way)}, output_times=times)["F"])
+
+
+def stop(way: np.ndarray, bound: float) -> np.ndarray:
+    """The stop operator: elongations of a spring behind a slider."""
+    z = np.zeros(len(way))
+    for i, step in enumerate(np.diff(way)):
+        z[i + 1] = np.clip(z[i] + step, -bound, bound)
+    return z
+
+
+@pytest.fixture(scope="module")
+def way() -> np.ndarray:
+    """A random way, m."""
+    return np.concatenate([[0.0], np.cumsum(np.random.default_rng(3).uniform(-0.4, 0.4, 400))])
+
+
+def test_sliders_behind_a_play_follow_it(way: np.ndarray) -> None:
+    """The play operator before two stop operators, sample by sample: rounding."""
+    play = way - stop(way, 0.3)
+    expected = 2.0 * stop(play, 0.1) + 1.0 * stop(play, 0.5)
+    law = Play(law=MaxwellSlip(k=[2.0, 1.0], D=[0.1, 0.5]), w=0.3)
+    assert given_way(law, "backlash", way) == pytest.approx(expected, abs=1e-12)
+
+
+def test_iwan_comes_to_the_four_parameters(way: np.ndarray) -> None:
+    """Sliding force and stiffness at rest are met exactly; the virgin curve to the square of the cells' width."""
+    law = Iwan4(F_S=2.0, K_T=5.0, chi=-0.5, beta=0.4, sliders=30)
+    k, D = (np.array([float(e[i]) for e in law.elements]) for i in (0, 1))
+    assert k.sum() == pytest.approx(5.0, rel=1e-12)
+    assert k @ D == pytest.approx(2.0, rel=1e-12)
+    share = 0.4 + 0.5 / 1.5
+    last = 2.0 * 1.4 / (5.0 * share)
+    u = np.linspace(0.0, 1.1 * last, 23)
+    r = np.minimum(u / last, 1.0)
+    backbone = 5.0 * last * (r - r**1.5 / (1.4 * 1.5))
+    assert np.abs(given_way(law, "iwan", u) - backbone).max() < 1e-3 * 2.0
+    assert given_way(law, "iwan", way) == pytest.approx(
+        sum(s * stop(way, d) for s, d in zip(k, D, strict=True)), abs=1e-11
+    )
+
+
+def test_dahl_on_a_way_is_its_closed_form(way: np.ndarray) -> None:
+    """F = s F_c + (F_0 - s F_c) exp(-sigma |dx|/F_c) over each sample: rounding."""
+    force = np.zeros(len(way))
+    for i, step in enumerate(np.diff(way)):
+        s = np.sign(step)
+        force[i + 1] = s * 0.8 + (force[i] - s * 0.8) * np.exp(-3.0 * abs(step) / 0.8)
+    assert given_way(Dahl(sigma=3.0, F_c=0.8), "dahl_way", way) == pytest.approx(force, abs=1e-11)
+    # a load scales the force and not the memory
+    load_of = Parameter("load", 2.5, "1", "load")
+    assert given_way(Dahl(sigma=3.0, F_c=0.8), "dahl_load", way, load=load_of) == pytest.approx(2.5 * force, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("declare", "said"),
+    [
+        (lambda: MaxwellSlip(k=[1.0], D=[0.1, 0.2]), "1 stiffnesses and 2 bounds"),
+        (lambda: BoucWen(k=1.0, beta=1.0, gamma=0.0, n=1.5), "must be a whole number"),  # type: ignore[arg-type]
+        (lambda: Play(law=Dahl(sigma=1.0, F_c=1.0), w=0.1), "Play stands before sliders"),  # type: ignore[arg-type]
+        (lambda: bodily(Coulomb(N=N, mu=mu)), "Coulomb is no law with memory"),
+        (lambda: bodily(Dahl(sigma=1.0, F_c=1.0), way=x.v), "it says where the contact is"),
+        (lambda: bodily(MaxwellSlip(k=[k], D=[Parameter("D", 0.1, "rad/s", "bound")])), "'h_upper'"),
+        (lambda: bodily(MaxwellSlip(k=[m], D=[Parameter("D", 0.1, "m", "bound")])), "the force of contact 'h'"),
+    ],
+)
+def test_what_is_no_law_with_memory_is_said(declare: Callable[[], object], said: str) -> None:
+    with pytest.raises(StickslipError, match=said):
+        declare()
+
+
+def test_a_bound_that_is_no_room_is_refused() -> None:
+    declared = bodily(MaxwellSlip(k=[k], D=[Parameter("D", 0.1, "m", "bound")]), name="no_room")
+    with pytest.raises(StickslipError, match="D must be positive: contact 'h' yields there"):
+        simulate(declared, 1.0, parameters={"D": 0.0})

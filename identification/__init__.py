@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
     from identification.fitted_model.machine import machine_with as machine_with
+    from identification.hysteresis.identify import identify_hysteresis as identify_hysteresis
+    from identification.hysteresis.loop import LoopLog as LoopLog
+    from identification.hysteresis.read import read_loop as read_loop
+    from identification.hysteresis.result import HysteresisFit as HysteresisFit
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
     from identification.machines.by_recipe import inverse_dynamics as inverse_dynamics

@@ -34,7 +34,8 @@ MODELS = _commands("fmu_models", "models show export simulate explore inspect co
 FRICTION = (
     *_commands("rig_io", "describe emulate"),
     *_commands(
-        "identification", "calibrate track fit demo laws design excite compare report apply inverse slips watch"
+        "identification",
+        "calibrate track fit demo laws design excite compare report apply inverse hysteresis slips watch",
     ),
 )
 for command in MODELS:

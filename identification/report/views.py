@@ -13,6 +13,7 @@ from fmu_models.base.shown import draw, move, tell
 from identification.calibration.course import Course
 from identification.calibration.result import Calibration
 from identification.fit.result import FrictionFit
+from identification.hysteresis.result import HysteresisFit
 from identification.inference.comparison import LawComparison
 from identification.machines.machine_fit import MachineFit
 from identification.model_check.families import FamilyComparison, compare_families
@@ -23,6 +24,7 @@ from identification.report.course_summary import course_report, draw_course
 from identification.report.family_figure import draw_diagram, draw_portrait
 from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import draw_fit
+from identification.report.hysteresis_report import draw_hysteresis, hysteresis_report
 from identification.report.live import live_frame
 from identification.report.machine_figures import draw_effort
 from identification.report.machine_tables import machine_report
@@ -39,8 +41,15 @@ DRAWN = {
     MachineFit: draw_effort,
     Calibration: draw_calibration,
     Course: draw_course,
+    HysteresisFit: draw_hysteresis,
 }
-REPORTS = {FrictionFit: fit_summary, MachineFit: machine_report, Calibration: calibration_report, Course: course_report}
+REPORTS = {
+    FrictionFit: fit_summary,
+    MachineFit: machine_report,
+    Calibration: calibration_report,
+    Course: course_report,
+    HysteresisFit: hysteresis_report,
+}
 
 
 def _printed(report: Callable[..., RenderableType], result: object) -> str:

@@ -42,6 +42,7 @@ FLOORS = (
     ("identification.laws", "identification.measurement"),
     ("identification.disturbances",),
     ("identification.calibration", "identification.estimators", "identification.machines", "identification.slips"),
+    ("identification.hysteresis",),
     ("identification.free_friction",),
     ("identification.fit",),
     ("identification.fitted_model",),

@@ -5,8 +5,8 @@
     b = beta + (chi + 1)/(chi + 2)
 
 F_S force at which all of it slides, K_T stiffness at rest, -1 < chi <= 0 with dissipation a cycle as amplitude to the
-power 3 + chi, beta share of what lets go at once. The density is parted into cells of equal width in D, each a slider with the
-stiffness of its cell and its force at full slip.
+power 3 + chi, beta share of what lets go at once. The density is parted into cells of equal width in D, each a slider
+with the stiffness of its cell and its force at full slip.
 
 Source: Segalman, A four-parameter Iwan model for lap-type joints, Journal of Applied Mechanics 72 (2005).
 """

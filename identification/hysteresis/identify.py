@@ -1,0 +1,185 @@
+"""Laws of hysteresis from loops: sliders by a convex fit, then laws that start from them, by exact derivatives.
+
+from identification import identify_hysteresis
+fit = identify_hysteresis(["damper.csv"])
+print(fit.summary())
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.threads import one_blas_thread
+from fmu_models.fmu.load import load as load_fmu
+from fmu_models.simulation.signal import Signal
+from identification.calibration.calibrate import calibrate
+from identification.calibration.log import ModelLog
+from identification.hysteresis.laws import FORCE, LAWS, LOAD, USUAL, WAY, LoopLaw, loop_model
+from identification.hysteresis.loop import LoopLog
+from identification.hysteresis.read import read_loop
+from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
+from identification.hysteresis.spectrum import Spectrum, fit_sliders
+
+MOST = 2000  # samples of a log that laws are compared with
+ATTEMPTS = 4  # of a law whose first values are guesses
+Loop = LoopLog | str | os.PathLike[str]
+
+
+@one_blas_thread()
+def identify_hysteresis(
+    logs: Loop | Sequence[Loop],
+    *,
+    laws: Sequence[str] = USUAL,
+    factors: Sequence[str] = (),
+    held_out: Sequence[Loop] = (),
+    rate: bool | None = None,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    reader: str | None = None,
+    progress: Callable[[float], None] = lambda done: None,
+) -> HysteresisFit:
+    """Sliders and laws of the force of logs over their way.
+
+    Args:
+        logs: files, or logs as `read.read_loop` reads them.
+        laws: names of `laws.LAWS`; none for the sliders alone.
+        factors: conditions, such as a current in A from the names of files, with which the sliders grow.
+        held_out: logs that only score.
+        rate: whether the force may depend on the speed too; where None, as all logs have times.
+        columns, units, reader: as in `read.read_loop`.
+        progress: called with the fraction done.
+
+    Raises:
+        StickslipError: as in `read.read_loop` and `spectrum.fit_sliders`, or an unknown law.
+    """
+    for name in laws:
+        refuse_unknown(name, LAWS, f"There is no law '{name}' of loops.")
+    listed = [logs] if isinstance(logs, LoopLog | str | os.PathLike) else list(logs)
+    read, others = (
+        [_ready(one, columns=columns, units=units, reader=reader) for one in some] for some in (listed, held_out)
+    )
+    spectrum = fit_sliders(read, factors=factors, rate=rate)
+    progress(0.2)
+    load = float(np.median(np.abs(read[0].load))) if read[0].load is not None else None
+    fitted: list[FittedLaw] = []
+    varied = bool(factors)
+    for number, name in enumerate(() if varied else laws):
+        fitted.append(_fitted(LAWS[name], read, others, spectrum, load))
+        progress(0.2 + 0.8 * (number + 1) / len(laws))
+    notes = [note for log in (*read, *others) for note in log.notes]
+    return HysteresisFit(
+        logs=tuple(read),
+        held_out=tuple(others),
+        spectrum=spectrum,
+        left={log.name: spectrum.left(log) for log in read},
+        left_out={log.name: spectrum.left(log) for log in others},
+        cycles=tuple(cycle for log in read for cycle in cycles_of(log)),
+        laws=tuple(sorted(fitted, key=lambda law: law.worst)),
+        load=load,
+        notes=(*notes, *_verdicts(read, spectrum, varied)),
+    )
+
+
+def _ready(source: Loop, **how: Any) -> LoopLog:
+    log = source if isinstance(source, LoopLog) else read_loop(os.fspath(source), **how)
+    return log.smooth().from_largest()
+
+
+def _verdicts(logs: Sequence[LoopLog], spectrum: Spectrum, varied: bool) -> list[str]:
+    """What the logs leave open."""
+    notes = []
+    if spectrum.is_rigid():
+        notes.append(
+            f"The stiffness is not determined: it is larger than {spectrum.stiffness_at_rest():.3g} N/m, for the force "
+            f"has risen where the way has gone {spectrum.bound.min():.2g} m."
+        )
+    if not spectrum.slides.any() or spectrum.sliding_force() == 0:
+        notes.append("Nothing gives way within these loops: a spring tells all that they show.")
+    if spectrum.spring_beside() < -0.05 * spectrum.stiffness_at_rest():
+        notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
+    for log in logs:
+        if log.load is None or spectrum.left(log) == 0:
+            continue
+        ignored = replace(log, load=None)
+        without = fit_sliders([ignored], rate=spectrum.rate).left(ignored)
+        notes.append(
+            f"The force of {log.name} is taken in proportion to its load: {100 * spectrum.left(log):.3g} % are left of "
+            f"it, {100 * without:.3g} % where the load is ignored."
+        )
+    if varied:
+        notes.append("Laws are fitted to logs of one condition: name these alone, without factors.")
+    return notes
+
+
+def _fitted(
+    law: LoopLaw, logs: Sequence[LoopLog], others: Sequence[LoopLog], spectrum: Spectrum, load: float | None
+) -> FittedLaw:
+    """A law by least squares from the sliders' first values."""
+    scale, center = load or 1.0, logs[0].center
+    per_load = replace(spectrum, stiffness=spectrum.stiffness * scale)
+    if per_load.sliding_force() <= 0:
+        return FittedLaw(law.name, why="nothing gives way within the loops")
+    fmu = load_fmu(loop_model(law, rate=spectrum.rate))
+    damping = {"damping": float(spectrum.viscous[0]) * scale} if spectrum.rate else {}
+    middle = spectrum.offset + spectrum.spring * center
+    first = {**law.first(per_load), "spring": spectrum.spring_beside(), "offset": middle, **damping}
+    force, stiffness = per_load.sliding_force(), per_load.stiffness_at_rest()
+    either = {"spring": 10 * stiffness, "offset": 10 * force, "damping": 1e3 * abs(damping.get("damping", 0.0)) + force}
+    bounds = {name: (-most, most) for name, most in either.items() if name in first} | law.bounds(per_load)
+    seen, scored = ([_model_log(log, center, load) for log in some] for some in (logs, others))
+    states = [name for name in fmu.states if not name.startswith("rest")]
+    start = dict.fromkeys(fmu.states, 0.0)
+    # full sliders are known by parameters that are sought themselves: how full they are is sought beside them
+    sought = states if any(log.turned for log in logs) else []
+    if all(log.turned for log in logs):
+        side = np.sign(logs[0].way[0] - center)
+        start |= {name: side * value for name, value in law.saturated(first, spectrum.reach).items()}
+    try:
+        found = calibrate(
+            fmu,
+            seen,
+            free=list(first),
+            parameters={**start, **first},
+            starts=sought,
+            bounds=bounds,
+            held_out=scored,
+            guesses=law.guesses,
+            attempts=min(law.guesses, ATTEMPTS),
+            segments=1,
+        )
+    except StickslipError as error:
+        return FittedLaw(law.name, why=str(error))
+    left: dict[bool, dict[str, float]] = {True: {}, False: {}}
+    for line in found.residuals:
+        left[line.held_out][line.log] = float(line.share or 0.0)
+    return FittedLaw(
+        law.name,
+        tuple(found.parameters),
+        left[False],
+        left[True],
+        tuple((*found.directions, *found.warnings)),
+        calibration=found,
+    )
+
+
+def _model_log(log: LoopLog, center: float, load: float | None) -> ModelLog:
+    """The log of a model of loops; samples are a second apart where nobody says when they were.
+
+    The way, from ``center`` on, is followed between its reversals and `MOST` samples. One that stands has no sense: it
+    is drawn from where it came to to where it goes on.
+    """
+    stride = max(len(log.way) // MOST, 1)
+    knots = np.union1d(np.arange(0, len(log.way), stride), log.reversals)
+    moving = knots[np.concatenate([[True], np.diff(log.way[knots]) != 0])]
+    log = log.part(0, int(moving[-1]) + 1)
+    time = np.arange(len(log.way), dtype=float) if log.time is None else log.time - log.time[0]
+    inputs = {WAY: Signal(time[moving], log.way[moving] - center)}
+    if load is not None and log.load is not None:
+        inputs[LOAD] = Signal(time[moving], log.load[moving] / load)
+    return ModelLog(log.name, time, {FORCE: log.force}, inputs).every(stride)

@@ -1,0 +1,282 @@
+"""Laws that start from the sliders of a log: each with its declaration, its parameters and where a search begins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import sympy
+
+from fmu_models.language.contacts import Requirement
+from fmu_models.language.declaration import Output
+from fmu_models.language.hysteresis.bouc_wen import BoucWen
+from fmu_models.language.hysteresis.bouc_wen_baber_noori import BoucWenBaberNoori
+from fmu_models.language.hysteresis.contact import Hysteresis
+from fmu_models.language.hysteresis.dahl import Dahl
+from fmu_models.language.hysteresis.iwan4 import Iwan4
+from fmu_models.language.hysteresis.law import Expr, HysteresisLaw
+from fmu_models.language.hysteresis.sliders import MaxwellSlip, Sliders
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
+from identification.hysteresis.spectrum import Spectrum
+
+WAY, LOAD, FORCE, HELD = "way", "load", "force", "h"
+FREED = 8  # sliders of a joint that begins to slip little by little
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class LoopLaw:
+    """A law as it is fitted to loops.
+
+    Attributes:
+        name: as the command takes it.
+        law: with its parameters.
+        first: first values of its parameters, from the sliders.
+        guesses: starts of the search that are scored; 1: the first values are near.
+        bounds: of the search, by parameter, for first values.
+    """
+
+    name: str
+    law: HysteresisLaw
+    first: Callable[[Spectrum], dict[str, float]]
+    guesses: int = 1
+    bounds: Callable[[Spectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names, in the order of their declaration."""
+        states = self.law.states(HELD, "m")
+        speed, signs = sympy.Symbol("v"), {}
+        signs = {name: sympy.Symbol(name) for name in self.law.switches(speed, states)}
+        parts = (*self.law.rates(speed, states, signs), self.law.force(speed, speed, states, signs))
+        parts = (*parts, *self.law.bounds().values())
+        used = set().union(*(sympy.sympify(part).free_symbols for part in parts))
+        return tuple(p.name for p in sorted((p for p in used if isinstance(p, Parameter)), key=lambda p: p.declared))
+
+    def at(self, values: Values) -> HysteresisLaw:
+        """The law in numbers, for a mechanism of one's own."""
+        return _in_numbers(self.law, values)
+
+    def saturated(self, values: Values, reach: float) -> dict[str, float]:
+        """States at a far turn in positive direction, m, of a way that goes ``reach`` to either side."""
+        law = self.at(values)
+        if isinstance(law, Sliders):
+            full = [min(float(bound), reach) for _, bound in law.elements]
+        elif isinstance(law, Dahl):
+            full = [float(law.F_c / law.sigma)]
+        elif isinstance(law, BoucWen):
+            full = [float(law.beta + law.gamma) ** (-1.0 / law.n)]
+        else:
+            full = []
+        return {state.name: value for state, value in zip(law.states(HELD, "m"), full, strict=False)}
+
+
+@dataclass(frozen=True)
+class Damped(HysteresisLaw):
+    """A law beside viscous damping ``c`` (N s/m)."""
+
+    law: HysteresisLaw
+    c: Expr
+
+    def states(self, name: str, unit: str) -> tuple[InternalState, ...]:
+        """Those of the law."""
+        return self.law.states(name, unit)
+
+    def rates(self, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> tuple[Expr, ...]:
+        """Those of the law."""
+        return self.law.rates(speed, z, signs)
+
+    def force(self, way: Expr, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> Expr:
+        """With damping."""
+        return self.law.force(way, speed, z, signs) + self.c * speed
+
+    def switches(self, speed: Expr, z: Sequence[Expr]) -> dict[str, Expr]:
+        """Those of the law."""
+        return self.law.switches(speed, z)
+
+    def bounds(self) -> dict[int, Expr]:
+        """Those of the law."""
+        return self.law.bounds()
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Those of the law."""
+        return self.law.requirements
+
+
+def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
+    """The law along a way that an input prescribes, beside a spring, an offset and, with ``rate``, a damper; the load
+    is another input, 1 where nothing is said."""
+    way, load = Input(WAY, 0.0, "m", "displacement"), Input(LOAD, 1.0, "1", "load over its median")
+    rest = Coordinate("rest", "m", "a body that nothing moves", velocity="rest_speed")
+    mass = Parameter("rest_mass", 1.0, "kg", "mass of the body that nothing moves", positive=True)
+    spring, offset, damper = (
+        Parameter(name, 0.0, unit, meaning)
+        for name, unit, meaning in (
+            ("spring", "N/m", "stiffness beside the law"),
+            ("offset", "N", "force in the middle of the way"),
+            ("damping", "N s/m", "viscous damping beside the law"),
+        )
+    )
+    held = Hysteresis(name=HELD, way=way, law=Damped(law.law, damper) if rate else law.law, load=load)
+    return Mechanism(
+        name=f"loop_{law.name.lower().replace('-', '_')}" + ("_damped" if rate else ""),
+        title=f"Force of {law.name} along a way",
+        source="fmu_models.language.hysteresis",
+        coordinates=[rest],
+        kinetic_energy=mass * rest.v**2 / 2,
+        contacts=[held],
+        outputs=[Output(FORCE, held.force + spring * way + offset, "N", "force that resists the way")],
+    )
+
+
+def _p(name: str, value: float, unit: str, meaning: str, **limits: Any) -> Parameter:
+    return Parameter(name, value, unit, meaning, **limits)
+
+
+def _stiff(name: str = "k", meaning: str = "stiffness at rest") -> Parameter:
+    return _p(name, 1.0, "N/m", meaning, positive=True)
+
+
+def _yields(name: str, meaning: str) -> Parameter:
+    return _p(name, 1.0, "N", meaning, positive=True)
+
+
+def _sliders(count: int) -> LoopLaw:
+    law = MaxwellSlip(
+        k=[_stiff(f"k_{i}", f"stiffness of spring {i}") for i in range(1, count + 1)],
+        D=[
+            _p(f"D_{i}", i, "m", f"elongation at which slider {i} gives way", positive=True)
+            for i in range(1, count + 1)
+        ],
+    )
+    return LoopLaw(f"MaxwellSlip-{count}", law, lambda spectrum: _merged(spectrum, count))
+
+
+def _merged(spectrum: Spectrum, count: int) -> dict[str, float]:
+    """So many sliders with the stiffness and the force at full slip of what they stand for: parts of equal force."""
+    k, bound = spectrum.at(), spectrum.bound
+    k, bound = k[spectrum.slides], bound[spectrum.slides]
+    force = np.cumsum(k * bound) - k * bound / 2
+    part = np.minimum((count * force / max(force[-1] * 1.0000001, 1e-300)).astype(int), count - 1)
+    values = {}
+    for i in range(count):
+        stiffness, full = k[part == i].sum(), (k * bound)[part == i].sum()
+        if stiffness <= 0:  # fewer sliders than asked: one that does next to nothing, to begin with
+            stiffness = 1e-3 * k.sum()
+            full = stiffness * bound[-1] * (i + 1) / count
+        values |= {f"k_{i + 1}": float(stiffness), f"D_{i + 1}": float(full / stiffness)}
+    return values
+
+
+def _slip(spectrum: Spectrum) -> tuple[float, float]:
+    """Stiffness at rest, N/m, and sliding force, N."""
+    return spectrum.stiffness_at_rest(), spectrum.sliding_force()
+
+
+def _dahl(spectrum: Spectrum) -> dict[str, float]:
+    stiffness, force = _slip(spectrum)
+    return {"sigma": stiffness, "F_c": force}
+
+
+def _iwan(spectrum: Spectrum) -> dict[str, float]:
+    stiffness, force = _slip(spectrum)
+    return {"F_S": force, "K_T": stiffness, "chi": -0.3, "beta_S": 0.5}
+
+
+def _bouc_wen(n: int) -> Callable[[Spectrum], dict[str, float]]:
+    def first(spectrum: Spectrum) -> dict[str, float]:
+        stiffness, force = _slip(spectrum)
+        half = (stiffness / force) ** n / 2
+        return {"k": stiffness, "beta": half, "gamma": half}
+
+    return first
+
+
+def _shape(name: str, n: int) -> Parameter:
+    return _p(name, 1.0, f"1/m{n}" if n > 1 else "1/m", f"shape of the loop, {name}")
+
+
+def _of_bouc_wen(n: int) -> BoucWen:
+    return BoucWen(k=_stiff(), beta=_shape("beta", n), gamma=_shape("gamma", n), n=n)
+
+
+def _pinched(spectrum: Spectrum) -> dict[str, float]:
+    reach = spectrum.reach
+    values = _bouc_wen(1)(spectrum)
+    return {
+        **{"k": 2 * values["k"], "beta": values["beta"], "gamma": 0.5 * values["gamma"]},
+        **{"delta_nu": 0.05 / reach**2, "delta_eta": 0.1 / reach**2, "zeta_s": 0.9, "p": 1 / reach**2, "q": 0.05},
+        **{"psi": 0.2 * reach, "delta_psi": 0.05 / reach, "xi": 0.3},
+    }
+
+
+def _either_gamma(first: Callable[[Spectrum], dict[str, float]], spectrum: Spectrum) -> dict[str, tuple[float, float]]:
+    """gamma of either sign."""
+    beta = first(spectrum)["beta"]
+    return {"beta": (1e-3 * beta, 1e3 * beta), "gamma": (-1e3 * beta, 1e3 * beta)}
+
+
+def _pinched_bounds(spectrum: Spectrum) -> dict[str, tuple[float, float]]:
+    first = _pinched(spectrum)
+    wide = {name: (value / 30, 30 * value) for name, value in first.items()}
+    return wide | {"gamma": (-first["beta"], 10 * first["beta"]), "zeta_s": (0.0, 0.999), "q": (0.0, 0.5)}
+
+
+_ENERGY = {
+    "delta_nu": ("1/m2", "loss of strength with energy"),
+    "delta_eta": ("1/m2", "loss of stiffness with energy"),
+    "zeta_s": ("1", "share of the slope that pinching takes"),
+    "p": ("1/m2", "how soon pinching comes with energy"),
+    "q": ("1", "where pinching is, in parts of the largest z"),
+    "psi": ("m", "width of pinching"),
+    "delta_psi": ("1/m", "rise of the width of pinching with energy"),
+    "xi": ("1", "what width and severity of pinching share"),
+}
+PINCHED = BoucWenBaberNoori(
+    k=_stiff(),
+    beta=_shape("beta", 1),
+    gamma=_shape("gamma", 1),
+    n=1,
+    **{name: _p(name, 0.1, unit, meaning, minimum=0.0) for name, (unit, meaning) in _ENERGY.items()},
+)
+
+LAWS: dict[str, LoopLaw] = {
+    law.name: law
+    for law in (
+        _sliders(1),
+        _sliders(2),
+        _sliders(4),
+        LoopLaw("Dahl", Dahl(sigma=_stiff("sigma"), F_c=_yields("F_c", "sliding force")), _dahl),
+        LoopLaw(
+            "Iwan4",
+            Iwan4(
+                F_S=_yields("F_S", "sliding force"),
+                K_T=_stiff("K_T"),
+                chi=_p("chi", -0.3, "1", "exponent of the dissipation less 3", minimum=-0.99, maximum=2.0),
+                beta=_p("beta_S", 0.5, "1", "share of what lets go at once", positive=True),
+                sliders=FREED,
+            ),
+            _iwan,
+        ),
+        *(
+            LoopLaw(f"BoucWen-{n}", _of_bouc_wen(n), _bouc_wen(n), bounds=partial(_either_gamma, _bouc_wen(n)))
+            for n in (1, 2)
+        ),
+        LoopLaw("BoucWenBaberNoori", PINCHED, _pinched, guesses=64, bounds=_pinched_bounds),
+    )
+}
+USUAL = ("MaxwellSlip-2", "MaxwellSlip-4", "Dahl", "BoucWen-1", "BoucWen-2")
+
+
+def _in_numbers(law: Any, values: Values) -> Any:
+    def number(part: Any) -> Any:
+        if isinstance(part, Parameter):
+            return float(values[part.name])
+        return [number(inner) for inner in part] if isinstance(part, list | tuple) else part
+
+    return replace(law, **{entry.name: number(getattr(law, entry.name)) for entry in fields(law)})

@@ -1,0 +1,147 @@
+"""Logs of force against displacement from files of any kind: which column is what, in which unit, which way round."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.unit_names import conversion
+from identification.hysteresis.loop import LoopLog
+from rig_io.logs.table import Table
+from rig_io.readers import read_table
+
+# what columns are for, and what they are called where nobody says it
+ROLES = {
+    "time": r"t(ime)?|zeit",
+    "way": r"x|u|way|weg|stroke|disp\w*|pos\w*|deform\w*|drift",
+    "force": r"f|p|kraft|force|friction|restoring\w*|load|load cell",
+    "load": r"n|normal( force)?|preload|clamp\w*",
+}
+UNITS = {"time": "s", "way": "m", "force": "N", "load": "N"}
+# of tables without names, by the number of their columns; a first column that rises is the time
+NAMELESS = {2: ("way", "force"), 3: ("time", "way", "force"), 4: ("time", "way", "", "force")}
+FEWEST = 20  # samples
+ROUGHLY = 2000  # samples by which it is judged which way round a log is
+COARSE = 50  # samples a cycle, below which peaks are missed
+_CONDITION = re.compile(r"(?<![\d.])(\d+(?:[x.p]\d+)?)(mm|um|Hz|mHz|kN|N|MPa|A|V|C|K|rpm)(?![a-z])")
+
+
+def read_loop(
+    path: str | Path,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    reader: str | None = None,
+) -> LoopLog:
+    """A log of force against displacement.
+
+    Args:
+        path: of a file of any kind that is read.
+        columns: by role (way, force, time, load) where names do not tell.
+        units: by role, where the file does not state them and they are not m, N and s.
+        reader: of the user, for a kind of file of his own.
+
+    Raises:
+        StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run backwards.
+    """
+    path = Path(path)
+    table = read_table(path, reader)
+    named = _roles(table, columns or {})
+    values = {role: np.asarray(table.columns[column], dtype=float) for role, column in named.items()}
+    good = np.all([np.isfinite(v) for v in values.values()], axis=0)
+    if good.sum() < FEWEST:
+        raise StickslipError(
+            f"{table.source}: {int(good.sum())} rows hold numbers in {', '.join(named.values())}; a loop needs {FEWEST}"
+            "."
+        )
+    notes = [] if good.all() else [f"{path.name}: {int((~good).sum())} rows without numbers are left out."]
+    scaled, unstated = {}, []
+    for role, column in named.items():
+        unit = (units or {}).get(role) or table.units.get(column)
+        if unit is None and role != "load":
+            unstated.append(f"{column} in {UNITS[role]}")
+        factor = 1.0 if unit is None else conversion(unit, UNITS[role], f"{table.source}: column '{column}'")
+        scaled[role] = factor * values[role][good]
+    if unstated:
+        notes.append(f"{path.name} states no units: taken are {', '.join(unstated)} (say others: --unit way=mm).")
+    return _checked(LoopLog(path.name, **scaled, conditions=conditions_of(path.stem), notes=tuple(notes)))
+
+
+def conditions_of(name: str) -> dict[str, float]:
+    """What the name of a file says of the run, by unit.
+
+    >>> conditions_of("mr_25mm0x25Hz0x5A")
+    {'mm': 25.0, 'Hz': 0.25, 'A': 0.5}
+    """
+    return {unit: float(re.sub("[xp]", ".", number)) for number, unit in _CONDITION.findall(name)}
+
+
+def _roles(table: Table, given: Mapping[str, str]) -> dict[str, str]:
+    """Columns by role."""
+    for role, column in given.items():
+        refuse_unknown(role, ROLES, f"A log of force against displacement has no '{role}'.")
+        refuse_unknown(column, table.columns, f"{table.source} has no column '{column}'.")
+    names = [name for name in table.columns if name not in given.values()]
+    found = dict(given)
+    if table.nameless or all(re.fullmatch(r".*\d", name) for name in names):
+        found |= _by_number(table, names) if not given else {}
+    for role, pattern in ROLES.items():
+        bare = {name: re.sub(r"[\[(].*", "", name).strip().lower() for name in names if name not in found.values()}
+        matches = [name for name, word in bare.items() if re.fullmatch(pattern, word)]
+        if role not in found and matches:
+            found[role] = matches[0]
+    for role in ("way", "force"):
+        if role not in found:
+            raise StickslipError(
+                f"{table.source}: no column is known as the {role}; there are {', '.join(table.columns)}. Say which: "
+                f"--column {role}=NAME."
+            )
+    return found
+
+
+def _by_number(table: Table, names: Sequence[str]) -> dict[str, str]:
+    roles = NAMELESS.get(len(names), ())
+    if len(names) == 3 and not np.all(np.diff(table.columns[names[0]]) > 0):
+        roles = ("way", "force", "load")
+    return {role: name for role, name in zip(roles, names, strict=False) if role}
+
+
+def _checked(log: LoopLog) -> LoopLog:
+    """The log with its force the right way round, and with what its user should know."""
+    from identification.hysteresis.spectrum import fit_sliders
+
+    if log.range == 0 or np.ptp(log.force) == 0:
+        raise StickslipError(
+            f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
+        )
+    if log.time is not None and np.any(np.diff(log.time) <= 0):
+        raise StickslipError(f"{log.name}: its times run back or stand still. Sort its rows, or leave the column out.")
+    notes = list(log.notes)
+    if log.work < 0:
+        turned = replace(log, force=-log.force)
+        rough = replace(turned.part(0, None, max(len(log.way) // ROUGHLY, 1)), time=None)
+        swapped = replace(rough, way=-rough.force, force=rough.way)
+        left, by_swap = (fit_sliders([one]).left(one) for one in (rough, swapped))
+        if by_swap < 0.5 * left:
+            raise StickslipError(
+                f"{log.name}: its loops run backwards, and with way and force exchanged {100 * by_swap:.2g} % are left "
+                f"of them for {100 * left:.2g} %: their columns are swapped. Say --column way=NAME --column force=NAME."
+            )
+        log = turned
+        notes.append(f"The force of {log.name} drives the way over its loops: its sign was turned.")
+    per_cycle = log.samples_per_cycle
+    if len(log.turns) > 0.6 * len(log.way):
+        notes.append(f"{log.name} holds little more than peaks: what is between them is not seen.")
+    elif per_cycle < COARSE:
+        notes.append(
+            f"{log.name} has about {per_cycle:.0f} samples a cycle, which miss peaks: with 20 the stiffness comes out "
+            "some 3 % high, and so does the sliding force."
+        )
+    if log.load is not None and np.min(np.abs(log.load)) < 0.05 * np.median(np.abs(log.load)):
+        notes.append(f"The load of {log.name} is near zero at times: there its force says little of the law.")
+    return replace(log, notes=tuple(notes))

@@ -1,0 +1,144 @@
+"""Loops in tables and words, and drawn: measured, by sliders and by the best law."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.console import plain
+from fmu_models.base.table import Column, Table, known_to, number, sd, table
+from identification.hysteresis.loop import LoopLog
+from identification.hysteresis.result import HysteresisFit
+from identification.report.slip_figure import BLUE, RED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from rich.console import Group
+
+MOST_CYCLES = 12  # rows
+
+
+def hysteresis_report(fit: HysteresisFit) -> Group:
+    """Everything that is said of loops."""
+    from rich.console import Group
+
+    parts = [sliders_table(fit), cycles_table(fit)]
+    if fit.laws:
+        parts += [laws_table(fit), *(values_table(fit, law.name) for law in fit.laws[:1] if not law.why)]
+    notes = [*fit.notes, *(f"{law.name}: {note}" for law in fit.laws for note in (*law.notes, law.why) if note)]
+    return Group(plain(f"Hysteresis of {', '.join(fit.names)}", "bold"), *parts, *(plain(f"- {n}") for n in notes))
+
+
+def _units(fit: HysteresisFit) -> tuple[str, str]:
+    """Of stiffness and force of the sliders."""
+    return ("N/m", "N") if fit.load is None else ("1/m", "of the load")
+
+
+def sliders_table(fit: HysteresisFit) -> Table:
+    """What the sliders say, without a choice of a law; with conditions in the place of numbers at zero."""
+    stiffness, force = _units(fit)
+    rows = [
+        ["stiffness of what gives way", number(fit.stiffness, ".4g"), stiffness],
+        ["its sliding force", number(fit.sliding_force, ".4g"), force],
+        ["spring beside", number(fit.spring_beside, ".4g"), "N/m"],
+        *(
+            [f"left of {name}{' (held out)' if held else ''}", number(100 * left, ".3g"), "% of the force"]
+            for held, by_log in ((False, fit.left), (True, fit.left_out))
+            for name, left in by_log.items()
+        ),
+    ]
+    at = f", where {' and '.join(fit.spectrum.factors)} = 0" if fit.spectrum.factors else ""
+    return table(f"Sliders{at}", ["of", "value", "unit"], rows)
+
+
+def cycles_table(fit: HysteresisFit) -> Table:
+    """Energy a cycle, equivalent stiffness and damping, by amplitude."""
+    shown = fit.cycles if len(fit.cycles) <= MOST_CYCLES else fit.cycles[:: -(-len(fit.cycles) // MOST_CYCLES)]
+    rows = [
+        [
+            *(cycle.log, number(cycle.amplitude, ".4g"), number(cycle.count, "d"), number(cycle.work, ".4g")),
+            *(number(cycle.stiffness, ".4g"), number(cycle.damping_ratio, ".3g")),
+        ]
+        for cycle in shown
+    ]
+    columns = ["log", Column("amplitude", "m"), Column("cycles", spare=1), Column("energy a cycle", "J")]
+    columns += [Column("equivalent stiffness", "N/m"), Column("equivalent damping ratio", spare=2)]
+    return table("Cycles", columns, rows)
+
+
+def laws_table(fit: HysteresisFit) -> Table:
+    """Laws beside one another, the best first."""
+    logs, others = fit.names, [log.name for log in fit.held_out]
+    rows = []
+    for law in fit.laws:
+        left = (law.left.get(name) for name in logs)
+        out = (law.held_out.get(name) for name in others)
+        cells = (number(None if part is None else 100 * part, ".3g") for part in (*left, *out))
+        rows.append([law.name, number(len(law.parameters), "d"), *cells])
+    heads = [
+        *(Column(f"left of {name}", "%") for name in logs),
+        *(Column(f"left of {n}, held out", "%") for n in others),
+    ]
+    return table("Laws, each beside a spring and an offset", ["law", "parameters", *heads], rows)
+
+
+def values_table(fit: HysteresisFit, name: str) -> Table:
+    """Parameters of one law."""
+    (law,) = (law for law in fit.laws if law.name == name)
+    assert law.calibration is not None or law.parameters
+    at = "" if fit.load is None else f", at a load of {fit.load:.4g} N"
+    rows = []
+    for one in law.parameters:
+        told = law.calibration.interval(one.name) if law.calibration and one.standard_deviation is not None else None
+        ends = [known_to(end, one.standard_deviation) for end in told] if told else ["open", "open"]
+        rows.append(
+            [
+                *(one.name, known_to(one.value, one.standard_deviation), sd(one.standard_deviation), *ends),
+                *(one.unit if one.unit != "1" else "", one.description),
+            ]
+        )
+    heads = ["of", "value", "sd", "from", "to (95 %)", "unit", Column("meaning", spare=1)]
+    return table(f"{name}{at}", heads, rows)
+
+
+def hysteresis_figure(fit: HysteresisFit) -> Figure:
+    """Each log's loop, and the virgin curve of the sliders."""
+    from matplotlib.figure import Figure
+
+    logs = (*fit.logs, *fit.held_out)
+    columns = min(len(logs) + 1, 3)
+    rows = -(-(len(logs) + 1) // columns)
+    figure = Figure(figsize=(4.6 * columns, 3.8 * rows), layout="constrained")
+    for place, log in enumerate(logs):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        _draw_loop(fit, log, axes)
+        axes.set_title(f"{log.name}{', held out' if log in fit.held_out else ''}", fontsize="medium")
+    axes = figure.add_subplot(rows, columns, len(logs) + 1)
+    way, force = fit.spectrum.backbone()
+    axes.plot(way, force, color="black", linewidth=1.6)
+    axes.set(xlabel="way from rest (m)", ylabel=f"force ({_units(fit)[1]})", title="virgin curve of the sliders")
+    axes.grid(alpha=0.25)
+    figure.axes[0].legend(fontsize="small")
+    return figure
+
+
+def draw_hysteresis(fit: HysteresisFit, axes: Axes) -> None:
+    """The loop of the first log."""
+    _draw_loop(fit, fit.logs[0], axes)
+    axes.legend(fontsize="small")
+
+
+def _draw_loop(fit: HysteresisFit, log: LoopLog, axes: Axes) -> None:
+    axes.plot(log.way, log.force, color=BLUE, linewidth=1.4, label="measured")
+    axes.plot(log.way, fit.spectrum.force(log), color="black", linewidth=0.9, linestyle="--", label="sliders")
+    best = next((law for law in fit.laws if law.calibration is not None), None)
+    if best is not None and best.calibration is not None and log in fit.logs:
+        number = fit.logs.index(log)
+        run = best.calibration.free_run(number)
+        time = np.asarray(run.time)
+        way = best.calibration.log(number).inputs["way"].piece(time)[0]  # type: ignore[union-attr]
+        axes.plot(way + fit.logs[0].center, run["force"], color=RED, linewidth=0.9, linestyle=":", label=best.name)
+    axes.set(xlabel="way (m)", ylabel="force (N)")
+    axes.grid(alpha=0.25)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import manual
@@ -71,3 +73,32 @@ def test_the_papers_name_the_version():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
     assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text("utf-8")
+
+
+ASKED = {"overwrite", "trust", "json", "resume"}
+
+
+def _defaults(tree: ast.AST) -> Iterator[tuple[str, ast.expr]]:
+    """Names of parameters and fields with their defaults."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.value is not None:
+            yield node.target.id, node.value
+        if isinstance(node, ast.arguments):
+            places = [*node.posonlyargs, *node.args]
+            ends = places[len(places) - len(node.defaults) :]
+            yield from ((place.arg, value) for place, value in zip(ends, node.defaults, strict=True))
+            keyed = zip(node.kwonlyargs, node.kw_defaults, strict=True)
+            yield from ((place.arg, value) for place, value in keyed if value is not None)
+
+
+def test_nothing_is_overwritten_trusted_or_resumed_unless_it_is_asked():
+    """In no function, no command and no bundle of options."""
+    seen = 0
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            for name, value in _defaults(ast.parse(path.read_text("utf-8"))):
+                if name in ASKED:
+                    seen += 1
+                    assert isinstance(value, ast.Constant), f"{path}: the default of '{name}'"
+                    assert value.value is False, f"{path}: '{name}' is {value.value} unless something else is asked"
+    assert seen > 80

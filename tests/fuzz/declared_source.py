@@ -23,8 +23,8 @@ from sympy import Rational, S, atan, cos, exp, log, sin, sqrt, tanh
 
 from fmu_models import TIME as t
 from fmu_models import (
-    Automaton, Coordinate, Friction, Impact, Input, Mechanism, Newton, Parameter, Poisson, Reset, Signal, State, Stop,
-    Switch, load, simulate,
+    Automaton, Coordinate, Friction, Hysteresis, Impact, Input, MaxwellSlip, Mechanism, Newton, Parameter, Poisson,
+    Reset, Signal, State, Stop, Switch, load, simulate,
 )
 from fmu_models.language.quantities import InternalState
 '''
@@ -64,6 +64,9 @@ def _contact(contact: Mapping[str, Any]) -> str:
     if contact["kind"] == "friction":
         where = f", where={contact['where']}" if contact.get("where") else ""
         return f"Friction({name}, slip={contact['slip']}, law={_law(contact['law'], contact['name'])}{where})"
+    if contact["kind"] == "sliders":
+        k, bounds = (", ".join(contact[key]) for key in ("k", "D"))
+        return f"Hysteresis({name}, way={contact['way']}, law=MaxwellSlip(k=[{k}], D=[{bounds}]))"
     if contact["kind"] == "stop":
         law = _law(contact["law"], contact["name"])
         return f'Stop({name}, gap={contact["gap"]}, law={law}, release="{contact["release"]}")'

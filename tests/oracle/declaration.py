@@ -25,6 +25,7 @@ class Declaration:
             friction  slip, law, perhaps where
             stop      gap, law, release ("gap" or "force")
             impact    gap, rule ("newton" or "poisson"), e, perhaps slip and mu
+            sliders   way, k and D (lists, as long as one another)
             switch    function, perhaps side and to (its reset).
             A law is a mapping with its name and its parts, texts or numbers, perhaps a law again.
     """

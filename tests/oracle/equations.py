@@ -20,7 +20,8 @@ from oracle import laws
 from oracle.declaration import Declaration, Values
 from oracle.laws import DEPTH, ENTRY, RATE, S, Y
 
-FRICTION, STOP, NORMAL, TANGENT, SWITCH = "friction", "stop", "normal", "tangent", "switch"
+FRICTION, STOP, NORMAL, TANGENT, SWITCH, SLIDER = "friction", "stop", "normal", "tangent", "switch", "slider"
+ELASTIC = 9  # the mode of a slider that does not yield
 
 
 # a step that reaches beyond the zero of a slip speed sees a law where it is none
@@ -153,6 +154,14 @@ class Equations:
                 force, release = laws.stop(contact["law"], self.read)
                 speed = self._along(gap)
                 row(Row(STOP, number, release=contact["release"], gap=True), speed, gap, force=force, release=release)
+            elif kind == "sliders":
+                way = self.read(contact["way"])
+                for i, (k, bound) in enumerate(zip(contact["k"], contact["D"], strict=True)):
+                    z = sympy.Symbol(f"z{i}_{contact['name']}", real=True)
+                    h = [e - self.read(k) * z * sympy.diff(way, x[q]) for e, q in zip(h, d.states, strict=True)]
+                    row(Row(SLIDER, number), self._along(way), None, capacity=(self.read(bound),) * 2)
+                    self.internal.append(z)
+                    self.internal_starts.append(0.0)
             elif kind == "impact":
                 gap = self.read(contact["gap"])
                 rubs = contact.get("slip") is not None
@@ -191,9 +200,10 @@ class Equations:
                 self.forces, self.capacities, self.mu, self.e, self.releases, strict=True
             )
         ]
-        owners = [r for r, entry in enumerate(self.rows) if entry.law and entry.law.states]
+        owners = [r for r, row in enumerate(self.rows) if row.kind == SLIDER or (row.law and row.law.states)]
         self.owners = owners
-        self._rates_of = {r: numeric(self.rows[r].law.rates, Y, S) for r in owners}  # pyright: ignore
+        rates: dict[int, Any] = {r: getattr(self.rows[r].law, "rates", [Y]) for r in owners}
+        self._rates_of = {r: numeric(expressions, Y, S) for r, expressions in rates.items()}
         self._jump_of = {r: numeric(jump) for r, jump in self.jumps.items()}
         self.n, self.n_rows, self.n_states = n, len(self.rows), len(d.states) + len(d.velocities)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from oracle.declaration import Values
-from oracle.equations import FRICTION, NORMAL, STOP, SWITCH, TANGENT, Equations, Numbers
+from oracle.equations import ELASTIC, FRICTION, NORMAL, SLIDER, STOP, SWITCH, TANGENT, Equations, Numbers
 from oracle.selection import AWAY, HELD, RELEASED, TOUCHING, Mode, UndeterminedError, fitting, forces, impact
 from scipy import optimize
 from scipy.integrate import DOP853, Radau
@@ -89,7 +89,8 @@ class _Motion:
     def _internal(self, mode: Mode, t: float, state: Any, x: Any) -> Any:
         if not self.numbers.of.owners:
             return []
-        speeds = {r: 0.0 if mode[r] == HELD else float(x.y[r]) for r in self.numbers.of.owners}
+        yields = {r: self.rows[r].kind == SLIDER and mode[r] != ELASTIC for r in self.numbers.of.owners}
+        speeds = {r: 0.0 if mode[r] == HELD or yields[r] else float(x.y[r]) for r in yields}
         return self.numbers.internal(t, state, speeds, {r: float(mode[r]) for r in speeds})
 
     def indicators(self, mode: Mode, t: float, state: Any) -> dict[tuple[int, str], float]:
@@ -103,6 +104,11 @@ class _Motion:
                 values[r, "where"] = -x.place[r] if m == AWAY else x.place[r]
             if row.kind in (FRICTION, SWITCH, TANGENT) and m != AWAY:
                 values[r, "slip"] = f.margin[r] if m == HELD else m * x.y[r]
+            elif row.kind == SLIDER and m == ELASTIC:
+                z, bound = state[self._internal_index(r)], self._bound(r, t, state)
+                values |= {(r, "upper"): bound - z, (r, "lower"): bound + z}
+            elif row.kind == SLIDER:
+                values[r, "turns"] = m * x.y[r]
             elif row.kind == NORMAL:
                 values[r, "gap"] = x.place[r] if m == AWAY else f.margin[r]
             elif row.kind == STOP:
@@ -268,7 +274,7 @@ class _Motion:
                     self.entries[r] = -float(x.y[r])
                 push = self.numbers.of_row(r, 0.0, self.state, x.y[r], 0, x.place[r], self.entries.get(r, 1.0))[5]
                 mode.append(AWAY if not inside else TOUCHING if row.release == "gap" or push > 0 else RELEASED)
-            elif row.kind in (NORMAL, TANGENT):
+            elif row.kind in (NORMAL, TANGENT, SLIDER):
                 mode.append(AWAY)
             else:
                 mode.append(1 if x.y[r] >= 0 else -1)
@@ -285,6 +291,9 @@ class _Motion:
         self._strike(mode, fallen, x)
         x = self.numbers.terms(self.t, self.state)
         smooth = np.array_equal(before, self.state)  # what was held may slip after a jump
+        for r, row in enumerate(self.rows):
+            if row.kind == SLIDER and mode[r] != ELASTIC and mode[r] * x.y[r] < 0:
+                mode[r] = ELASTIC
         options: dict[int, tuple[int, ...]] = {}
         zero = AT_ZERO * self.speed
         for r, row in enumerate(self.rows):
@@ -307,18 +316,26 @@ class _Motion:
         self.mode = self._chosen(tuple(mode), options)
         for r, row in enumerate(self.rows):
             if row.law is not None and row.law.renewed and (earlier[r] == HELD) != (self.mode[r] == HELD):
-                self.state[self.numbers.of.n_states + self._internal_index(r)] = 0.0
+                self.state[self._internal_index(r)] = 0.0
         if not first:
             self.out.events.append((self.t, min((r for r, _ in fallen), default=-1), self.mode))
         self._project()
 
     def _internal_index(self, r: int) -> int:
-        return self.numbers.of.owners.index(r)
+        return self.numbers.of.n_states + self.numbers.of.owners.index(r)
+
+    def _bound(self, r: int, t: float, state: Any) -> float:
+        """Of a slider."""
+        return float(self.numbers.of_row(r, t, state, 0.0, 0.0)[1])
 
     def _changed(self, mode: list[int], r: int, what: str, x: Any) -> None:
         """A stop, a region or a switch with a jump."""
         row = self.rows[r]
-        if what == "where":
+        if row.kind == SLIDER:
+            mode[r] = {"upper": 1, "lower": -1, "turns": ELASTIC}[what]
+            if what != "turns":
+                self.state[self._internal_index(r)] = mode[r] * self._bound(r, self.t, self.state)
+        elif what == "where":
             mode[r] = AWAY if mode[r] != AWAY else (1 if x.y[r] >= 0 else -1)
         elif row.kind == STOP and what == "gap":
             if mode[r] == AWAY:

@@ -95,6 +95,8 @@ def declaration(generator: random.Random) -> tuple[Declaration, _Draw]:
             applied[q[i]] = draw.wave(2.0) + (f" + {draw.p('f', -1.0, 1.0)}" if draw.chance(0.5) else "")
     kinds = generator.choices(("friction", "stop", "impact"), (5, 2, 3), k=generator.choice((1, 1, 2, 2, 3)))
     contacts = [globals()[f"_{kind}"](draw, n, f"on{k}") for k, kind in enumerate(kinds)]
+    if draw.chance(0.25):
+        contacts.append(_sliders(draw, n, f"on{len(contacts)}"))
     rules = generator.choice(("newton", "poisson"))
     for contact in contacts:
         if contact["kind"] == "impact":
@@ -254,6 +256,16 @@ def _stop(draw: _Draw, n: int, name: str) -> dict[str, Any]:
             draw.inputs.append("u0")
         gap += f" + {draw.p('amp', -0.25, 0.25)}*u0"
     return {"kind": "stop", "name": name, "gap": gap, "law": law, "release": draw.random.choice(("gap", "force"))}
+
+
+def _sliders(draw: _Draw, n: int, name: str) -> dict[str, Any]:
+    way, _ = _direction(draw, n)
+    kind = draw.random.choice(("plain", "plain", "wave", "bent"))
+    way = f"{way} - ({draw.wave(0.5)})" if kind == "wave" else f"sin({way})" if kind == "bent" else way
+    count = draw.random.choice((1, 1, 2, 3))
+    stiffness = [draw.p("k", 0.25, 4.0) for _ in range(count)]
+    bounds = [draw.p("D", "of", 1 / 16, 1 / 8, 1 / 4, 1 / 2) for _ in range(count)]
+    return {"kind": "sliders", "name": name, "way": way, "k": stiffness, "D": bounds}
 
 
 def _impact(draw: _Draw, n: int, name: str) -> dict[str, Any]:

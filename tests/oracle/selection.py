@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from oracle.equations import FRICTION, NORMAL, STOP, SWITCH, TANGENT, Numbers, Terms
+from oracle.equations import FRICTION, NORMAL, SLIDER, STOP, SWITCH, TANGENT, Numbers, Terms
 from scipy.optimize import linprog
 
 HELD, AWAY, TOUCHING, RELEASED = 0, 9, 1, 2
@@ -49,7 +49,7 @@ def forces(
     given, columns, held = np.zeros(len(rows)), x.W.copy(), []
     bounds: dict[int, tuple[float, float]] = {}
     for r, row in enumerate(rows):
-        if mode[r] == AWAY or (row.kind == STOP and mode[r] == RELEASED):
+        if mode[r] == AWAY or (row.kind == STOP and mode[r] == RELEASED) or row.kind == SLIDER:
             continue
         if row.kind == STOP:
             given[r] = numbers.of_row(r, t, state, x.y[r], 0, x.place[r], entries.get(r, 1.0))[0]

@@ -275,7 +275,7 @@ def _magnitude(system: HybridSystem, names: _Names, quantity: str) -> str:
     cases = []
     for i, contact in enumerate(system.contacts):
         summands = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[quantity]
-        if quantity == "rate" and contact.kind.rigid:
+        if quantity == "rate" and (contact.kind.rigid or contact.kind is contact_kinds.YIELD):
             summands = (contact.slip_rate.xreplace(accelerations),)
         if summands:
             total = " + ".join(_magnitude_of(term, values) for term in summands)

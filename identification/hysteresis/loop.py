@@ -11,7 +11,7 @@ import numpy as np
 
 from fmu_models.base.shown import Tabular
 
-NOISY = 1e-3  # of the range of the way: noise above it takes stiffness from a fit
+NOISY = 3e-4  # of the range of the way: noise above it takes stiffness from a fit
 SMOOTHED = 12  # windows of the smoothing in a cycle
 FINE = 6  # samples in such a window, or there is nothing to smooth over
 REVERSAL = 0.05  # of the range of the way: a turn that opens a cycle

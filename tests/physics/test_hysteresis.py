@@ -40,6 +40,7 @@ from fmu_models import (
     load,
     simulate,
     simulate_any,
+    simulate_with_error,
 )
 from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.families.jobs import Jobs
@@ -250,6 +251,21 @@ def test_a_spring_beyond_its_bound_yields_at_once() -> None:
     run = simulate(still, 2.0, start={"h_z1": 0.2001}, parameters={"a": 0.0, "k": 0.0, "m": 1e9})
     assert run["h_z1"][-1] == pytest.approx(0.2, abs=1e-8)  # the body of 1e9 kg moves by so much
     assert run.events[0].time == pytest.approx(1e-4, rel=1e-3)
+
+
+def test_a_way_turns_where_its_speed_is_rounding() -> None:
+    """The speeds of the body and of a moving support cancel: with other steps the yielding ended and began for ever."""
+    u = Input("u", 0.0, "m", "support")
+    law = MaxwellSlip(k=[3.140625], D=[0.25])
+    rubs = Friction(name="f", slip=x.v, law=Coulomb(N=N, mu=mu), where=Parameter("d", 0.609375, "m", "edge") + x)
+    model = load(bodily(law, rubs, name="supported", way=x - Parameter("b", -0.28125, "1", "share") * u))
+    polygon = Signal((0.0, 0.671875, 1.515625, 3.0), (0.546875, 0.328125, 0.140625, -1.0))
+    for mass in np.linspace(0.5, 1.5, 40):
+        values = {"m": mass, "k": 2.09375, "a": 0.0, "N": 0.25, "mu": 0.6}
+        start = {"x": -0.484375, "v": -0.90625}
+        run, estimate = simulate_with_error(model, 3.0, parameters=values, start=start, inputs={"u": polygon})
+        assert len(run.events) > 2
+        assert estimate.relative < 1e-9
 
 
 def test_a_wall_turns_the_way_at_once() -> None:

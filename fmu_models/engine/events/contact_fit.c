@@ -69,7 +69,7 @@ double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude)
     }
     double sum = j->slip_rate[c][0];
     *magnitude = fabs(sum);
-    if (MODEL_IMPACTS > 0) *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
+    if (MODEL_IMPACTS > 0 || MODEL_YIELDS) *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
     if (contact_may_rest(c)) *magnitude = fmax(*magnitude, j->G[c][c][0] * stick_scale(j, c));
     for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
         const double term = j->G[c][model_joined[n]][0] * j->force[model_joined[n]][0];
@@ -183,13 +183,19 @@ static double speed_of_forces(const Run *r, const Trial *trial, int c, double ma
     return sum * trial->length;
 }
 
+/* a way that turns is what ends the yielding of a bound: its speed, the rate of y, is rounding there, of no terms */
+static int way_turns(const Trial *trial, int c)
+{
+    return MODEL_YIELDS && trial->at_limit[c] && !model_contact_rubs[c] && model_contact_sticks[c];
+}
+
 /* y leaves zero to the side of the sign: slip of friction, rate of the gap of a rigid contact */
 static int leaves_zero(Run *r, Trial *trial, int c, double sign)
 {
     Jets *j = &r->scratch;
     double magnitude;
     const double rate = sign * fit_slip_rate(r, j, c, &magnitude); /* of what may rest the second derivative */
-    const int decides = fabs(rate) > r->tolerances.margin * magnitude;
+    const int decides = fabs(rate) > r->tolerances.margin * magnitude && !way_turns(trial, c);
     trial->zeros[c] = (signed char)(1 + contact_may_rest(c));
     if (decides && !trial->at_limit[c]) return rate > 0.0;
     expand(r, trial);
@@ -223,12 +229,13 @@ int fit_can_stick(const Run *r, int c)
 
 /* slip of the side that a contact goes to which cannot be held: that of its rate, or the one its force has kept it
    from */
-static signed char yields_to(Run *r, int c)
+static signed char yields_to(Run *r, const Trial *trial, int c)
 {
     Jets *j = &r->scratch;
     double magnitude;
     const double rate = fit_slip_rate(r, j, c, &magnitude);
-    if (fabs(rate) > r->tolerances.margin * magnitude) return rate > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
+    if (!way_turns(trial, c) && fabs(rate) > r->tolerances.margin * magnitude)
+        return rate > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
     return stick_side(j, c) > 0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
 }
 
@@ -241,7 +248,7 @@ signed char fit_wanted_state(Run *r, Trial *trial, int c)
         return (signed char)(leaves_zero(r, trial, c, 1.0) ? state : closed);
     }
     if (state == CONTACT_AWAY) return state; /* with the rigid contact whose friction it is */
-    if (state == CONTACT_STICK) return stick_holds(r, trial, c) ? state : yields_to(r, c);
+    if (state == CONTACT_STICK) return stick_holds(r, trial, c) ? state : yields_to(r, trial, c);
     if (leaves_zero(r, trial, c, r->scratch.sign[c])) return state;
     const int loaded = model_contact_partner[c] >= 0 || fit_can_stick(r, c);
     return (signed char)(loaded && placement_has_lever(r, c) ? CONTACT_STICK : -state);

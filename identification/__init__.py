@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
     from identification.fitted_model.machine import machine_with as machine_with
+    from identification.hysteresis.decay import fit_decays as fit_decays
     from identification.hysteresis.identify import identify_hysteresis as identify_hysteresis
     from identification.hysteresis.loop import LoopLog as LoopLog
     from identification.hysteresis.read import read_loop as read_loop

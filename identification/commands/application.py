@@ -35,7 +35,7 @@ FRICTION = (
     *_commands("rig_io", "describe emulate"),
     *_commands(
         "identification",
-        "calibrate track fit demo laws design excite compare report apply inverse hysteresis slips watch",
+        "calibrate track fit demo laws design excite compare report apply inverse hysteresis decay slips watch",
     ),
 )
 for command in MODELS:

@@ -51,7 +51,7 @@ def read_loop(
     """
     path = Path(path)
     table = read_table(path, reader)
-    named = _roles(table, columns or {})
+    named = columns_by_role(table, columns or {}, ROLES, ("way", "force"), NAMELESS)
     values = {role: np.asarray(table.columns[column], dtype=float) for role, column in named.items()}
     good = np.all([np.isfinite(v) for v in values.values()], axis=0)
     if good.sum() < FEWEST:
@@ -81,34 +81,46 @@ def conditions_of(name: str) -> dict[str, float]:
     return {unit: float(re.sub("[xp]", ".", number)) for number, unit in _CONDITION.findall(name)}
 
 
-def _roles(table: Table, given: Mapping[str, str]) -> dict[str, str]:
-    """Columns by role."""
+def columns_by_role(
+    table: Table,
+    given: Mapping[str, str],
+    roles: Mapping[str, str],
+    needed: Sequence[str],
+    nameless: Mapping[int, Sequence[str]],
+) -> dict[str, str]:
+    """Columns of a table by role.
+
+    Args:
+        given: by role, as the user says.
+        roles: patterns of names, in small letters, by role.
+        needed: roles that a table must have.
+        nameless: roles of the columns of a table without names, by their number.
+
+    Raises:
+        StickslipError: an unknown role or column, or a needed one that no name tells.
+    """
     for role, column in given.items():
-        refuse_unknown(role, ROLES, f"A log of force against displacement has no '{role}'.")
+        refuse_unknown(role, roles, f"There is no role '{role}'.")
         refuse_unknown(column, table.columns, f"{table.source} has no column '{column}'.")
     names = [name for name in table.columns if name not in given.values()]
     found = dict(given)
-    if table.nameless or all(re.fullmatch(r".*\d", name) for name in names):
-        found |= _by_number(table, names) if not given else {}
-    for role, pattern in ROLES.items():
+    if not given and (table.nameless or all(re.fullmatch(r".*\d", name) for name in names)):
+        order = nameless.get(len(names), ())
+        if len(order) == 3 and not np.all(np.diff(table.columns[names[0]]) > 0):
+            order = (*order[1:], "load")
+        found |= {role: name for role, name in zip(order, names, strict=False) if role}
+    for role, pattern in roles.items():
         bare = {name: re.sub(r"[\[(].*", "", name).strip().lower() for name in names if name not in found.values()}
         matches = [name for name, word in bare.items() if re.fullmatch(pattern, word)]
         if role not in found and matches:
             found[role] = matches[0]
-    for role in ("way", "force"):
+    for role in needed:
         if role not in found:
             raise StickslipError(
                 f"{table.source}: no column is known as the {role}; there are {', '.join(table.columns)}. Say which: "
                 f"--column {role}=NAME."
             )
     return found
-
-
-def _by_number(table: Table, names: Sequence[str]) -> dict[str, str]:
-    roles = NAMELESS.get(len(names), ())
-    if len(names) == 3 and not np.all(np.diff(table.columns[names[0]]) > 0):
-        roles = ("way", "force", "load")
-    return {role: name for role, name in zip(roles, names, strict=False) if role}
 
 
 def _checked(log: LoopLog) -> LoopLog:

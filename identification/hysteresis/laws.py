@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any
@@ -10,17 +10,16 @@ from typing import Any
 import numpy as np
 import sympy
 
-from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Output
 from fmu_models.language.hysteresis.bouc_wen import BoucWen
 from fmu_models.language.hysteresis.bouc_wen_baber_noori import BoucWenBaberNoori
 from fmu_models.language.hysteresis.contact import Hysteresis
 from fmu_models.language.hysteresis.dahl import Dahl
 from fmu_models.language.hysteresis.iwan4 import Iwan4
-from fmu_models.language.hysteresis.law import Expr, HysteresisLaw
-from fmu_models.language.hysteresis.sliders import MaxwellSlip, Sliders
+from fmu_models.language.hysteresis.law import HysteresisLaw
+from fmu_models.language.hysteresis.sliders import MaxwellSlip
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
+from fmu_models.language.quantities import Coordinate, Input, Parameter
 from identification.hysteresis.spectrum import Spectrum
 
 WAY, LOAD, FORCE, HELD = "way", "load", "force", "h"
@@ -46,17 +45,6 @@ class LoopLaw:
     guesses: int = 1
     bounds: Callable[[Spectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names, in the order of their declaration."""
-        states = self.law.states(HELD, "m")
-        speed, signs = sympy.Symbol("v"), {}
-        signs = {name: sympy.Symbol(name) for name in self.law.switches(speed, states)}
-        parts = (*self.law.rates(speed, states, signs), self.law.force(speed, speed, states, signs))
-        parts = (*parts, *self.law.bounds().values())
-        used = set().union(*(sympy.sympify(part).free_symbols for part in parts))
-        return tuple(p.name for p in sorted((p for p in used if isinstance(p, Parameter)), key=lambda p: p.declared))
-
     def at(self, values: Values) -> HysteresisLaw:
         """The law in numbers, for a mechanism of one's own."""
         return _in_numbers(self.law, values)
@@ -64,48 +52,8 @@ class LoopLaw:
     def saturated(self, values: Values, reach: float) -> dict[str, float]:
         """States at a far turn in positive direction, m, of a way that goes ``reach`` to either side."""
         law = self.at(values)
-        if isinstance(law, Sliders):
-            full = [min(float(bound), reach) for _, bound in law.elements]
-        elif isinstance(law, Dahl):
-            full = [float(law.F_c / law.sigma)]
-        elif isinstance(law, BoucWen):
-            full = [float(law.beta + law.gamma) ** (-1.0 / law.n)]
-        else:
-            full = []
+        full = [min(float(value), reach) for value in law.full]
         return {state.name: value for state, value in zip(law.states(HELD, "m"), full, strict=False)}
-
-
-@dataclass(frozen=True)
-class Damped(HysteresisLaw):
-    """A law beside viscous damping ``c`` (N s/m)."""
-
-    law: HysteresisLaw
-    c: Expr
-
-    def states(self, name: str, unit: str) -> tuple[InternalState, ...]:
-        """Those of the law."""
-        return self.law.states(name, unit)
-
-    def rates(self, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> tuple[Expr, ...]:
-        """Those of the law."""
-        return self.law.rates(speed, z, signs)
-
-    def force(self, way: Expr, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> Expr:
-        """With damping."""
-        return self.law.force(way, speed, z, signs) + self.c * speed
-
-    def switches(self, speed: Expr, z: Sequence[Expr]) -> dict[str, Expr]:
-        """Those of the law."""
-        return self.law.switches(speed, z)
-
-    def bounds(self) -> dict[int, Expr]:
-        """Those of the law."""
-        return self.law.bounds()
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """Those of the law."""
-        return self.law.requirements
 
 
 def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
@@ -122,7 +70,7 @@ def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
             ("damping", "N s/m", "viscous damping beside the law"),
         )
     )
-    held = Hysteresis(name=HELD, way=way, law=Damped(law.law, damper) if rate else law.law, load=load)
+    held = Hysteresis(name=HELD, way=way, law=law.law, load=load, damping=damper if rate else sympy.S.Zero)
     return Mechanism(
         name=f"loop_{law.name.lower().replace('-', '_')}" + ("_damped" if rate else ""),
         title=f"Force of {law.name} along a way",

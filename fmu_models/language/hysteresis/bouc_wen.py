@@ -66,6 +66,11 @@ class BoucWen(HysteresisLaw):
         return self.k * z[0]
 
     @property
+    def full(self) -> tuple[Expr, ...]:
+        """Where z' = 0 on the way outwards."""
+        return ((self.beta + self.gamma) ** (-sympy.Rational(1, self.n)),)
+
+    @property
     def requirements(self) -> tuple[Requirement, ...]:
         """A z that stays finite."""
         sentence = f"{self.beta} + {self.gamma} must be positive: z has no end otherwise"

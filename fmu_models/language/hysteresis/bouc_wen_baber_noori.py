@@ -48,6 +48,7 @@ class BoucWenBaberNoori(BoucWen):
         nu, eta = 1 + self.delta_nu * energy, 1 + self.delta_eta * energy
         severity = self.zeta_s * (1 - sympy.exp(-self.p * energy))
         width = (self.psi + self.delta_psi * energy) * (self.xi + severity)
-        ultimate = (nu * (self.beta + self.gamma)) ** (-sympy.Rational(1, self.n))
+        (ultimate,) = self.full
+        ultimate = ultimate * nu ** (-sympy.Rational(1, self.n))
         narrowed = 1 - severity * sympy.exp(-(((x * signs["speed"] - self.q * ultimate) / width) ** 2))
         return narrowed * (speed - nu * self.giving_way(speed, x, signs)) / eta, x * speed

@@ -1,6 +1,6 @@
 """A force with memory along a way, between bodies or to the ground.
 
-    lambda = -load F(x, x', z),    z' = g(x', z) + what holds z at its bounds
+    lambda = -load (F(x, x', z) + damping x'),    z' = g(x', z) + what holds z at its bounds
 
 x way, lambda force along it, which acts on the body with (dx/dq)^T lambda. It is lowered to
 
@@ -47,8 +47,9 @@ class Hysteresis(Contact):
         way: x, m or rad; a function of coordinates, inputs and time.
         law: its law: MaxwellSlip, Iwan4, Play, Dahl, BoucWen, BoucWenBaberNoori, or a friction law with bristles.
         load: factor of the force, such as an input that is the normal force over its usual value.
+        damping: viscous damping beside the law, N s/m.
         description: what rubs on what.
-        force: the force F times load, positive with the way; for outputs.
+        force: the whole force, positive with the way; for outputs.
     """
 
     kind: ClassVar[ContactKind] = YIELD
@@ -58,6 +59,7 @@ class Hysteresis(Contact):
     way: Expr
     law: HysteresisLaw | Law
     load: Expr = sympy.S.One
+    damping: Expr = sympy.S.Zero
     description: str = ""
     force: ContactSymbol = field(init=False)
     held: tuple[InternalState, ...] = field(init=False)
@@ -117,8 +119,9 @@ class Hysteresis(Contact):
 
     @property
     def resistance(self) -> Expr:
-        """F times load."""
-        return self.load * self.memory.force(self.way, self.speed, self.states, self.signs)
+        """What resists the way."""
+        law = self.memory.force(self.way, self.speed, self.states, self.signs)
+        return self.load * (law + self.damping * self.speed)
 
     @property
     def rates(self) -> tuple[Expr, ...]:

@@ -43,6 +43,11 @@ class Dahl(HysteresisLaw):
         return self.sigma * z[0]
 
     @property
+    def full(self) -> tuple[Expr, ...]:
+        """Where the spring slides."""
+        return (self.F_c / self.sigma,)
+
+    @property
     def requirements(self) -> tuple[Requirement, ...]:
         """A sliding force that the spring can lean against."""
         sentence = f"{self.F_c} must be positive: Dahl's law divides by its sliding force"

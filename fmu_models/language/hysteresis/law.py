@@ -47,6 +47,11 @@ class HysteresisLaw(ABC):
         return {}
 
     @property
+    def full(self) -> tuple[Expr, ...]:
+        """The largest states, to which a long way leads, of as many as have one."""
+        return tuple(self.bounds().values())
+
+    @property
     def requirements(self) -> tuple[Requirement, ...]:
         """What the parameters must satisfy beside the bounds' being positive."""
         return ()

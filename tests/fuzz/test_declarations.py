@@ -86,4 +86,4 @@ def test_a_draw_depends_on_its_number_alone() -> None:
 
     assert drawn(5) == drawn(5)
     kinds = {contact["kind"] for number in range(40) for contact in drawn(number)[0].contacts}
-    assert kinds == {"friction", "stop", "impact", "switch"}
+    assert kinds == {"friction", "stop", "impact", "switch", "sliders"}

@@ -275,7 +275,7 @@ def _magnitude(system: HybridSystem, names: _Names, quantity: str) -> str:
     cases = []
     for i, contact in enumerate(system.contacts):
         summands = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[quantity]
-        if quantity == "rate" and (contact.kind.rigid or contact.kind is contact_kinds.YIELD):
+        if quantity == "rate" and (contact.kind.rigid or contact.kind.yields):
             summands = (contact.slip_rate.xreplace(accelerations),)
         if summands:
             total = " + ".join(_magnitude_of(term, values) for term in summands)
@@ -416,7 +416,7 @@ def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
         "DIRECTED": int(system.directed),
-        "YIELDS": int(any(c.kind is contact_kinds.YIELD for c in system.contacts)),
+        "YIELDS": int(any(contact.kind.yields for contact in system.contacts)),
         "RESTS": int(any(contact.reset_sides & 8 for contact in system.contacts)),
         "IS_MAP": int(bool(system.rule)),
         "REACH": int(reach),

@@ -67,6 +67,7 @@ class ContactKind:
         normal: y is the rate of its depth: a force along a gap, else along a surface.
         rigid: its force has no law of its own: all of these come from one system of equations, impulses too.
         surface: y is a switching function, not a speed.
+        yields: y is what is left of a state to its bound, which holds it from one side.
     """
 
     name: str
@@ -79,6 +80,7 @@ class ContactKind:
     normal: bool = False
     rigid: bool = False
     surface: bool = False
+    yields: bool = False
 
     @property
     def words(self) -> str:
@@ -152,6 +154,7 @@ YIELD = ContactKind(
     "function",
     ("yields", frozenset({STICK})),
     surface=True,
+    yields=True,
 )
 IMPACT = ContactKind(
     "impact",

@@ -22,7 +22,6 @@ import numpy as np
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.unit_names import conversion
 from fmu_models.fmu.load import load as load_fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
@@ -31,7 +30,7 @@ from fmu_models.language.quantities import Coordinate, Parameter
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import ModelLog
 from identification.calibration.result import Calibration
-from identification.hysteresis.read import columns_by_role
+from identification.hysteresis.read import columns_by_role, numbers_by_role
 from rig_io.readers import read_table
 
 ROLES = {"time": r"t(ime)?|zeit", "angle": r"angle|theta|phi|winkel|q|x|y|pos\w*|disp\w*|encoder"}
@@ -127,15 +126,11 @@ def _decays(
     """Name, time (n,) s and angle (n,) rad of the decays of a file, without what is driven."""
     table = read_table(path, reader)
     named = columns_by_role(table, columns, ROLES, ("time", "angle"), {2: ("time", "angle")})
-    time, angle = (np.asarray(table.columns[named[role]], dtype=float) for role in ("time", "angle"))
-    good = np.isfinite(time) & np.isfinite(angle)
-    time, angle = time[good], angle[good]
-    unit = units.get("angle") or table.units.get(named["angle"])
-    if unit is not None:
-        length = unit.endswith("m")  # of a displacement the same equation holds
-        angle = angle * conversion(unit, "m" if length else "rad", f"{table.source}: column '{named['angle']}'")
-    if np.any(np.diff(time) <= 0):
-        raise StickslipError(f"{path.name}: its times run back or stand still. Sort its rows and drop doubled ones.")
+    unit = units.get("angle") or table.units.get(named["angle"]) or "rad"
+    # of a displacement the same equation holds
+    expected = {"time": "s", "angle": "m" if unit.endswith("m") else "rad"}
+    scaled, _ = numbers_by_role(table, named, units, expected)
+    time, angle = scaled["time"], scaled["angle"]
     parts = _falling(time, angle)
     if not parts:
         raise StickslipError(

@@ -82,23 +82,15 @@ def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
     )
 
 
-def _p(name: str, value: float, unit: str, meaning: str, **limits: Any) -> Parameter:
-    return Parameter(name, value, unit, meaning, **limits)
-
-
 def _stiff(name: str = "k", meaning: str = "stiffness at rest") -> Parameter:
-    return _p(name, 1.0, "N/m", meaning, positive=True)
-
-
-def _yields(name: str, meaning: str) -> Parameter:
-    return _p(name, 1.0, "N", meaning, positive=True)
+    return Parameter(name, 1.0, "N/m", meaning, positive=True)
 
 
 def _sliders(count: int) -> LoopLaw:
     law = MaxwellSlip(
         k=[_stiff(f"k_{i}", f"stiffness of spring {i}") for i in range(1, count + 1)],
         D=[
-            _p(f"D_{i}", i, "m", f"elongation at which slider {i} gives way", positive=True)
+            Parameter(f"D_{i}", i, "m", f"elongation at which slider {i} gives way", positive=True)
             for i in range(1, count + 1)
         ],
     )
@@ -146,7 +138,7 @@ def _bouc_wen(n: int) -> Callable[[Spectrum], dict[str, float]]:
 
 
 def _shape(name: str, n: int) -> Parameter:
-    return _p(name, 1.0, f"1/m{n}" if n > 1 else "1/m", f"shape of the loop, {name}")
+    return Parameter(name, 1.0, f"1/m{n}" if n > 1 else "1/m", f"shape of the loop, {name}")
 
 
 def _of_bouc_wen(n: int) -> BoucWen:
@@ -190,7 +182,7 @@ PINCHED = BoucWenBaberNoori(
     beta=_shape("beta", 1),
     gamma=_shape("gamma", 1),
     n=1,
-    **{name: _p(name, 0.1, unit, meaning, minimum=0.0) for name, (unit, meaning) in _ENERGY.items()},
+    **{name: Parameter(name, 0.1, unit, meaning, minimum=0.0) for name, (unit, meaning) in _ENERGY.items()},
 )
 
 LAWS: dict[str, LoopLaw] = {
@@ -199,14 +191,16 @@ LAWS: dict[str, LoopLaw] = {
         _sliders(1),
         _sliders(2),
         _sliders(4),
-        LoopLaw("Dahl", Dahl(sigma=_stiff("sigma"), F_c=_yields("F_c", "sliding force")), _dahl),
+        LoopLaw(
+            "Dahl", Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)), _dahl
+        ),
         LoopLaw(
             "Iwan4",
             Iwan4(
-                F_S=_yields("F_S", "sliding force"),
+                F_S=Parameter("F_S", 1.0, "N", "sliding force", positive=True),
                 K_T=_stiff("K_T"),
-                chi=_p("chi", -0.3, "1", "exponent of the dissipation less 3", minimum=-0.99, maximum=2.0),
-                beta=_p("beta_S", 0.5, "1", "share of what lets go at once", positive=True),
+                chi=Parameter("chi", -0.3, "1", "exponent of the dissipation less 3", minimum=-0.99, maximum=2.0),
+                beta=Parameter("beta_S", 0.5, "1", "share of what lets go at once", positive=True),
                 sliders=FREED,
             ),
             _iwan,

@@ -12,6 +12,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.unit_names import conversion
 from identification.hysteresis.loop import LoopLog
+from identification.hysteresis.spectrum import fit_sliders
 from rig_io.logs.table import Table
 from rig_io.readers import read_table
 
@@ -52,24 +53,19 @@ def read_loop(
     path = Path(path)
     table = read_table(path, reader)
     named = columns_by_role(table, columns or {}, ROLES, ("way", "force"), NAMELESS)
-    values = {role: np.asarray(table.columns[column], dtype=float) for role, column in named.items()}
-    good = np.all([np.isfinite(v) for v in values.values()], axis=0)
-    if good.sum() < FEWEST:
+    scaled, unstated = numbers_by_role(table, named, units or {}, UNITS)
+    count, rows = len(scaled["way"]), len(table.columns[named["way"]])
+    if count < FEWEST:
         raise StickslipError(
-            f"{table.source}: {int(good.sum())} rows hold numbers in {', '.join(named.values())}; a loop needs {FEWEST}"
-            "."
+            f"{table.source}: {count} rows hold numbers in {', '.join(named.values())}; a loop needs {FEWEST}."
         )
-    notes = [] if good.all() else [f"{path.name}: {int((~good).sum())} rows without numbers are left out."]
-    scaled, unstated = {}, []
-    for role, column in named.items():
-        unit = (units or {}).get(role) or table.units.get(column)
-        if unit is None and role != "load":
-            unstated.append(f"{column} in {UNITS[role]}")
-        factor = 1.0 if unit is None else conversion(unit, UNITS[role], f"{table.source}: column '{column}'")
-        scaled[role] = factor * values[role][good]
-    if unstated:
-        notes.append(f"{path.name} states no units: taken are {', '.join(unstated)} (say others: --unit way=mm).")
-    return _checked(LoopLog(path.name, **scaled, conditions=conditions_of(path.stem), notes=tuple(notes)))
+    notes = [] if count == rows else [f"{path.name}: {rows - count} rows without numbers are left out."]
+    taken = [f"{named[role]} in {UNITS[role]}" for role in unstated if role != "load"]
+    if taken:
+        notes.append(f"{path.name} states no units: taken are {', '.join(taken)} (say others: --unit way=mm).")
+    way, force = scaled["way"], scaled["force"]
+    log = LoopLog(path.name, way, force, scaled.get("time"), scaled.get("load"), conditions_of(path.stem))
+    return _checked(replace(log, notes=tuple(notes)))
 
 
 def conditions_of(name: str) -> dict[str, float]:
@@ -123,16 +119,39 @@ def columns_by_role(
     return found
 
 
+def numbers_by_role(
+    table: Table, named: Mapping[str, str], units: Mapping[str, str], expected: Mapping[str, str]
+) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Columns (n,) in the units ``expected`` by role, of the rows that have numbers in all of them; and the roles that
+    are taken to be in them, for want of a unit.
+
+    Args:
+        named: columns by role.
+        units: by role, as the user says.
+
+    Raises:
+        StickslipError: a unit that cannot be converted, or times that do not rise.
+    """
+    values = {role: np.asarray(table.columns[column], dtype=float) for role, column in named.items()}
+    good = np.all([np.isfinite(column) for column in values.values()], axis=0)
+    scaled, unstated = {}, []
+    for role, column in named.items():
+        unit = units.get(role) or table.units.get(column)
+        if unit is None:
+            unstated.append(role)
+        factor = 1.0 if unit is None else conversion(unit, expected[role], f"{table.source}: column '{column}'")
+        scaled[role] = factor * values[role][good]
+    if np.any(np.diff(scaled.get("time", np.zeros(0))) <= 0):
+        raise StickslipError(f"{table.source}: its times run back or stand still. Sort its rows, drop doubled ones.")
+    return scaled, unstated
+
+
 def _checked(log: LoopLog) -> LoopLog:
     """The log with its force the right way round, and with what its user should know."""
-    from identification.hysteresis.spectrum import fit_sliders
-
     if log.range == 0 or np.ptp(log.force) == 0:
         raise StickslipError(
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
         )
-    if log.time is not None and np.any(np.diff(log.time) <= 0):
-        raise StickslipError(f"{log.name}: its times run back or stand still. Sort its rows, or leave the column out.")
     notes = list(log.notes)
     if log.work < 0:
         turned = replace(log, force=-log.force)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Column, Table, known_to, number, sd, table
+from fmu_models.base.table import Column, Table, number, table
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.result import HysteresisFit
+from identification.report.calibration_summary import values_table
 from identification.report.slip_figure import BLUE, RED
 
 if TYPE_CHECKING:
@@ -26,9 +27,13 @@ def hysteresis_report(fit: HysteresisFit) -> Group:
 
     parts = [sliders_table(fit), cycles_table(fit)]
     if fit.laws:
-        parts += [laws_table(fit), *(values_table(fit, law.name) for law in fit.laws[:1] if not law.why)]
+        parts.append(laws_table(fit))
+    shown = [plain(f"Hysteresis of {', '.join(fit.names)}", "bold"), *parts]
+    if fit.laws and fit.laws[0].calibration is not None:
+        at = "" if fit.load is None else f", at a load of {fit.load:.4g} N"
+        shown += [plain(f"{fit.laws[0].name}{at}", "bold"), values_table(fit.laws[0].calibration)]
     notes = [*fit.notes, *(f"{law.name}: {note}" for law in fit.laws for note in (*law.notes, law.why) if note)]
-    return Group(plain(f"Hysteresis of {', '.join(fit.names)}", "bold"), *parts, *(plain(f"- {n}") for n in notes))
+    return Group(*shown, *(plain(f"- {note}") for note in notes))
 
 
 def _units(fit: HysteresisFit) -> tuple[str, str]:
@@ -82,25 +87,6 @@ def laws_table(fit: HysteresisFit) -> Table:
         *(Column(f"left of {n}, held out", "%") for n in others),
     ]
     return table("Laws, each beside a spring and an offset", ["law", "parameters", *heads], rows)
-
-
-def values_table(fit: HysteresisFit, name: str) -> Table:
-    """Parameters of one law."""
-    (law,) = (law for law in fit.laws if law.name == name)
-    assert law.calibration is not None or law.parameters
-    at = "" if fit.load is None else f", at a load of {fit.load:.4g} N"
-    rows = []
-    for one in law.parameters:
-        told = law.calibration.interval(one.name) if law.calibration and one.standard_deviation is not None else None
-        ends = [known_to(end, one.standard_deviation) for end in told] if told else ["open", "open"]
-        rows.append(
-            [
-                *(one.name, known_to(one.value, one.standard_deviation), sd(one.standard_deviation), *ends),
-                *(one.unit if one.unit != "1" else "", one.description),
-            ]
-        )
-    heads = ["of", "value", "sd", "from", "to (95 %)", "unit", Column("meaning", spare=1)]
-    return table(f"{name}{at}", heads, rows)
 
 
 def hysteresis_figure(fit: HysteresisFit) -> Figure:

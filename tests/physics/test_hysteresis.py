@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import sympy
+from emulated_loop import of_dahl as of_dahl_along
+from emulated_loop import of_sliders as of_sliders_along
 from fmpy import simulate_fmu
 from quick_export import quick_export
 from scipy.integrate import solve_ivp
@@ -350,10 +352,7 @@ def given_way(law: object, name: str, way: np.ndarray, **more: object) -> np.nda
 
 def stop(way: np.ndarray, bound: float) -> np.ndarray:
     """The stop operator: elongations of a spring behind a slider."""
-    z = np.zeros(len(way))
-    for i, step in enumerate(np.diff(way)):
-        z[i + 1] = np.clip(z[i] + step, -bound, bound)
-    return z
+    return of_sliders_along(way, [1.0], [bound])
 
 
 @pytest.fixture(scope="module")
@@ -389,10 +388,7 @@ def test_iwan_comes_to_the_four_parameters(way: np.ndarray) -> None:
 
 def test_dahl_on_a_way_is_its_closed_form(way: np.ndarray) -> None:
     """F = s F_c + (F_0 - s F_c) exp(-sigma |dx|/F_c) over each sample: rounding."""
-    force = np.zeros(len(way))
-    for i, step in enumerate(np.diff(way)):
-        s = np.sign(step)
-        force[i + 1] = s * 0.8 + (force[i] - s * 0.8) * np.exp(-3.0 * abs(step) / 0.8)
+    force = of_dahl_along(way, 3.0, 0.8)
     assert given_way(Dahl(sigma=3.0, F_c=0.8), "dahl_way", way) == pytest.approx(force, abs=1e-11)
     # a load scales the force and not the memory
     load_of = Parameter("load", 2.5, "1", "load")

@@ -86,3 +86,9 @@ def test_the_command_reads_degrees_and_refuses_what_does_not_decay(tmp_path) -> 
     assert values["w0"] == pytest.approx(W0, rel=1e-5)
     with pytest.raises(StickslipError, match="shows no decay of 4 half cycles"):
         fit_decays(written(tmp_path / "still.csv", time, np.sin(time)))
+
+
+def test_a_time_is_read_in_the_unit_that_the_file_states(tmp_path) -> None:
+    time, angle = swinging(0.5, pendulum=False, end=20.0)
+    fit = fit_decays(written(tmp_path / "swing.csv", 1e3 * time, angle, "time [ms],angle [rad]"))
+    assert fit["w0"].value == pytest.approx(W0, rel=1e-5)

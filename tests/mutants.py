@@ -88,6 +88,7 @@ def main() -> int:
         default=90.0,
         help="s of tests, and of measuring what they cover, for each mutant (default: 90)",
     )
+    parser.add_argument("--tests", action="append", default=[], help="a file of tests to be tried first; several too")
     parser.add_argument("--again", action="store_true", help="judge survivors of earlier runs again")
     parser.add_argument("--folder", type=Path, help="of the copy, of maps and of results (default: one of this user)")
     parser.add_argument("--json", action="store_true", help="rooms and survivors as JSON")
@@ -111,7 +112,7 @@ def _run(parser: argparse.ArgumentParser, asked: argparse.Namespace, folder: Pat
     if asked.file:
         rooms = {room: files for room, names in rooms.items() if (files := [n for n in names if n == asked.file])}
     rooms = {room: files for room, files in rooms.items() if room in (asked.room or rooms)}
-    judge = Judge(tree, folder, asked.patience, asked.again)
+    judge = Judge(tree, folder, asked.patience, asked.again, tuple(asked.tests))
     waiting = {room: drawn(tree, files, asked.seed, judge.verdicts) for room, files in rooms.items()}
     if asked.file and asked.line:
         text = (tree / asked.file).read_text("utf-8")
@@ -200,8 +201,8 @@ def judged(judge: Judge, order: dict[str, list[Mutant]], count: int, end: float,
 class Judge:
     """Judges mutants in a copy of the tree and keeps what it found."""
 
-    def __init__(self, tree: Path, folder: Path, patience: float, again: bool) -> None:
-        self.folder, self.patience, self.again = folder, patience, again
+    def __init__(self, tree: Path, folder: Path, patience: float, again: bool, first: tuple[str, ...] = ()) -> None:
+        self.folder, self.patience, self.again, self.first = folder, patience, again, first
         for name in ("cache", "zig"):
             (folder / name).mkdir(parents=True, exist_ok=True)
         environment = {"STICKSLIP_CACHE": str(folder / "cache"), "ZIG_GLOBAL_CACHE_DIR": str(folder / "zig")}
@@ -252,7 +253,8 @@ class Judge:
         """Verdict, the test that noticed it, and the files of tests that did not."""
         spent, tried = 0.0, []
         native = is_native(mutant.file)
-        for test in self.suite.ranked(mutant.file, text, room, self.noticed[mutant.file]):
+        ranked = self.suite.ranked(mutant.file, text, room, self.noticed[mutant.file])
+        for test in dict.fromkeys((*self.first, *ranked)):
             if spent > self.patience:
                 break
             begin = _cpu_time()

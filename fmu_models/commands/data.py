@@ -1,7 +1,5 @@
 """Command that lists and copies what comes along: scenes, recipes, systems, example logs."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Annotated

@@ -125,6 +125,25 @@ def test_content_alone_tells_the_roles(tmp_path: Path) -> None:
     assert list(found.values()) == [None, "time", "laser", "encoder_count", "drive0_count"]
 
 
+@pytest.mark.parametrize(
+    ("unit", "role"), [("V", "laser"), ("mm", "laser"), ("deg", "angle"), ("N", "load0"), ("kPa", None)]
+)
+def test_the_unit_tells_what_swings(tmp_path: Path, unit: str, role: str | None) -> None:
+    log = bench_log()
+    path = written(tmp_path, f"time [s];channel 1 [{unit}]", [log["time"], log["laser"]])
+    assert roles(path)["channel 1"] == role
+
+
+def test_edge_times_without_a_unit_are_in_that_of_the_clock(tmp_path: Path) -> None:
+    log = bench_log()
+    ticks = 1e3 * log["time"]
+    edges = np.maximum.accumulate(np.where(np.diff(log["encoder"], prepend=0) != 0, ticks - 0.3, 0.0))
+    path = written(tmp_path, "Zeit [ms];Geber;Flanke", [ticks, log["encoder"], edges])
+    column = draft([path], Answers()).logs[0].files[0].columns[2]
+    assert (column.role, column.unit) == ("encoder_edge_time", "ms")
+    assert column.guessed["unit"] == "that of 'Zeit'"
+
+
 def test_a_counter_that_wraps_and_time_in_other_units(tmp_path: Path) -> None:
     log = bench_log()
     wrapped = np.mod(log["drive"] + 200, 256)

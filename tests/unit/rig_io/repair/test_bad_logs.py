@@ -255,7 +255,7 @@ def test_an_excursion_of_a_count_is_held(tmp_path: Path) -> None:
 def test_a_count_that_leaps_in_the_first_samples_takes_the_value_after(tmp_path: Path) -> None:
     true = recording()
     lines = cells(as_text(true), [0, 1, 2], "drive0_count", ["900", "901", "902"])
-    with pytest.warns(StickslipWarning, match=r"3 samples were held at the count before, the first on line 2"):
+    with pytest.warns(StickslipWarning, match=r"3 samples were held at the count beside, the first on line 2"):
         log = read(tmp_path, lines)
     expected = np.concatenate([np.full(3, true["drive0_count"][3]), true["drive0_count"][3:]])
     np.testing.assert_array_equal(log.column("drive0_count"), expected)

@@ -34,6 +34,16 @@ def test_a_waveform_counts_from_the_midnight_before_it_began(tmp_path: Path) -> 
         assert dict(table.units) == {"time": "s", "laser": "V"}
 
 
+def test_a_channel_of_another_rate_is_left_out_with_the_reason(tmp_path: Path) -> None:
+    nptdms = pytest.importorskip("nptdms", reason="npTDMS is not installed")
+    channels = {"time": TIME, "laser": LASER, "room": np.full(4, 21.5)}
+    with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("Run", name, values) for name, values in channels.items()])
+    table = read_table(tmp_path / "log.tdms")
+    assert list(table.columns) == ["time", "laser"]
+    assert dict(table.left_out) == {"room": f"of another rate: 4 values, not {ROWS}"}
+
+
 @pytest.mark.parametrize("zone", [None, "UTC"])
 def test_stamps_of_a_parquet_file_count_from_their_midnight(tmp_path: Path, zone: str | None) -> None:
     pyarrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")

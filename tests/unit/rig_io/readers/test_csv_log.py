@@ -123,7 +123,10 @@ REFUSED = {
     "falling time": (cell(17, 1, "0.001"), "falls .* line 17 .*--repair sort"),
     "repeated time": (cell(18, 1, "0.015"), "line 18 repeats the time 0.015 .*--repair duplicates"),
     "word": (cell(9, 3, "five"), "line 9, column 'encoder_count' holds 'five'"),
-    "extra cell": (lambda text: line(7, text.splitlines()[6] + ",1")(text), "line 7 has 5 cells, the header has 4"),
+    "extra cell": (
+        lambda text: line(7, text.splitlines()[6] + ",1")(text),
+        r"line 7 has 5 cells, the header has 4\. Mend or remove",
+    ),
     "blank line inside": (line(7, ""), "line 7 has 1 cells"),
     "decimal commas between commas": (
         lambda text: text.split("\n", 1)[0] + "\n" + text.split("\n", 1)[1].replace(".", ","),

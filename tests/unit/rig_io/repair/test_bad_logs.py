@@ -269,6 +269,15 @@ def test_a_count_that_leaps_for_good_splits_the_log(tmp_path: Path) -> None:
     assert log.breaks == (2000,) and len(log.pieces()) == 2
 
 
+def test_a_quick_shaft_is_believed(tmp_path: Path) -> None:
+    """At 60 rad/s ten edges pass within a tick, which no counter has lost."""
+    true = recording()
+    true["drive0_count"] = np.floor(60 * true["time"] * 1000 / (2 * np.pi))
+    log = read(tmp_path, as_text(true))
+    same_columns(log, true)
+    assert log.warnings == ()
+
+
 def test_a_number_cut_off_at_the_end_is_no_count(tmp_path: Path) -> None:
     lines = as_text(recording())
     lines[-1] = lines[-1][:-2]  # drive0_count 429 became 4

@@ -289,6 +289,18 @@ def test_what_exists_stays(stickslip, tmp_path):
         assert path.read_text() == "mine"
 
 
+def test_what_comes_along_is_not_copied_over_what_is_there(stickslip, tmp_path, monkeypatch):
+    monkeypatch.setattr("fmu_models.report.manual.manual_site", None)  # refused before it is built
+    copied = stickslip("data", "copy", "scenes/disc_rig_class_a", "-o", "mine", "--json")
+    (path,) = copied.json["files"]
+    (tmp_path / path).write_text("mine")
+    refused = {("data", "copy", "scenes/disc_rig_class_a"): "exists already", ("docs",): "holds something"}
+    for command, said in refused.items():
+        answer = stickslip(*command, "-o", "mine")
+        assert answer.code == 2 and said in answer.err
+    assert (tmp_path / path).read_text() == "mine"
+
+
 @pytest.mark.skipif(os.geteuid() == 0 if hasattr(os, "geteuid") else True, reason="root may write anywhere")
 def test_a_folder_that_cannot_be_written(stickslip, tmp_path):
     locked = tmp_path / "locked"

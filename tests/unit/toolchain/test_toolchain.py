@@ -79,6 +79,13 @@ def test_a_warning_is_an_error(compiler: list[list[str]], tmp_path: Path) -> Non
         compile_shared({"all.c": "int f(void);\nint f(void) { int x = 1; return 2; }\n"}, tmp_path / "out.so")
 
 
+def test_what_only_a_runtime_of_the_compiler_has_is_not_linked_on_linux(tmp_path: Path) -> None:
+    """Division of numbers of 128 bits, for one: our C does without, so that no such runtime is built."""
+    source = SOURCE["all.c"].replace("int ", "__int128 ").replace("(void)", "(__int128 a)").replace("42", "42 / a")
+    with pytest.raises(StickslipError, match="undefined symbol: __divti3"):
+        compile_shared({"all.c": source}, tmp_path / "out.so", target="x86_64-linux-gnu.2.17")
+
+
 def test_a_cache_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "file" / "cache"))

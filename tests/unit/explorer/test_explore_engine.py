@@ -143,7 +143,7 @@ FORMATS = ("%g", "%.17g", "%.10g", "%.2g", "%.1g", "%.0e", "%.1e")
 
 def test_what_a_page_has_for_a_c_library_writes_as_python_does(tmp_path: Path):
     code = (ROOT / "fmu_models/explorer/c/freestanding.c").read_text()
-    renamed = ("ldexp", "frexp", "strlen", "strcmp", "memchr", "snprintf", "vsnprintf")
+    renamed = ("ldexp", "frexp", "strlen", "strcmp", "memcmp", "memchr", "snprintf", "vsnprintf")
     own = "".join(f"#define {name} own_{name}\n" for name in renamed)
     calls = """
 int number(char *text, size_t room, const char *format, double value) { return snprintf(text, room, format, value); }
@@ -169,6 +169,11 @@ int words(char *text, size_t room, const char *a, int b, long long c, unsigned d
         if math.isfinite(x) and abs(x) < 1e30:
             assert library.own_ldexp(x, power) == math.ldexp(x, power)
             assert (library.own_frexp(x, exponent), exponent.value) == math.frexp(x)
+    library.own_memcmp.argtypes = (ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t)
+    for one, other in (b"abc", b"abd"), (b"abc", b"abc"), (b"a\xff", b"a\x01"), (b"b", b"a"):
+        for size in range(len(one) + 1):
+            told, want = library.own_memcmp(one, other, size), (one[:size] > other[:size]) - (one[:size] < other[:size])
+            assert (told > 0) - (told < 0) == want
     said = b"abcd|abc|-7|-9000000000000000000|4000000000|7|%"
     given = (b"abcd", -7, ctypes.c_longlong(-9 * 10**18), ctypes.c_uint(4 * 10**9), ctypes.c_size_t(7))
     assert library.words(room, 64, *given) == len(said) and room.value == said

@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
+from quick_export import QUICK
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export, export_map
+from fmu_models.explorer import module
 from fmu_models.explorer.description import describe
 from fmu_models.explorer.page import Explorer, checked_page, explore
 from fmu_models.explorer.subject import subject_of
@@ -147,6 +149,12 @@ def test_its_still_picture_is_the_motion_from_the_default_start(page: Explorer):
         # to a scale, within the picture, and up is up
         assert np.corrcoef(values, places)[0, 1] == pytest.approx(sign, abs=1e-4)
         assert 0.0 < places.min() < 0.2 * room and 0.8 * room < places.max() < room
+
+
+def test_all_that_a_compiler_may_call_is_in_the_module(monkeypatch: pytest.MonkeyPatch):
+    """What it does itself for a small model and with optimization: to compare the speeds of nine masses it calls."""
+    monkeypatch.setattr(module, "FLAGS", QUICK)
+    assert module.wasm(load("planar_hopf")).startswith(b"\0asm")
 
 
 def test_a_page_is_written_whole_or_not_at_all(page: Explorer, tmp_path: Path):

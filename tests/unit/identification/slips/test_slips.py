@@ -287,6 +287,15 @@ def test_the_interval_of_a_few_periods_holds_the_truth(count):
     assert held / 300 > 0.91
 
 
+def test_where_a_value_stands_in_a_log_does_not_matter_to_its_interval():
+    """Blocks of 2 of 6: the outlier is in 3 of 3 with a chance of 1/27, wherever it stands, so that the upper end is
+    6 3/6, widened as Student's with 2 degrees of freedom is."""
+    wider = 4.302653 / 1.959964 * np.sqrt(3 / 2)
+    for place in range(6):
+        found = statistic(np.roll([6.0, 0.0, 0.0, 0.0, 0.0, 0.0], place), 0, mean=True, draws=4000)
+        assert (found.low, found.high) == pytest.approx((1 - wider, 1 + 2 * wider)), place
+
+
 @pytest.mark.parametrize(
     ("text", "setting", "message"),
     [

@@ -232,6 +232,8 @@ def test_the_model_that_made_a_log_is_found_again(tmp_path, run):
     assert model is not None
     assert (model.mu_s, model.mu_k) == pytest.approx((MU_S, MU_K), rel=0.01)
     assert model.predictions[2].ratio == pytest.approx(1.0, abs=0.02)
+    # its law falls within about a two-hundredth of the greatest slip speed
+    assert model.p * (MU_S - MU_K) * GRAVITY * np.sqrt(M / K) == pytest.approx(200, rel=0.1)
     assert any("stiffness, speed and mass fit the log" in verdict for verdict in statistics.verdicts)
 
 

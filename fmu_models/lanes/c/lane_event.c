@@ -53,9 +53,9 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_
                 known[g + 1] = t->entry_release[c][0] * rate + t->entry_release[c][1] == 0.0;
         }
     }
-    if (before == CONTACT_TOUCHING) m->held[c] += t->origin + time - m->since[c];
+    if (before == CONTACT_TOUCHING) m->held[c] += time - m->since[c];
     if (m->state[c] == CONTACT_TOUCHING) {
-        m->since[c] = t->origin + time;
+        m->since[c] = time;
         m->began[c]++;
     }
     lane_change_mode(t, lane, z);
@@ -106,7 +106,7 @@ static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, d
         if (lanes_compliant[c] && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING)
             place_on_bound(t, m, z, c);
     for (int k = 0; e.time != *time && k < LANES_HARMONICS; k++) {
-        const double angle = t->wave[k] * (t->origin + e.time) + t->phase[k];
+        const double angle = t->wave[k] * e.time + t->phase[k];
         z[MODEL_NX + 2 * k] = cos(angle);
         z[MODEL_NX + 2 * k + 1] = sin(angle);
     }

@@ -43,6 +43,19 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
         assert f"Example: stickslip {command}" in stickslip(*command.split(), "--help").out
 
 
+def test_a_switch_that_nothing_turns_off_is_off_unless_it_is_given():
+    program: Any = typer.main.get_command(application.whole())
+    commands = {**program.commands, **program.commands["new"].commands, **program.commands["data"].commands}
+    flags = {
+        (name, option.name): option.default
+        for name, command in commands.items()
+        for option in command.params
+        if getattr(option, "is_flag", False) and not option.secondary_opts
+    }
+    assert len(flags) > 60 and {"json", "once", "overwrite"} <= {name for _, name in flags}
+    assert not any(flags.values()), [flag for flag, default in flags.items() if default]
+
+
 def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else():
     program: Any = typer.main.get_command(application.whole())
     helps = [one.help for one in [*program.commands.values(), *program.commands["new"].commands.values()]]

@@ -19,7 +19,8 @@ from fmu_models.analyses.section import PoincareSection
 from fmu_models.base import shown
 from fmu_models.base.figures import part_ticks, save_figure
 from fmu_models.report.inline_svg import inline_svg
-from fmu_models.report.scene_figure import draw
+from fmu_models.report.scene_figure import draw, draw_families
+from fmu_models.scene.kinds.kind import Row
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.judge import StressCell
@@ -173,6 +174,18 @@ def test_panels_at_the_edge_have_labels_with_units(tmp_path, monkeypatch):
         labelled = any(label in texts for label in axes.get_xticklabels())
         assert labelled == bool(axes.get_xlabel())
         assert axes.get_xlabel() in ("", "x (m)") and axes.get_ylabel() in ("", "v (m/s)")
+
+
+def test_families_have_a_panel_each(tmp_path, monkeypatch):
+    section = PoincareSection("drawn", ("a", "b"), (), np.zeros((3, 2)), np.ones(3), np.zeros((3, 0), np.int32))
+    rows = [Row(at=float(i), values={}, family=replace(section)) for i in range(3)]
+    drawn = []
+    monkeypatch.setattr("fmu_models.report.scene_figure.save_figure", lambda figure, path, **_: drawn.append(figure))
+    draw_families("three", "w", rows, tmp_path / "a.png")
+    assert [(axes.get_title(), axes.axison) for axes in drawn[0].axes] == [
+        *((f"w = {i}", True) for i in range(3)),
+        ("", False),  # of two in a row
+    ]
 
 
 @pytest.mark.parametrize("count", [3, 300])

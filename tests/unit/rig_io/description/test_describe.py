@@ -282,6 +282,18 @@ def test_the_speed_of_a_drive_that_no_column_shows_is_asked_for_and_kept(tmp_pat
             write(draft([path], Answers(values=wrong)))
 
 
+@pytest.mark.parametrize(("unit", "asked"), [("V", ["laser", "R"]), ("mm", ["R"]), (None, ["encoder"])])
+def test_a_free_decay_is_asked_for_the_radius_that_its_laser_looks_at(
+    tmp_path: Path, unit: str | None, asked: list[str]
+) -> None:
+    """No drive and no friction; an encoder alone shows the angle without a radius."""
+    log = bench_log()
+    seen = ("Geber", log["encoder"]) if unit is None else (f"laser [{unit}]", log["laser"])
+    path = written(tmp_path, f"t [s];{seen[0]}", [log["time"], seen[1]])
+    answers = Answers(kinds={"x.csv": "free-decay"}, confirm=True)
+    assert [one.key for one in questions(draft([path], answers))] == asked
+
+
 UNFIT = {
     "1/min": "counts radians or whole turns. Write rad/s, deg/s, turn/s or rpm",
     "Hz": "counts radians or whole turns",

@@ -45,6 +45,19 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
         assert f"Example: stickslip {command}" in stickslip(*command.split(), "--help").out
 
 
+def test_a_switch_that_nothing_turns_off_is_off_unless_it_is_given():
+    program: Any = typer.main.get_command(application.whole())
+    commands = {**program.commands, **program.commands["new"].commands, **program.commands["data"].commands}
+    flags = {
+        (name, option.name): option.default
+        for name, command in commands.items()
+        for option in command.params
+        if getattr(option, "is_flag", False) and not option.secondary_opts
+    }
+    assert len(flags) > 60 and {"json", "once", "overwrite"} <= {name for _, name in flags}
+    assert not any(flags.values()), [flag for flag, default in flags.items() if default]
+
+
 def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else():
     program: Any = typer.main.get_command(application.whole())
     helps = [one.help for one in [*program.commands.values(), *program.commands["new"].commands.values()]]
@@ -298,6 +311,18 @@ def test_what_exists_stays(stickslip, tmp_path):
         assert answer.code == 2
         assert "exists already" in answer.err or "kept" in answer.err
         assert path.read_text() == "mine"
+
+
+def test_what_comes_along_is_not_copied_over_what_is_there(stickslip, tmp_path, monkeypatch):
+    monkeypatch.setattr("fmu_models.report.manual.manual_site", None)  # refused before it is built
+    copied = stickslip("data", "copy", "scenes/disc_rig_class_a", "-o", "mine", "--json")
+    (path,) = copied.json["files"]
+    (tmp_path / path).write_text("mine")
+    refused = {("data", "copy", "scenes/disc_rig_class_a"): "exists already", ("docs",): "holds something"}
+    for command, said in refused.items():
+        answer = stickslip(*command, "-o", "mine")
+        assert answer.code == 2 and said in answer.err
+    assert (tmp_path / path).read_text() == "mine"
 
 
 @pytest.mark.skipif(os.geteuid() == 0 if hasattr(os, "geteuid") else True, reason="root may write anywhere")

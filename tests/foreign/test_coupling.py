@@ -143,6 +143,15 @@ def test_units_without_state_take_fixed_steps_and_it_is_said(model: Models):
         couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), adaptive=True, stop_time=1.0))
 
 
+def test_a_unit_that_fails_in_a_co_simulation_is_named_with_what_it_says(folder):
+    # a spring that drives: beyond all numbers after a few steps
+    fmu = exported("mass", folder)
+    units = {"a": Unit(fmu), "b": Unit(fmu, {"k": -1e6}, {"x": 1e200})}
+    system = CoupledSystem("far", units, wires("a.place -> b.other"), solver="jacobi", step=0.1, stop_time=1.0)
+    with pytest.raises(MotionError, match=r"unit 'b': doStep fails at t = 0\.\d s\. The FMU says: ."):
+        couple(system)
+
+
 def rig_at(stiffness: float, **settings: object) -> float:
     """Angle of the disc rig with motors after a second; the first stick has begun."""
     system = read_system(SCENE)

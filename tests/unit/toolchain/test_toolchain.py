@@ -53,7 +53,7 @@ def test_a_library_is_compiled_once(compiler: list[list[str]], tmp_path: Path) -
 
 
 def test_a_header_that_changes_makes_another_library(compiler: list[list[str]], tmp_path: Path) -> None:
-    body = '#include "of/two/n.h"\n__attribute__((visibility("default"))) int answer(void);\nint answer(void) { return N; }\n'
+    body = '#include "of/two/n.h"\n' + SOURCE["all.c"].replace("42", "N")
     for n in (1, 2):
         library = compile_shared({"all.c": body, "of/two/n.h": f"#define N {n}\n"}, tmp_path / f"{n}.so")
         assert ctypes.CDLL(str(library)).answer() == n

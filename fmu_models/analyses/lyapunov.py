@@ -39,6 +39,7 @@ Vector = NDArray[np.float64]
 SPREAD = 1e-6  # of the size of each state: by so much the starts differ
 BATCHES = 1000  # of one motion, at most
 WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
+SHARE, FARTHEST = 0.5, 200  # of a motion, and in batches: how far back it is looked for
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
 IDENTITY_STEPS = 32  # over which the sum of the exponents is compared with the volumes
@@ -282,7 +283,7 @@ def _mean(growth: Vector, weights: Vector, used: NDArray[np.bool_]) -> tuple[flo
 def _memory(series: list[Vector]) -> float:
     """Integrated autocorrelation time of batches of mean zero, in batches: 1 where they know nothing of each other."""
     shortest = min(segment.size for segment in series)
-    lags = max(2, min(shortest // 2, 200))
+    lags = max(2, min(int(SHARE * shortest), FARTHEST))
     covariance = np.zeros(lags)
     for segment in series:
         size = 1 << int(2 * segment.size - 1).bit_length()

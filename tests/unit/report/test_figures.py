@@ -104,6 +104,16 @@ def test_labels_that_touch_are_fewer():
     assert 2 <= len(figure.axes[0].get_xticks()) < before
 
 
+def test_where_little_fits_two_intervals_or_fewer_are_labelled():
+    """Eight digits are wider than a third of the axis."""
+    figure = Figure(figsize=(2.6, 3.0), layout="constrained")
+    figure.subplots().plot([1e7, 9e7], [1.0, 2.0])
+    figure.axes[0].ticklabel_format(style="plain", axis="x")
+    part_ticks(figure)
+    boxes = [text.get_window_extent() for text in figure.axes[0].get_xticklabels() if text in shown_texts(figure)]
+    assert boxes and not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_in_a_page_says_what_was_drawn(name):
     figure = FIGURES[name]()

@@ -303,6 +303,8 @@ f0 = [0.1, 0.2]
 def test_a_family_of_a_scene_is_kept_whole(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, CHART)
     assert scene.compute.axes["omega"] == pytest.approx((math.pi / 3, (math.pi / 3 + 1.5) / 2, 1.5), rel=1e-15)
+    of_two = scene_of(tmp_path, CHART.replace("count = 3", "count = 2"))
+    assert of_two.compute.axes["omega"] == (math.radians(60.0), 1.5)
     assert scene.compute.settings == {"what": "period"} and scene.compute.axes["f0"] == (0.1, 0.2)
     assert Scene.from_json(scene.to_json()) == scene
 

@@ -19,7 +19,9 @@ import typer
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from identification.commands import application
+from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_package
+from rig_io.sensors import edges
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 
@@ -199,17 +201,25 @@ def test_a_constant_set_without_uncertainty_is_not_taken_as_exact(stickslip):
     assert fitted("--set", "N=4.905", "--uncertainty", "N=0.0981") == known
 
 
+def unevenness(log: RigLog) -> float:
+    """How far the drive is from an even turn, rad."""
+    found = edges(log, "drive0")
+    return float(np.max(np.abs(found.angle - np.polynomial.Polynomial.fit(found.time, found.angle, 1)(found.time))))
+
+
 def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
     for folder in ("one", "two"):
         assert stickslip("emulate", folder, "--seed", 5, "--speeds", "0.83", "--duration", "4").code == 0
     for path in (tmp_path / "one").glob("*.csv"):
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
-    # without a word the rig has all of its sensors
-    assert {"laser", "encoder_count", "drive0_count"} <= set(read_package(tmp_path / "one")[0].columns)
+    # without a word the rig has all of its sensors, and a drive that is not quite even
+    log = read_package(tmp_path / "one")[0]
+    assert {"laser", "encoder_count", "drive0_count"} <= set(log.columns)
+    assert unevenness(log) > 5e-4
 
 
 def test_a_disturbance_of_the_bench_is_emulated_as_it_is_said(stickslip, tmp_path):
-    settings = ("--seed", 5, "--speeds", "0.83", "--duration", "4", "--no-encoder")
+    settings = ("--seed", 5, "--speeds", "0.83", "--duration", "4", "--no-encoder", "--no-ripple")
     assert stickslip("emulate", "clean", *settings).code == 0
     assert stickslip("emulate", "drifting", *settings, "--disturbance", "drift=1.5mm").code == 0
     clean, drifting = (read_package(tmp_path / folder)[0] for folder in ("clean", "drifting"))
@@ -217,6 +227,7 @@ def test_a_disturbance_of_the_bench_is_emulated_as_it_is_said(stickslip, tmp_pat
     shown = gain * (drifting.column("laser") - clean.column("laser"))
     assert np.max(np.abs(shown)) == pytest.approx(1.5e-3, rel=0.01)  # readings are 10 um apart
     assert drifting.experiment.emulation["disturbances"]["drift"] == 1.5e-3
+    assert unevenness(clean) < 3e-4  # that of the encoder's lines
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,17 @@ def test_two_masses_follow_the_closed_form(folder, version, solver):
     assert run.units["b.place"] == "m"
 
 
+def test_the_tolerance_of_a_system_decides_the_steps(folder):
+    """By the fifth root of it, as of the fifth order."""
+    fmu, connections = exported("mass", folder), wires("a.place -> b.other", "b.place -> a.other")
+    units = {name: Unit(fmu, {"k": 4e4}, {"x": 1.0}) for name in "ab"}
+    steps = [
+        couple(CoupledSystem("fast", units, connections, solver="dopri5", tolerance=t, stop_time=1.0)).steps
+        for t in (1e-7, 1e-9)
+    ]
+    assert steps[1] / steps[0] == pytest.approx(100.0**0.2, rel=0.05)
+
+
 def test_versions_of_fmi_mix(folder):
     units = {"a": Unit(exported("mass", folder, "2.0"), start={"x": 1.0}), "b": Unit(exported("mass", folder))}
     connections = wires("a.place -> b.other", "b.place -> a.other")

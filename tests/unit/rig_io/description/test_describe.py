@@ -125,6 +125,32 @@ def test_content_alone_tells_the_roles(tmp_path: Path) -> None:
     assert list(found.values()) == [None, "time", "laser", "encoder_count", "drive0_count"]
 
 
+@pytest.mark.parametrize(
+    ("unit", "role"), [("V", "laser"), ("mm", "laser"), ("deg", "angle"), ("N", "load0"), ("kPa", None)]
+)
+def test_the_unit_tells_what_swings(tmp_path: Path, unit: str, role: str | None) -> None:
+    log = bench_log()
+    path = written(tmp_path, f"time [s];channel 1 [{unit}]", [log["time"], log["laser"]])
+    assert roles(path)["channel 1"] == role
+
+
+def test_edge_times_without_a_unit_are_in_that_of_the_clock(tmp_path: Path) -> None:
+    log = bench_log()
+    ticks = 1e3 * log["time"]
+    edges = np.maximum.accumulate(np.where(np.diff(log["encoder"], prepend=0) != 0, ticks - 0.3, 0.0))
+    path = written(tmp_path, "Zeit [ms];Geber;Flanke", [ticks, log["encoder"], edges])
+    column = draft([path], Answers()).logs[0].files[0].columns[2]
+    assert (column.role, column.unit) == ("encoder_edge_time", "ms")
+    assert column.guessed["unit"] == "that of 'Zeit'"
+
+
+def test_a_movement_that_dies_away_without_a_drive_is_a_free_decay(tmp_path: Path) -> None:
+    time = bench_log()["time"]
+    for size, kind in ((np.exp(-time), "free-decay"), (1.0, "stick-slip")):
+        path = written(tmp_path, "t [s];Geber", [time, np.floor(40 * size * np.cos(12 * time))])
+        assert draft([path], Answers()).logs[0].kind == kind
+
+
 def test_a_counter_that_wraps_and_time_in_other_units(tmp_path: Path) -> None:
     log = bench_log()
     wrapped = np.mod(log["drive"] + 200, 256)
@@ -350,7 +376,7 @@ def test_guesses_are_marked_until_they_are_confirmed(tmp_path: Path) -> None:
     assert [q.key for q in questions(made)] == ["columns", "J", "k", "c", "r", "N0"]
     write(made)
     with pytest.warns(
-        UserWarning, match=r"the role of 'Zeit'.* guessed; confirm it: stickslip describe FILES --confirm"
+        UserWarning, match=r"the role of 'Zeit'.* are guessed; confirm it: stickslip describe FILES --confirm"
     ):
         read_log(path)
     write(draft([path], Answers(confirm=True)))
@@ -407,5 +433,5 @@ def test_a_rule_is_proposed_for_files_that_need_each_other_and_for_no_other(tmp_
     (tmp_path / "run_laser.csv").write_text("laser [V]\n" + "\n".join(f"{np.sin(t):.6g}" for t in time) + "\n")
     paths = sorted(tmp_path.glob("*.csv"))
     (log,) = draft(paths, Answers()).logs
-    assert (log.rule, len(log.files)) == ("columns", 2)
+    assert (log.rule, len(log.files), log.name) == ("columns", 2, "run")
     assert [log.rule for log in draft(paths[1:], Answers()).logs] == [None]

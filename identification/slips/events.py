@@ -111,10 +111,10 @@ def _falls(values: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
     moving = np.flatnonzero(steps)
     turns = moving[:-1][np.sign(steps[moving[:-1]]) != np.sign(steps[moving[1:]])] + 1
     peaks, valleys = [], []
-    high, low = 0, -1
+    high, low = 0, None  # the valley, once a fall has been seen
     for i in (*turns, len(values) - 1):
         value = values[i]
-        if low < 0:
+        if low is None:
             if value > values[high]:
                 high = i
             elif values[high] - value >= least:
@@ -125,7 +125,7 @@ def _falls(values: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
             if high > 0:
                 peaks.append(high)
                 valleys.append(low)
-            high, low = i, -1
+            high, low = i, None
     return np.array(peaks, dtype=int), np.array(valleys, dtype=int)
 
 
@@ -148,4 +148,4 @@ def _loading(time: np.ndarray, values: np.ndarray, valley: int, peak: int) -> fl
     start, end = (valley + round(share * (peak - valley)) for share in STICK)
     if end - start < 4:
         return float("nan")
-    return float(np.polyfit(time[start:end] - time[start], values[start:end], 1)[0])
+    return float(np.polyfit(time[start:end], values[start:end], 1)[0])

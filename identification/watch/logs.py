@@ -161,7 +161,7 @@ def called(state: State, entry: Entry) -> tuple[str, ...]:
         series = [e.values[name] for e in every if name in e.values]
         chart = control_chart([value for value, _ in series], [sd for _, sd in series])
         if name == RATIO:
-            if len(series) > 1 and entry.values[name][0] < chart.target * (1 - SLIPPED):
+            if entry.values[name][0] < chart.target * (1 - SLIPPED):
                 fall = 100 * (1 - entry.values[name][0] / chart.target)
                 calls.append(f"the drive slips: in stick the disc turns {fall:.1f} % slower than it did")
         elif chart.out[-1]:

@@ -55,7 +55,7 @@ def table_of(path: Path, variables: Iterable[Array]) -> Table:
             scalars[array.name] = float(array.values[0])
         else:
             with np.errstate(invalid="ignore"):  # of a NaN that signals; it stays NaN
-                columns[array.name] = array.values.astype(np.float64, copy=False)
+                columns[array.name] = np.asarray(array.values, dtype=np.float64)
     _check_columns(path, columns, left_out)
     return Table(f"'{path}'", columns, {}, None, scalars, left_out)
 

@@ -172,7 +172,8 @@ def _rebuilt(time: np.ndarray) -> tuple[np.ndarray, float] | None:
     last_digit = _resolution(time)
     usual = float(np.median(steps[steps > 0]))
     leaps = np.flatnonzero(steps > GAP * np.maximum(usual, last_digit[1:])) + 1
-    even, odd, span = np.empty(len(time)), 0, 0
+    even = np.empty(len(time))
+    uneven: list[np.ndarray] = []  # of each stretch: steps that are not its interval
     for first, last in zip([0, *leaps], [*leaps, len(time)], strict=True):
         stamps, digit = time[first:last], last_digit[first:last]
         if len(stamps) < SHORTEST:
@@ -183,10 +184,9 @@ def _rebuilt(time: np.ndarray) -> tuple[np.ndarray, float] | None:
         if line[1] <= line[0] or np.any(np.abs(stamps - line) > within * digit):
             return None
         even[first:last] = line
-        off = np.flatnonzero(np.abs(np.diff(stamps) - (line[1] - line[0])) > UNEVEN * (line[1] - line[0]))
-        odd += off.size
-        span += int(off[-1] - off[0] + 1) if off.size else 0
-    if not odd or odd < SHARE * span or odd < SHORTEST:
+        uneven.append(np.flatnonzero(np.abs(np.diff(stamps) - (line[1] - line[0])) > UNEVEN * (line[1] - line[0])))
+    odd = sum(off.size for off in uneven)
+    if odd < SHORTEST or odd < SHARE * sum(np.ptp(off) for off in uneven if off.size):
         return None
     return even, float(np.max(last_digit))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -140,6 +141,15 @@ def test_no_filter_runs_across_a_gap(tmp_path):
     result = inverse_dynamics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.csv")
     assert "1 gaps; no filter runs across" in said(result)
     assert result.joints[0].seen.relative_error < 1e-3
+
+
+def test_a_stretch_between_gaps_too_short_to_filter_is_left_out_and_counted(tmp_path):
+    table = table_of()
+    kept = np.delete(np.arange(10_000), np.r_[4000:6000, 6015:8000])
+    left = replace(table, columns={name: values[kept] for name, values in table.columns.items()})
+    prepared = prepare(read_recipe(recipe_of(tmp_path)), left)
+    assert [len(piece.values["time"]) for piece in prepared.pieces] == [4000, 2000]
+    assert prepared.notes == ("The clock has 2 gaps; no filter runs across them (15 samples left out).",)
 
 
 def test_slow_samples_can_be_left_out(tmp_path):

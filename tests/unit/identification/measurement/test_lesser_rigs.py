@@ -145,6 +145,16 @@ def test_a_laser_alone_has_its_gain_found_with_the_law() -> None:
     assert regressed.constant("laser").standard_uncertainty <= 0.002
 
 
+def test_a_laser_whose_zero_nothing_shows_is_told_with_what_it_may_cost() -> None:
+    logs = bench(encoder=None)
+    # mu is off by k zero/(R N)
+    rig = logs[0].rig
+    cost = 1e-3 * rig.value("k") / (rig.value("R") * rig.value("N0"))
+    (told,) = (one for one in pool(logs[:2]).warnings if one.startswith("No free decay shows the zero"))
+    assert f"every friction coefficient by {cost:.2g}," in told
+    assert not any("No free decay shows" in one for one in pool(logs[:2], free_decay=fit_free_decay(logs[2])).warnings)
+
+
 def test_a_laser_alone_does_not_judge_the_radius() -> None:
     logs = bench(encoder=None)
     R = logs[0].rig.R

@@ -164,6 +164,8 @@ def test_portrait_of_a_sine_is_its_ellipse() -> None:
     assert found.amplitude == pytest.approx(0.1, rel=2e-3)
     assert np.ptp(found.speed) / 2 == pytest.approx(0.1 * 2 * np.pi / 1.1, rel=5e-3)
     assert found.cycles == 17
+    # a cycle begins where the angle rises through its middle
+    assert found.angle[0] == pytest.approx(0.2, abs=1e-3) and found.speed[0] > 0.9 * found.speed.max()
     assert found.angle.shape == found.speed.shape == (PHASES,)
 
 

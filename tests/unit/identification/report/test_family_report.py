@@ -86,6 +86,9 @@ def test_the_figure_tells_measured_from_model_without_colour() -> None:
         "2.300 ± 0.098",
     ):
         assert part in said
+    # the model's Hopf bifurcation, then where stick disappears with the ends of its interval
+    upright = [float(x[0]) for line in diagram.lines if len(set(x := np.asarray(line.get_xdata()))) == 1 and len(x) > 1]
+    assert upright == pytest.approx([1.67, 2.38, 2.336, 2.424], abs=5e-4)
 
 
 def test_tables_and_sentences_show_values_verdicts_and_what_a_pass_means() -> None:

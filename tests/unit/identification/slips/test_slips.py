@@ -232,6 +232,8 @@ def test_the_model_that_made_a_log_is_found_again(tmp_path, run):
     assert model is not None
     assert (model.mu_s, model.mu_k) == pytest.approx((MU_S, MU_K), rel=0.01)
     assert model.predictions[2].ratio == pytest.approx(1.0, abs=0.02)
+    # its law falls within about a two-hundredth of the greatest slip speed
+    assert model.p * (MU_S - MU_K) * GRAVITY * np.sqrt(M / K) == pytest.approx(200, rel=0.1)
     assert any("stiffness, speed and mass fit the log" in verdict for verdict in statistics.verdicts)
 
 
@@ -285,6 +287,15 @@ def test_the_interval_of_a_few_periods_holds_the_truth(count):
         found = statistic(peaks[1:] + peaks[:-1] + rng.normal(size=count), 0, mean=True, draws=200)
         held += found.low <= 0 <= found.high
     assert held / 300 > 0.91
+
+
+def test_where_a_value_stands_in_a_log_does_not_matter_to_its_interval():
+    """Blocks of 2 of 6: the outlier is in 3 of 3 with a chance of 1/27, wherever it stands, so that the upper end is
+    6 3/6, widened as Student's with 2 degrees of freedom is."""
+    wider = 4.302653 / 1.959964 * np.sqrt(3 / 2)
+    for place in range(6):
+        found = statistic(np.roll([6.0, 0.0, 0.0, 0.0, 0.0, 0.0], place), 0, mean=True, draws=4000)
+        assert (found.low, found.high) == pytest.approx((1 - wider, 1 + 2 * wider)), place
 
 
 @pytest.mark.parametrize(

@@ -42,3 +42,16 @@ def test_noise_has_the_stated_size_and_correlation() -> None:
 def test_a_seed_repeats_the_drive() -> None:
     np.testing.assert_array_equal(ripple(0.83, 3.0)[1], ripple(0.83, 3.0)[1])
     assert not np.array_equal(ripple(0.83, 3.0)[1], ripple(0.83, 3.0, seed=1)[1])
+
+
+def test_a_specimen_may_be_anywhere_in_its_turn() -> None:
+    """Over many specimens the unevenness at a given angle has no mean, whatever that angle is."""
+    for begin in range(4):
+        uneven = Ripple(once=0.1, eighth=0.0, noise=0.0)
+        starts = [
+            uneven.speed(1.0, 0.001, np.random.default_rng(seed), np.random.default_rng(begin))[1][0]
+            for seed in range(600)
+        ]
+        # a sine of an even phase: 0.1/sqrt(2 * 600) = 0.003
+        assert abs(np.mean(starts) - 1.0) < 0.012
+        assert np.std(starts) == pytest.approx(0.1 / np.sqrt(2), rel=0.1)

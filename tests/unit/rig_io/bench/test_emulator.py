@@ -150,6 +150,7 @@ def test_one_seed_is_one_bench() -> None:
     settings = Emulation("a", duration=2.0)
     first, again, other = emulate(settings, 7), emulate(settings, 7), emulate(settings, 8)
     second = emulate(settings, 7, number=1)
+    np.testing.assert_allclose(first.time, np.arange(2001) / 1000, rtol=0, atol=1e-12)
     for name in first.columns:
         np.testing.assert_array_equal(first.column(name), again.column(name))
         assert not np.array_equal(first.column(name), other.column(name))
@@ -232,3 +233,14 @@ def test_wear_within_a_log_begins_and_ends_with_the_log(transient: float) -> Non
     log = emulate(replace(worn, disturbances=Disturbances(within=0.2), **IDEAL), 1, 0)
     share = log.columns["load0"] / 4.905
     assert share == pytest.approx(0.9 + 0.2 * log.time / 4.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("turning", ["once", "twice"])
+def test_a_load_that_varies_with_the_turn_begins_anywhere_in_it(turning: str) -> None:
+    """Over many specimens it has no mean at any angle of the drive, and the stated amplitude."""
+    time, angle = np.zeros(8), np.pi / 4 * np.arange(8)
+    varying = Disturbances(**{turning: 0.2})
+    loads = np.array([varying.load(time, angle, 1.0, 0, np.random.default_rng(seed)) for seed in range(600)])
+    # 0.2/sqrt(2 * 600) = 0.006
+    assert np.abs(loads.mean(axis=0) - 1).max() < 0.024
+    np.testing.assert_allclose(loads.std(axis=0), 0.2 / np.sqrt(2), rtol=0.1)

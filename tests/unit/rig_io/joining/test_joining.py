@@ -38,10 +38,12 @@ def two(offset: float, drift: float, seed: int = 0, seconds: float = 20.0) -> tu
 
 @pytest.mark.parametrize(("offset", "drift"), [(0.4, 0.0), (-0.1234, 150e-6), (0.65, -300e-6)])
 def test_offset_and_drift_of_two_clocks_are_found(offset: float, drift: float) -> None:
-    run = joined(two(offset, drift), "clocks", {})
+    first, second = two(offset, drift)
+    run = joined((first, second), "clocks", {})
     clock = run.clock
     assert clock is not None and clock.signals == ("laser", "encoder_count")
     # the line is stated in the middle of the second recording
+    assert clock.middle == pytest.approx(second.columns["time"].mean(), rel=1e-12)
     true = offset + drift * clock.middle
     assert abs(clock.offset - true) < 4 * clock.offset_deviation < 1e-3
     assert abs(clock.drift - drift) < 4 * clock.drift_deviation < 1e-4
@@ -49,6 +51,26 @@ def test_offset_and_drift_of_two_clocks_are_found(offset: float, drift: float) -
     count = run.table.columns["encoder_count"]
     assert np.mean(count == np.floor(motion(run.table.columns["time"]) / PITCH)) > 0.95
     assert {"encoder_edge_time", "laser"} <= set(run.table.columns)
+
+
+@pytest.mark.parametrize("signal", ["laser", "drive0_count"])
+def test_one_signal_in_both_recordings_is_found_again(signal: str) -> None:
+    """A laser that both read, each with its own noise; a drive that turns on and on, by its unevenness."""
+    offset, drift = 0.3, 90e-6
+    rng = np.random.default_rng(2)
+
+    def recorded(name: str, time: np.ndarray, true: np.ndarray) -> Table:
+        if signal == "laser":
+            shown = 5 + motion(true) + 2e-3 * rng.standard_normal(len(true))
+        else:
+            shown = np.floor((3.0 * true + motion(true)) / PITCH)
+        return table(name, **{"time": time, signal: shown})
+
+    time = np.arange(8000) / RATE
+    clock = joined([recorded("a", time, time), recorded("b", time, offset + (1 + drift) * time)], "clocks", {}).clock
+    assert clock is not None and clock.signals == (signal, signal)
+    assert abs(clock.offset - offset - drift * clock.middle) < 4 * clock.offset_deviation < 1e-3
+    assert abs(clock.drift - drift) < 4 * clock.drift_deviation < 1e-3
 
 
 def test_stated_deviations_of_offset_and_drift_hold() -> None:
@@ -126,10 +148,12 @@ def test_files_of_one_recorder_are_put_in_order() -> None:
 
 def test_times_of_day_pass_midnight_between_files() -> None:
     time = np.arange(100) / RATE
-    before = replace(table("a", time=86399.9 + time, laser=time), stamps=("time",))
-    after = replace(table("b", time=time, laser=time), stamps=("time",))
-    run = joined([before, after], "time", {}).table
-    np.testing.assert_allclose(np.diff(run.columns["time"]), 0.001, atol=1e-9)
+    parts = [
+        replace(table(name, time=begin + time, laser=time), stamps=("time",))
+        for name, begin in (("a", 86399.8), ("b", 86399.9), ("c", 0.0), ("d", 0.1))
+    ]
+    run = joined(parts, "time", {}).table
+    np.testing.assert_allclose(run.columns["time"], 86399.8 + np.arange(400) / RATE, rtol=0, atol=1e-9)
 
 
 def test_what_is_not_said_is_asked() -> None:

@@ -17,6 +17,7 @@ from fmu_models.base.errors import StickslipError
 from rig_io.logs.log import StickslipWarning
 from rig_io.packages.datapackage import read_columns, read_log, read_package, write_package
 from rig_io.readers import csv_log
+from rig_io.sensors import laser_angle
 
 
 @pytest.fixture
@@ -39,6 +40,36 @@ def test_units_are_converted_by_dimension(package: Path) -> None:
     np.testing.assert_array_equal(log.column("laser"), plain.column("laser"))
     assert log.rig.quantity("J").value == pytest.approx(0.0548)
     assert log.rig.quantity("J").standard_uncertainty == pytest.approx(3e-4)
+
+
+@pytest.mark.parametrize(("unit", "per_metre", "at_rest"), [("V", 100.0, 5.0), ("mm", 1000.0, 0.0)])
+def test_two_recordings_of_a_decay_are_joined_where_the_swings_are_of_one_size(
+    unit: str, per_metre: float, at_rest: float, tmp_path: Path
+) -> None:
+    """The laser looks at the border of a disc of 0.125 m; one period later the same swing would be smaller."""
+    time = np.arange(8000) / 1000
+    swing = 0.15 * np.exp(-0.5 * time) * np.cos(6.9 * time)
+    laser = at_rest + per_metre * 0.125 * np.sin(np.interp(time + 1.3, time, swing))
+    csv_log.write(tmp_path / "a.csv", {"time": time, "encoder_count": np.floor(swing * 1000 / (2 * np.pi))})
+    csv_log.write(tmp_path / "b.csv", {"time": time, "laser": laser})
+    fields = [
+        {"file": file, "name": name, "unit": stated}
+        for file, name, stated in (
+            *(("a.csv", "time", "s"), ("a.csv", "encoder_count", "1")),
+            *(("b.csv", "time", "s"), ("b.csv", "laser", unit)),
+        )
+    ]
+    calibration = {"encoder": {"pulses_per_revolution": 1000}} | (
+        {"laser": {"gain": 0.01, "zero": 5.0}} if unit == "V" else {}
+    )
+    resource = {"path": ["a.csv", "b.csv"], "join": "clocks", "schema": {"fields": fields}, "calibration": calibration}
+    rig = {"R": {"value": 0.125, "unit": "m"}}
+    (tmp_path / "datapackage.json").write_text(json.dumps({"resources": [resource], "rig": rig}))
+    with pytest.warns(
+        StickslipWarning, match=r"put on one clock by 'encoder_count' against 'laser': offset 1\.(30|29)"
+    ):
+        log = read_log(tmp_path / "a.csv")
+    np.testing.assert_allclose(log.column("encoder_count") * 2 * np.pi / 1000, laser_angle(log), atol=0.01)
 
 
 SIDECARS = {
@@ -151,6 +182,13 @@ def test_a_package_refuses_names_it_cannot_keep(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(StickslipError, match=r"cannot be written|exists already"):
         write_package(tmp_path / "file" / "p", [a_log()])
+
+
+@pytest.mark.parametrize(("title", "shown"), [("", "logs-of-may"), ("Paper on rubber", "Paper on rubber")])
+def test_a_package_without_a_title_is_called_by_its_folder(tmp_path: Path, title: str, shown: str) -> None:
+    folder = write_package(tmp_path / "Logs of May", [a_log()], title=title)
+    content = json.loads((folder / "datapackage.json").read_text())
+    assert (content["name"], content["title"]) == ("logs-of-may", shown)
 
 
 def test_the_sidecar_is_a_valid_data_package(package: Path) -> None:

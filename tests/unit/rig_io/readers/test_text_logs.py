@@ -74,6 +74,13 @@ def test_one_signal_with_a_decimal_comma_is_one_column(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.columns["column 1"], LASER)
 
 
+def test_whole_numbers_with_a_gap_are_two_columns(tmp_path: Path) -> None:
+    """Not one number with a decimal comma, of which '7,nan' would be none."""
+    table = read(tmp_path, "".join(f"{i},{'nan' if i == 7 else 100 + i}\n" for i in range(40)))
+    expected = np.array([np.nan if i == 7 else 100 + i for i in range(40)])
+    np.testing.assert_array_equal(table.columns["column 2"], expected)
+
+
 def test_doubled_nameless_and_wordy_columns(tmp_path: Path) -> None:
     lines = [f"{i},{t:.4f},{v:.4f},{-v:.4f},ok" for i, (t, v) in enumerate(zip(TIME, LASER, strict=True))]
     table = read(tmp_path, ",time,laser,laser,status\n" + "\n".join(lines) + "\n")

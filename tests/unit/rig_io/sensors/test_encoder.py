@@ -53,6 +53,8 @@ def test_hermite_interpolation_and_turning_points_of_a_harmonic() -> None:
     turned = motion.turned()
     added = turned.time[turned.speed == 0.0]
     np.testing.assert_allclose(added, (0.25 + 0.5 * np.arange(5)) / 1.3, atol=1e-8)
+    assert np.all(np.diff(turned.time) > 0)
+    np.testing.assert_allclose(turned.angle, 0.05 + 0.1 * np.sin(2 * np.pi * 1.3 * turned.time), rtol=0, atol=1e-12)
 
 
 @settings(max_examples=40, deadline=None)

@@ -34,7 +34,6 @@ class Where:
     level: float = 0.0
     direction: int = 0
     contact: int = -1
-    origin: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +131,7 @@ def make_runs(
         messages=ctypes.addressof(messages),
         lanes=lanes,
         lane_room=-(-lane_room.ctypes.data // (8 * _LINE)) * 8 * _LINE,
-        **{name: getattr(where, name) for name in ("origin", "kind", "direction", "contact", "state", "level")},
+        **{name: getattr(where, name) for name in ("kind", "direction", "contact", "state", "level")},
         **{name: getattr(runs, name) for name in of_runs},
         **{name: array.ctypes.data for name, array in arrays.items()},
     )

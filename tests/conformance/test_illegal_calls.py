@@ -133,10 +133,15 @@ def test_missing_arguments(fmu: Fmu) -> None:
 def test_wrong_references(fmu: Fmu) -> None:
     with face(fmu) as one:
         one.initialize()
-        wrong = [len(fmu.variables), 2**31, 2**32 - 1, *one.references([f"{name}_state" for name in fmu.contacts])]
-        for reference in wrong:
-            assert real(one, "Get", [0, reference], [0.0, 0.0]) == ERROR
-        for reference in (0, *wrong, *one.references([*fmu.outputs, *fmu.states])):
+        time, nothing = one.reference("time"), [0, 1000, 2**31, 2**32 - 1]
+        for reference in nothing:
+            assert real(one, "Get", [time, reference], [0.0, 0.0]) == ERROR
+            assert f"value reference {reference} is nothing" in one.messages[-1]
+        contacts = one.references([f"{name}_state" for name in fmu.contacts])
+        for reference in contacts:
+            assert real(one, "Get", [time, reference], [0.0, 0.0]) == ERROR
+            assert f"value reference {reference} is the state of a contact" in one.messages[-1]
+        for reference in (*nothing, *contacts, *one.references([*fmu.outputs, *fmu.states])):
             assert real(one, "Set", [reference], [0.0]) == ERROR
         with pytest.raises(FMICallException):
             (one.api.getInteger if one.two else one.api.getInt32)([0])

@@ -44,12 +44,9 @@ void growth_orthonormalize(double *vectors, int n, int apart, int length, int al
         double *v = vectors + (long)k * apart;
         const double whole = growth_norm(v, length);
         largest = fmax(largest, whole);
-        double size = whole;
-        if (k > 0) {
-            growth_beside(v, vectors, k, apart, length);
-            size = growth_norm(v, length);
-        }
-        if (k > 0 && (always_twice || size < MUCH_LEFT * whole)) {
+        growth_beside(v, vectors, k, apart, length);
+        double size = growth_norm(v, length);
+        if (always_twice || size < MUCH_LEFT * whole) {
             growth_beside(v, vectors, k, apart, length);
             size = growth_norm(v, length);
         }

@@ -101,7 +101,7 @@ static RunStatus give(Together *t, int64_t slot, const LaneMotion *motion, doubl
         journey_make_tangents(job);
     }
     run_touched(r);
-    r->at.time = e->origin + time;
+    r->at.time = time;
     r->at.time_rest = 0.0;
     memcpy(r->at.x, motion->x, MODEL_NX * sizeof *motion->x);
     memcpy(r->at.memory, motion->memory, sizeof motion->memory);
@@ -154,8 +154,7 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
     Together *t = context;
     Job *job = &t->job[slot];
     Run *r = &job->m->core.run;
-    const double begin = job->e->origin + event->time;
-    const double end = job->e->origin + job->e->periods[job->run];
+    const double end = job->e->periods[job->run];
     if (give(t, slot, motion, event->time, t->asked[slot] ? &t->met[slot] : NULL) == RUN_ERROR) return 0;
     memcpy(r->falling, event->falls, sizeof r->falling);
     if (transition_resolve(r, section_step_note, &job->walk) == RUN_ERROR) return 0;
@@ -166,7 +165,7 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
     take(r, job, motion, &t->met[slot]);
     t->asked[slot] = 1;
     memcpy(event->known, r->at.known, sizeof event->known);
-    event->time = r->at.time == begin ? event->time : r->at.time - job->e->origin;
+    event->time = r->at.time;
     return 1;
 }
 
@@ -210,7 +209,7 @@ static int step_made(Together *t, int slot, const double *tangents, Outcome *out
         *outcome = OUTCOME_BROKEN; /* journey_note may begin differences anew along the motion */
         return 1;
     }
-    const Place at = {motion->x, motion->memory, motion->state, e->origin};
+    const Place at = {motion->x, motion->memory, motion->state, 0.0};
     const int over = journey_note(job, &at, e->periods[job->run], outcome);
     memcpy(motion->held, job->walk.held, sizeof motion->held);
     memcpy(motion->since, job->walk.contact_since, sizeof motion->since);
@@ -236,9 +235,8 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
         for (int k = 0; k < MODEL_NU; k++)
             steady &= r->at.du[k] == 0.0;
         if (outcome == OUTCOME_FINISHED) outcome = bounded(e, r->at.x);
-        steady &= e->starts[i] == e->origin;
-        if (outcome == OUTCOME_FINISHED
-            && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
+        steady &= e->starts[i] == 0.0;
+        if (outcome == OUTCOME_FINISHED && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->periods[i]))) {
             outcome = series_run(job);
         } else if (outcome == OUTCOME_FINISHED) {
             job->length = MODEL_NX;

@@ -9,7 +9,7 @@
 #include "../model/model.h"
 
 /* changes with this header */
-enum { LANE_STEPPER_VERSION = 2 };
+enum { LANE_STEPPER_VERSION = 3 };
 
 /* one motion, between two strobes */
 typedef struct {
@@ -42,9 +42,9 @@ typedef struct {
     /* bytes for so many motions, and their beginning; aligned to 64 */
     int64_t (*room)(int64_t motions);
     void (*open)(void *room, int64_t motions);
-    /* motion `slot` has these parameters and inputs, is strobed every `period`, and the forcing is that from `origin`
-       on; 0: it is none for lanes */
-    int (*place)(void *room, int64_t slot, const double *p, const double *u, double origin, double period);
+    /* motion `slot` has these parameters and inputs, is strobed every `period`, and the forcing is that from time
+       zero on; 0: it is none for lanes */
+    int (*place)(void *room, int64_t slot, const double *p, const double *u, double period);
     /* step all motions that want it, and differences of neighbours along each, tangents[motion][direction][state] */
     void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, LaneResolve resolve,
                  void *context);

@@ -42,9 +42,8 @@ typedef struct {
     const uint32_t *set;
     const double *values;
     double tolerance;
-    /* the time at which each run starts, and that to which the time of a strobe goes back, and from which periods count */
+    /* the time at which each run starts; that of a strobe goes back to zero, from which periods count too */
     const double *starts;
-    double origin;
     /* the section, the period of each run (of the forcing; 0: nothing forces it), and how long to wait for it */
     int32_t kind, direction, contact;
     uint32_t state;

@@ -2,7 +2,7 @@
  * One step of a section.
  *
  *     repeat   advance to the end of the period, to a crossing, or to the event of the contact
- *     then     a strobe: the time goes back to the start time, so that a step is a function of the point alone
+ *     then     a strobe: the time goes back to zero, so that a step is a function of the point alone
  *              another section of a forced motion: the time goes back by whole periods
  *
  * Derivatives on the section: of a strobe at a fixed time; where a state crosses a level later for a neighbour, its
@@ -61,20 +61,19 @@ void section_step_close_row(const signed char *state, double time, Walk *w)
     }
 }
 
-/* the point is of the time as the section has it: back to the start, or by whole periods */
+/* the point is of the time as the section has it: back to zero, or by whole periods */
 static void walk_wrap(Run *r, Walk *w)
 {
     const double period = w->e->periods[w->run];
     double back = 0.0;
     if (w->e->kind == SECTION_STROBE)
-        back = r->at.time - w->e->origin;
+        back = r->at.time;
     else if (period > 0.0)
-        back = period * floor((r->at.time - w->e->origin) / period);
+        back = period * floor(r->at.time / period);
     if (back == 0.0) return;
     run_shift_time(r, -back);
     if (w->e->kind == SECTION_STROBE) {
         signed char closed[NC];
-        r->at.time = w->e->origin;
         /* where walls are now: rounding of the period would else leave a closed contact in its wall */
         placement_closed_on_walls(r, closed);
     }

@@ -67,7 +67,7 @@ static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
 static void table_phasors(LaneTable *t, const LaneRows *r)
 {
     for (int n = 0; n <= lane_point(t->steps); n++) {
-        const double time = t->origin + t->period * n / t->steps;
+        const double time = t->period * n / t->steps;
         for (int k = 0; k < LANES_HARMONICS; k++) {
             const double angle = r->wave[k] * time + r->phase[k];
             t->phasor[n][2 * k] = cos(angle);
@@ -115,7 +115,7 @@ static void table_contacts(LaneTable *t, const LaneRows *r)
     }
 }
 
-int table_make(LaneTable *t, const double *p, const double *u, double origin, double period)
+int table_make(LaneTable *t, const double *p, const double *u, double period)
 {
     static const double no_sign[NC];
     LaneRows r;
@@ -125,7 +125,6 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
     memset(t->made, 0, sizeof t->made);
     memcpy(t->p, p, MODEL_NP * sizeof *p);
     memcpy(t->u, u, MODEL_NU * sizeof *u);
-    t->origin = origin;
     t->period = period;
     lanes_rows(p, u, no_sign, &r);
     memcpy(t->wave, r.wave, sizeof t->wave);

@@ -5,6 +5,6 @@
 #include "lane_table.h"
 
 /* fill a table; 0 where these values are none for lanes */
-int table_make(LaneTable *t, const double *p, const double *u, double origin, double period);
+int table_make(LaneTable *t, const double *p, const double *u, double period);
 
 #endif

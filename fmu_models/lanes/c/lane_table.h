@@ -86,7 +86,7 @@ typedef struct {
 
 typedef struct {
     int usable;
-    double p[MODEL_ROOM(MODEL_NP)], u[MODEL_ROOM(MODEL_NU)], origin, period;
+    double p[MODEL_ROOM(MODEL_NP)], u[MODEL_ROOM(MODEL_NU)], period;
     int steps; /* of the grid */
     double h;
     double wave[LANES_NH], phase[LANES_NH], phasor[LANES_POINTS][2 * LANES_NH];

@@ -74,15 +74,15 @@ static int fits(const Next *next, int c)
 }
 
 /* the motion keeps account of a contact that was and is in these states */
-static void note(const LaneTable *t, Lane *lane, int c, int after, int struck, double time)
+static void note(Lane *lane, int c, int after, int struck, double time)
 {
     LaneMotion *m = &lane->motion;
     const int rigid = lanes_impulsive[c];
     const int held = lane_holds(m->state, c);
     const int holds = rigid ? after == CONTACT_TOUCHING : after == CONTACT_STICK;
     if (after == m->state[c] && !struck) return;
-    if (held && !holds) m->held[c] += t->origin + time - m->since[c];
-    if (holds && !held) m->since[c] = t->origin + time;
+    if (held && !holds) m->held[c] += time - m->since[c];
+    if (holds && !held) m->since[c] = time;
     m->began[c] += rigid ? !held : holds && !held;
 }
 
@@ -90,7 +90,7 @@ static void note(const LaneTable *t, Lane *lane, int c, int after, int struck, d
 static void take(LaneTable *t, Lane *lane, double *z, const signed char *state, int struck, double time)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        note(t, lane, c, state[c], c == struck, time);
+        note(lane, c, state[c], c == struck, time);
         lane->motion.state[c] = state[c];
     }
     lane_change_mode(t, lane, z);

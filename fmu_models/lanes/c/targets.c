@@ -107,24 +107,24 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
 }
 
 /* the same numbers as before, of this slot or of the one before it, need no table */
-static int is_table_of(const LaneTable *t, const double *p, const double *u, double origin, double period)
+static int is_table_of(const LaneTable *t, const double *p, const double *u, double period)
 {
-    return t->steps > 0 && t->origin == origin && t->period == period && memcmp(t->p, p, MODEL_NP * sizeof *p) == 0
+    return t->steps > 0 && t->period == period && memcmp(t->p, p, MODEL_NP * sizeof *p) == 0
            && memcmp(t->u, u, MODEL_NU * sizeof *u) == 0;
 }
 
-static int place(void *room, int64_t slot, const double *p, const double *u, double origin, double period)
+static int place(void *room, int64_t slot, const double *p, const double *u, double period)
 {
     Pool *pool = room;
     LaneTable *t = &pool->tables[slot];
-    if (is_table_of(t, p, u, origin, period)) return t->usable;
+    if (is_table_of(t, p, u, period)) return t->usable;
     pool->lanes[slot].settled = 0;
     t->steps = 0;
-    if (slot > 0 && is_table_of(t - 1, p, u, origin, period)) {
+    if (slot > 0 && is_table_of(t - 1, p, u, period)) {
         memcpy(t, t - 1, sizeof *t);
         return t->usable;
     }
-    return table_make(t, p, u, origin, period);
+    return table_make(t, p, u, period);
 }
 
 #define STEPPER(width)                                                                                                 \

@@ -70,7 +70,7 @@ def test_images_lie_within_their_discs(library: ctypes.CDLL, name: str) -> None:
     four = ctypes.c_double * DISCS
     bounded = 0
     negative = ((-0.6, 1.3), (-1.7, -0.4)) if name not in ("sqrt", "log", "power") else ()
-    for a, b in ((0.4, 1.3), (3.0, -2.0), (0.9, 0.1), (12.0, 4.0), *negative):
+    for a, b in ((0.4, 1.3), (3.0, -2.0), (0.9, 0.1), (12.0, 4.0), (0.05, 1.3), *negative):
         value = function(a, b).real
         second = {"sin": math.cos(a), "power": -1.7}.get(name, b)
         radii, result = four(*RADII), four()
@@ -86,6 +86,23 @@ def test_images_lie_within_their_discs(library: ctypes.CDLL, name: str) -> None:
             farthest = max(abs(function(p, q) - value) for p, q in shifted)
             assert farthest <= bound * (1 + 1e-3), (a, b, radius)
     assert bounded >= 6
+
+
+@pytest.mark.parametrize("name", ["tanh", "atan"])
+@pytest.mark.parametrize("a", [0.4, 1.7, 3.0, 12.0])
+def test_discs_of_an_odd_function_are_as_wide_on_either_side(library: ctypes.CDLL, name: str, a: float) -> None:
+    """f(-z) = -f(z); where tanh is flat its disc is small on both."""
+    four = ctypes.c_double * DISCS
+    widths = []
+    for place in (a, -a):
+        radii, result = four(*RADII), four()
+        value = FUNCTIONS[name](place, 0.0).real
+        numbers = [ctypes.c_double(number) for number in (place, 0.0, value)]
+        library.image(
+            list(FUNCTIONS).index(name), numbers[0], radii, numbers[1], radii, numbers[2], ctypes.byref(result)
+        )
+        widths.append(list(result))
+    assert widths[0] == widths[1]
 
 
 def test_no_operation_overflows(library: ctypes.CDLL) -> None:

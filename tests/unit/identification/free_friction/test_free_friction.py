@@ -153,6 +153,15 @@ def test_the_figure_has_both_bands_speeds_and_releases(plain: FrictionFit) -> No
     assert low < plain.breakaway.level < high
 
 
+def test_of_disturbances_that_are_named_the_strongest_is_told_first(plain: FrictionFit) -> None:
+    solved = plain.solved
+    assert solved is not None and isinstance(solved.problem, ShootingProblem)
+    verdict = contest(solved.problem.ready, solved.problem.segments, True, ("wear", "spring", "damping"))
+    assert verdict is not None
+    gains = [one.gain for one in verdict.explanations]
+    assert len(gains) == 3 and gains == sorted(gains, reverse=True) and gains[0] > gains[-1]
+
+
 def test_lesser_logs_tell_none(plain: FrictionFit) -> None:
     solved = plain.solved
     assert solved is not None and isinstance(solved.problem, ShootingProblem)

@@ -113,6 +113,12 @@ def test_rising_friction_is_warned_of(name: str) -> None:
     assert f"which the {name} law does not mean" in said and "Coulomb+viscous" in said
 
 
+def test_friction_at_rest_is_a_parameter_of_the_laws_that_are_flat_there() -> None:
+    named = {name: law.names[law.at_rest] for name, law in slip_laws().items() if law.at_rest is not None}
+    falling = dict.fromkeys(("Conti", "Tustin", "Conti+viscous", "Stribeck+viscous"), "mu_s")
+    assert named == {"Coulomb": "mu", "Coulomb+viscous": "mu", **falling}
+
+
 def test_an_unknown_law_is_refused_with_the_nearest() -> None:
     with pytest.raises(StickslipError, match=r"no friction law 'Conty'\. Did you mean 'Conti'\?"):
         find_law("Conty")

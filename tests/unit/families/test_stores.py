@@ -119,11 +119,7 @@ def test_a_finished_store_is_a_few_files_that_zarr_knows(whole, recwarn):
     assert not recwarn.list and len(content(whole)) <= 30
 
 
-@given(
-    numbers=st.lists(st.integers(-1, 9), min_size=1, max_size=12),
-    cut=st.floats(0.0, 1.0),
-    seed=st.integers(0, 99),
-)
+@given(numbers=st.lists(st.integers(-1, 9), min_size=1, max_size=12), cut=st.floats(0.0, 1.0), seed=st.integers(0, 99))
 def test_a_log_that_is_cut_keeps_what_was_whole(numbers, cut, seed, tmp_path_factory):
     path, draw = tmp_path_factory.mktemp("log") / "0.log", random.Random(seed)
     records = [(number, draw.randbytes(draw.randrange(50))) for number in numbers]

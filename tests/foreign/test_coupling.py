@@ -161,6 +161,9 @@ def test_a_unit_that_fails_in_a_co_simulation_is_named_with_what_it_says(folder)
     system = CoupledSystem("far", units, wires("a.place -> b.other"), solver="jacobi", step=0.1, stop_time=1.0)
     with pytest.raises(MotionError, match=r"unit 'b': doStep fails at t = 0\.\d s\. The FMU says: ."):
         couple(system)
+    units = {"a": Unit(fmu, start={"x": 1e308, "v": 1e308}), "b": Unit(fmu)}
+    with pytest.raises(MotionError, match=r"reading values fails at t = 0 s: unit 'a': .*derivative .* is not finite"):
+        couple(system.changed(units=units))
 
 
 def rig_at(stiffness: float, **settings: object) -> float:

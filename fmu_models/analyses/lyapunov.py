@@ -49,7 +49,7 @@ class Transient:
     """A motion that was another one at first.
 
     Attributes:
-        value: the largest exponent until then, per unit of time.
+        value: the largest exponent until then, but for that along the motion, per unit of time.
         steps: how long that lasted, on the mean of the motions that changed.
         motions: how many of them did.
     """
@@ -231,7 +231,9 @@ def _check(system: SectionSystem, point: Vector, rows: RunRows) -> None:
 
 def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     growth, times = rows.growth, rows.times
-    begins, transient = _changes(growth[..., 0] if not system.autonomous else growth.sum(axis=-1), times, batch)
+    # where nothing forces it the first lies along the motion, until rounding turns it to what grows most; then the
+    # second does: both together grow as what grows most
+    begins, transient = _changes(growth[..., : 1 + system.autonomous].sum(axis=-1), times, batch)
     used = np.arange(times.shape[1]) >= begins[:, None]
     if transient is not None:
         used &= (begins > 0)[:, None]

@@ -144,6 +144,13 @@ def test_a_declaration_that_is_linear_for_some_parameters_says_for_which():
     assert obstacles(hard) == lane_obstacles(hard) == said
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_force_whose_squares_cancel_is_linear(sign):
+    """(q + gap)^2 - q^2 is 2 gap q + gap^2; with one sign the spring's force is cancelled too."""
+    squares = k * (q + gap) ** 2 / (2 * gap) - k * q**2 / (2 * gap)
+    assert obstacles(lower(beaten(name="bevelled_mass", applied={q: sign * squares - c * q.v}))) == ()
+
+
 def test_a_ramp_is_linear_but_no_strobe_repeats_it():
     rising = lower(beaten(name="risen_mass", applied={q: f1 * w * TIME - c * q.v}))
     assert obstacles(rising) == ()

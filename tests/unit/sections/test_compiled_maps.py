@@ -48,6 +48,7 @@ def test_rows_are_those_of_the_interpreted_rule(name, asked):
     iteration = system(name)
     jobs = Jobs(starts(iteration), transient=7, **asked)
     compiled, interpreted = iteration.run(jobs, STOP), stepwise.run(iteration, jobs, STOP)
+    assert (compiled.derivatives.size > 0) == (interpreted.derivatives.size > 0) == ("derivatives" in asked)
     done = compiled.outcomes == families.FINISHED
     assert done.any() and (interpreted.steps[done] == 7 + jobs.rows * jobs.batch).all()
     # NumPy rounds sines of many numbers otherwise than libm those of one

@@ -53,9 +53,9 @@ def test_a_library_is_compiled_once(compiler: list[list[str]], tmp_path: Path) -
 
 
 def test_a_header_that_changes_makes_another_library(compiler: list[list[str]], tmp_path: Path) -> None:
-    body = '#include "n.h"\n__attribute__((visibility("default"))) int answer(void);\nint answer(void) { return N; }\n'
+    body = '#include "of/two/n.h"\n' + SOURCE["all.c"].replace("42", "N")
     for n in (1, 2):
-        library = compile_shared({"all.c": body, "n.h": f"#define N {n}\n"}, tmp_path / f"{n}.so")
+        library = compile_shared({"all.c": body, "of/two/n.h": f"#define N {n}\n"}, tmp_path / f"{n}.so")
         assert ctypes.CDLL(str(library)).answer() == n
     assert len(compiler) == 2
 
@@ -98,6 +98,13 @@ def test_what_only_a_runtime_of_the_compiler_has_is_not_linked_on_linux(tmp_path
     source = SOURCE["all.c"].replace("int ", "__int128 ").replace("(void)", "(__int128 a)").replace("42", "42 / a")
     with pytest.raises(StickslipError, match="undefined symbol: __divti3"):
         compile_shared({"all.c": source}, tmp_path / "out.so", target="x86_64-linux-gnu.2.17")
+
+
+def test_headers_of_a_c_library_are_there_though_it_is_not_linked(compiler: list[list[str]], tmp_path: Path) -> None:
+    source = "#include <math.h>\n#include <string.h>\ndouble size(double x) { return fabs(x); }\n"
+    options = (toolchain.WITHOUT_LIBRARY, "-O2", "-rtlib=none", "-Wl,--no-entry")
+    module = compile_shared({"all.c": source}, tmp_path / "module", target="wasm32-wasi", options=options)
+    assert module.read_bytes()[:4] == b"\0asm"
 
 
 def test_a_cache_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,4 +55,4 @@ def test_a_figure_names_each_column_with_its_role_and_unit(tmp_path: Path) -> No
     columns = columns_figure(draft([path], Answers(columns={"Kanal": "none"})).logs).axes
     assert [axis.get_title(loc="left").split(",")[0] for axis in columns] == ["t: time", "Kanal: no role"]
     assert [axis.get_ylabel() for axis in columns] == ["s", "?"]
-    assert columns[0].lines[0].get_ydata()[-1] == 3.999
+    assert np.asarray(columns[0].lines[0].get_ydata())[-1] == 3.999

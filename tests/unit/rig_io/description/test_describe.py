@@ -1,4 +1,4 @@
-"""What columns are, by name and content; answers as people write them; sidecars that contradict their logs."""
+"""What columns are, by name and content; answers, questions, and sidecars that contradict their logs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.measured import read_measured
-from rig_io.description import quantities
 from rig_io.description.answers import Answers, from_file, from_options
 from rig_io.description.draft import draft, package_of, write
 from rig_io.description.names import named
@@ -41,57 +40,6 @@ def test_names_of_five_languages_speak_for_a_role(role: str, name: str) -> None:
 @pytest.mark.parametrize("name", ["Unnamed: 0", "index", "Nr.", "comment", "temperature", "Kommentar", "U/f"])
 def test_other_names_speak_for_nothing(name: str) -> None:
     assert max(named(name).values(), default=0.0) < 0.6
-
-
-QUANTITIES = {
-    "0.0548±0.0003": (0.0548, 0.0003),
-    "0.0548 ± 0.0003 kg m²": (0.0548, 0.0003),
-    "548 ± 3 kg*cm^2": (0.0548, 0.0003),
-    "0,0548 +- 0,0003": (0.0548, 0.0003),
-    "0.0548(3)": (0.0548, 0.0003),
-    "0.0548 ± 0.5 %": (0.0548, 0.000274),
-    "5.48e-2(3) kg.m2": (0.0548, 0.0003),
-    "0.0548": (0.0548, None),
-    "0.0548 ± unknown": (0.0548, None),
-    "unknown": (None, None),
-    "unbekannt": (None, None),
-}
-
-
-@pytest.mark.parametrize(("text", "expected"), QUANTITIES.items())
-def test_quantities_as_people_write_them(text: str, expected: tuple[float | None, float | None]) -> None:
-    found = quantities.quantity(text, "kg*m^2", "J")
-    for one, true in zip((found.value, found.deviation), expected, strict=True):
-        assert one == (None if true is None else pytest.approx(true, rel=1e-12))
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("a lot", "no number"),
-        ("3 N", "cannot be converted"),
-        ("3 ± -1", "an uncertainty of -1"),
-        ("3 blink", "unknown unit"),
-    ],
-)
-def test_what_is_no_quantity_is_named(text: str, message: str) -> None:
-    with pytest.raises(StickslipError, match=rf"J.*{message}"):
-        quantities.quantity(text, "kg*m^2", "J")
-
-
-def test_instruments_as_people_write_them() -> None:
-    assert quantities.laser("0.01 ± 0.00002 m/V, 5 V", "laser") == {
-        "gain": 0.01,
-        "gain_deviation": pytest.approx(0.002),
-        "zero": 5.0,
-    }
-    assert quantities.laser("10 mm/V at 4,98 V", "laser")["zero"] == 4.98
-    assert quantities.laser("-10 mm/V, unknown", "laser") == {"gain": -0.01, "gain_deviation": None, "zero": None}
-    assert quantities.encoder("1000 x4", "encoder") == {"pulses_per_revolution": 1000, "quadrature": True}
-    assert quantities.encoder("512, 16 bit", "encoder")["counter_bits"] == 16
-    for wrong in ("0", "1000.5", "many"):
-        with pytest.raises(StickslipError, match="is no encoder"):
-            quantities.encoder(wrong, "encoder")
 
 
 def bench_log(rows: int = 4000) -> dict[str, np.ndarray]:
@@ -276,6 +224,11 @@ def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
         read_log(described)
     write(draft([described], replace(SAID, units={"Zeit": "ms"})))
     assert read_log(described).time[-1] == pytest.approx(3.999)
+
+
+def test_one_unit_in_two_spellings_is_no_contradiction(described: Path) -> None:
+    changed(described, lambda r: r["schema"]["fields"][1].update(unit="volt"))
+    assert read_log(described).column("laser") == pytest.approx(bench_log()["laser"])
 
 
 def test_what_a_column_is_as_an_input_stays_when_it_is_described_again(described: Path) -> None:

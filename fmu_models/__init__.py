@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from fmu_models.coupling.toml_system import read_system as read_system
     from fmu_models.explorer.page import explore as explore
     from fmu_models.families.execution import Execution as Execution
+    from fmu_models.families.store import stored_runs as stored_runs
     from fmu_models.fmu.fmu import Fmu as Fmu
     from fmu_models.fmu.load import load as load
     from fmu_models.importer.driver import Driver as Driver

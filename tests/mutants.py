@@ -268,7 +268,7 @@ class Judge:
                 spent += _cpu_time() - begin
                 continue
             outcome = self._altered(mutant, text, test, choice.order, START + SLOW * choice.seconds)
-            if trial.UNCOMPILED in outcome.why:
+            if native and trial.UNCOMPILED in outcome.why:
                 return "uncompiled", "", tried
             if outcome.failed and (outcome.timed_out or "::" not in outcome.failed or self._passes(outcome.failed)):
                 return "killed", outcome.failed, tried

@@ -39,6 +39,7 @@ Vector = NDArray[np.float64]
 SPREAD = 1e-6  # of the size of each state: by so much the starts differ
 BATCHES = 1000  # of one motion, at most
 WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
+SHARE, FARTHEST = 0.5, 200  # of a motion, and in batches: how far back it is looked for
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
 IDENTITY_STEPS = 32  # over which the sum of the exponents is compared with the volumes
@@ -50,7 +51,7 @@ class Transient:
     """A motion that was another one at first.
 
     Attributes:
-        value: the largest exponent until then, per unit of time.
+        value: the largest exponent until then, but for that along the motion, per unit of time.
         steps: how long that lasted, on the mean of the motions that changed.
         motions: how many of them did.
     """
@@ -232,7 +233,9 @@ def _check(system: SectionSystem, point: Vector, rows: RunRows) -> None:
 
 def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     growth, times = rows.growth, rows.times
-    begins, transient = _changes(growth[..., 0] if not system.autonomous else growth.sum(axis=-1), times, batch)
+    # where nothing forces it the first lies along the motion, until rounding turns it to what grows most; then the
+    # second does: both together grow as what grows most
+    begins, transient = _changes(growth[..., : 1 + system.autonomous].sum(axis=-1), times, batch)
     used = np.arange(times.shape[1]) >= begins[:, None]
     if transient is not None:
         used &= (begins > 0)[:, None]
@@ -282,7 +285,7 @@ def _mean(growth: Vector, weights: Vector, used: NDArray[np.bool_]) -> tuple[flo
 def _memory(series: list[Vector]) -> float:
     """Integrated autocorrelation time of batches of mean zero, in batches: 1 where they know nothing of each other."""
     shortest = min(segment.size for segment in series)
-    lags = max(2, min(shortest // 2, 200))
+    lags = max(2, min(int(SHARE * shortest), FARTHEST))
     covariance = np.zeros(lags)
     for segment in series:
         size = 1 << int(2 * segment.size - 1).bit_length()

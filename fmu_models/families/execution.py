@@ -151,9 +151,7 @@ class Runner:
         for name, values in jobs.varied.items():
             self.system.check(name, values)
         chunks = jobs.chunks(self.system.together, self.system.pace, far=bool(self.store or self.cluster))
-        sink = (
-            self.store.stage(jobs, chunks) if self.store else _InMemory(self._ahead if jobs.chain == 1 else len(chunks))
-        )
+        sink = self.store.stage(jobs) if self.store else _InMemory(self._ahead if jobs.chain == 1 else len(chunks))
         self._run(jobs, chunks, sink, take, quiet)
 
     @property

@@ -161,7 +161,7 @@ class _Together:
         else:
             self.left[group[arrived]] -= 1
             # differences that were lost on the way to where the motion stays say nothing of it
-            fresh = group[(self.left[group] == 0) & ~(self.frames[group] != 0.0).any(axis=1).all(axis=-1)]
+            fresh = group[(self.left[group] == 0) & ~(self.frames[group] != 0.0).any(axis=1).all(axis=1)]
             self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
 

@@ -1,44 +1,41 @@
 """A family of motions on the disk: a Zarr store (version 3) that xarray reads.
 
     run.zarr           what was found, once it is; attributes: where it comes from, and whether it is finished
-      runs/0           the rows of the first family of runs, one Zarr chunk per chunk of jobs
-        done           which chunks there are
+      runs/0           the rows of the first family of runs, as bytes: a log with a record per chunk of jobs
       runs/1 ...       of the next one
-      links/0 ...      texts of what is found one after the other, one Zarr chunk each
+      links/0 ...      texts of what is found one after the other, a record each
 
-Every file is written under another name and renamed, and a chunk counts once all its files are there: a process that
-is killed, or a disk that is full, loses what was being made and no more. Nothing in a store depends on who made which
-chunk, nor when: it is the same to the last byte.
+A log is only added to, and a record counts once all of it is there with its checksum: a process that is killed, or a
+disk that is full, loses what was being written and no more. A finished store has its records in order: nothing in it
+depends on who made which chunk, nor when, and it is the same to the last byte.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import io
 import json
+import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+import struct
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import FULL, OVERWRITE, disk_error, is_there
-from fmu_models.families.jobs import Chunk, Jobs
-from fmu_models.simulation.rows import RunRows
+from fmu_models.families.jobs import Jobs
+from fmu_models.simulation.rows import RunRows, joined
 
-PROVENANCE, FINISHED = "provenance", "finished"
-# of the rows of a run
-DIMENSIONS = {
-    "points": ("row", "number"),
-    "times": ("row",),
-    "held": ("row", "contact"),
-    "began": ("row", "contact"),
-    "growth": ("row", "tangent"),
-    "derivatives": ("row", "number", "by"),
-}
+PROVENANCE, FINISHED, RUNS = "provenance", "finished", "runs"
+WHAT = -1  # number of the record that says of which jobs a log has the rows
+FRESH = 64  # chunks that wait in memory to be taken; others are read back
+LEVEL = 1  # of the compression
+CHUNK = "c/0"  # where Zarr keeps the only chunk of an array
 
 
 class Store:
@@ -50,7 +47,8 @@ class Store:
     """
 
     def __init__(self, path: Path, root: Any) -> None:
-        self.path, self._root, self._stages = path, root, 0
+        self.path, self._root = path, root
+        self._logs: dict[str, Log] = {}
 
     @property
     def finished(self) -> bool:
@@ -103,25 +101,51 @@ class Store:
             raise StickslipError(f"'{path}' exists already and is no store of runs. Choose another name.")
         return cls(path, root)
 
-    def stage(self, jobs: Jobs, chunks: Sequence[Chunk]) -> Stage:
+    def stage(self, jobs: Jobs) -> Stage:
         """Where the next family of runs is kept."""
-        name = f"runs/{self._stages}"
-        self._stages += 1
-        with _disk(self.path):
-            return Stage(self.path, self._root, name, jobs, chunks)
+        return Stage(self.path, self._log(f"{RUNS}/{len(self._logs)}"), jobs)
 
     def chain(self) -> Chain:
         """Where the next way is kept whose points are found one after the other."""
-        name = f"links/{self._stages}"
-        self._stages += 1
+        return Chain(self.path, self._log(f"links/{len(self._logs)}"))
+
+    def runs(self) -> list[RunRows]:
+        """The rows of all runs, one for each family."""
+        numbers = sorted({int(entry.stem) for entry in (self.path / RUNS).glob("*") if entry.stem.isdigit()})
+        logs = [self._log(f"{RUNS}/{number}") for number in numbers]
+        families = [[_unpacked(log.get(k)) for k in log.numbers if k != WHAT] for log in logs]
+        return [
+            joined(pieces, np.cumsum([0, *(len(piece.filled) for piece in pieces[:-1])]).tolist())
+            for pieces in families
+            if pieces
+        ]
+
+    def _log(self, name: str) -> Log:
+        """A log: beside the arrays of the store, and in one of them once that is finished."""
+        path, packed = self.path / f"{name}.log", self.path / name / CHUNK
         with _disk(self.path):
-            return Chain(self.path, self._root, name)
+            if self.finished:
+                path = packed
+            elif packed.is_file() and not path.is_file():  # by a process that was killed as it finished
+                os.replace(packed, path)
+            self._logs[name] = Log(path)
+        return self._logs[name]
 
     def finish(self, result: Any) -> None:
         """Keep what was found, a data set, in the root."""
         if self.finished:
             return
         with _disk(self.path):
+            for name, log in self._logs.items():
+                if not log.numbers:
+                    continue
+                log.sort()
+                size = log.path.stat().st_size
+                self._root.create_array(
+                    name, shape=(size,), chunks=(size,), dtype="uint8", compressors=None, overwrite=True
+                )
+                (self.path / name / CHUNK).parent.mkdir(exist_ok=True)
+                os.replace(log.path, self.path / name / CHUNK)
             result.assign_attrs({PROVENANCE: self._root.attrs[PROVENANCE]}).to_zarr(
                 self.path, mode="a", zarr_format=3, consolidated=False
             )
@@ -129,34 +153,92 @@ class Store:
             Store._existing(self.path)._root.attrs[FINISHED] = True
 
 
-class Stage:
-    """One family of runs in a store.
+class Log:
+    """Records that are only added to a file: number, length, checksum, content. Of two with one number the last counts.
+
+    What follows a record that is not whole counts for nothing, and the next one takes its place.
 
     Attributes:
-        count: how many chunks are there.
+        path: of the file, which need not be there yet.
     """
 
-    def __init__(self, path: Path, root: Any, name: str, jobs: Jobs, chunks: Sequence[Chunk]) -> None:
-        self.path, self._root, self._name, self._chunks = path, root, name, chunks
-        self._jobs, self._hash = jobs, jobs.digest()
-        self._group: Any = root[name] if f"{name}/done" in root else None
-        self._done = np.zeros(len(chunks), bool)
-        if self._group is not None:
-            if self._group.attrs["jobs"] != self._hash:
-                raise StickslipError(
-                    f"'{path}' goes on otherwise than here: the runs in {name} are others. It was made by a computer "
-                    f"whose arithmetic differs in the last digit. {OVERWRITE}"
-                )
-            self._done = self._group["done"][:]
+    HEAD = struct.Struct("<qQI")
+
+    def __init__(self, path: Path) -> None:
+        self.path, self._end = path, 0
+        self._places: dict[int, tuple[int, int]] = {}
+        if path.is_file():
+            with path.open("rb") as file:
+                while len(head := file.read(self.HEAD.size)) == self.HEAD.size:
+                    number, length, checksum = self.HEAD.unpack(head)
+                    if length > path.stat().st_size or crc32(file.read(length)) != checksum:
+                        break
+                    self._end = file.tell()
+                    self._places[number] = self._end - length, length
+
+    @property
+    def numbers(self) -> list[int]:
+        """Those of the records that there are, ascending."""
+        return sorted(self._places)
+
+    def __contains__(self, number: int) -> bool:
+        return number in self._places
+
+    def put(self, number: int, content: bytes) -> None:
+        """Add a record."""
+        self.path.parent.mkdir(exist_ok=True)
+        with self.path.open("r+b" if self.path.is_file() else "xb") as file:
+            file.seek(self._end)
+            begin = self._end + file.write(self.HEAD.pack(number, len(content), crc32(content)))
+            end = begin + file.write(content)
+            file.truncate()
+        self._places[number], self._end = (begin, len(content)), end
+
+    def get(self, number: int) -> bytes:
+        """Content of a record that is there."""
+        begin, length = self._places[number]
+        with self.path.open("rb") as file:
+            file.seek(begin)
+            return file.read(length)
+
+    def sort(self) -> None:
+        """Bring the records into the order of their numbers, each once."""
+        length = sum(self.HEAD.size + length for _, length in self._places.values())
+        if list(self._places) == self.numbers and self.path.stat().st_size == length:
+            return
+        path = self.path.with_suffix(".partial")
+        path.unlink(missing_ok=True)
+        ordered = Log(path)
+        for number in self.numbers:
+            ordered.put(number, self.get(number))
+        os.replace(path, self.path)
+        self._places, self._end = ordered._places, ordered._end
+
+
+class Stage:
+    """One family of runs in a store."""
+
+    def __init__(self, path: Path, log: Log, jobs: Jobs) -> None:
+        self.path, self._log = path, log
+        self._fresh: dict[int, RunRows] = {}
+        what = jobs.digest().encode()
+        if WHAT not in log:
+            with _disk(path):
+                log.put(WHAT, what)
+        elif log.get(WHAT) != what:
+            raise StickslipError(
+                f"'{path}' goes on otherwise than here: the runs in {log.path.stem} are others. It was made by a "
+                f"computer whose arithmetic differs in the last digit. {OVERWRITE}"
+            )
 
     @property
     def count(self) -> int:
-        """See the class."""
-        return int(self._done.sum())
+        """How many chunks are there."""
+        return len(self._log.numbers) - 1
 
     def has(self, k: int) -> bool:
         """Whether a chunk is there."""
-        return bool(self._done[k])
+        return k in self._log
 
     def has_room(self) -> bool:
         """There always is, on the disk."""
@@ -168,62 +250,18 @@ class Stage:
         Raises:
             WriteError: the disk is full.
         """
-        where = self._where(k)
         with _disk(self.path):
-            group = self._created(rows)
-            for name, array in rows.arrays().items():
-                if array[:1].size:
-                    group[name][where] = array
-            if rows.messages:
-                group["messages"][where] = np.array([rows.messages.get(i, "") for i in range(len(rows.filled))], object)
-            self._done[k] = True
-            group["done"][:] = self._done
+            self._log.put(k, _packed(rows))
+        if len(self._fresh) < FRESH:
+            self._fresh[k] = rows
 
     def get(self, k: int) -> RunRows:
         """A chunk that is there."""
-        where, group = self._where(k), self._group
-        arrays: dict[str, NDArray[Any]] = {
-            n: group[n][where] for n in group.array_keys() if n not in ("done", "messages")
-        }
-        texts = group["messages"][where]
-        rows, width = arrays["points"].shape[1:]
-        empty = RunRows.empty(len(texts), rows, width, 0)
-        return replace(empty, **arrays, messages={int(i): str(texts[i]) for i in np.flatnonzero(texts != "")})
+        return self._fresh[k] if k in self._fresh else _unpacked(self._log.get(k))
 
     def forget(self, k: int) -> None:
-        """A chunk that was taken stays."""
-
-    def _where(self, k: int) -> tuple[Any, ...]:
-        """Place of a chunk in an array: of runs, or of runs in their chain."""
-        chunk, chain = self._chunks[k], self._jobs.chain
-        if chain == 1:
-            return (slice(chunk.begin, chunk.end),)
-        first = chunk.begin // chain * chain
-        return (first // chain, slice(chunk.begin - first, chunk.end - first))
-
-    def _created(self, rows: RunRows) -> Any:
-        """The group with its arrays, of the shapes of these rows; the mask is the last, and says that all are there."""
-        if self._group is not None:
-            return self._group
-        chain, size = self._jobs.chain, self._chunks[0].end
-        runs = (len(self._jobs),) if chain == 1 else (len(self._jobs) // chain, chain)
-        lead = ("run",) if chain == 1 else ("chain", "run")
-        group = self._root.create_group(self._name, overwrite=True, attributes={"jobs": self._hash})
-        for name, array in {**rows.arrays(), "messages": np.empty(0, object)}.items():
-            inner = array.shape[1:]
-            if name != "messages" and not array[:1].size:
-                continue
-            group.create_array(
-                name,
-                shape=(*runs, *inner),
-                chunks=(*(1,) * (len(runs) - 1), size, *inner),
-                dtype="string" if name == "messages" else array.dtype,
-                chunk_key_encoding={"name": "default", "separator": "."},
-                dimension_names=(*lead, *DIMENSIONS.get(name, ())),
-            )
-        group.create_array("done", shape=self._done.shape, dtype=bool, dimension_names=("chunk",))
-        self._group = group
-        return group
+        """A chunk has been taken; it stays on the disk."""
+        self._fresh.pop(k, None)
 
 
 class Chain:
@@ -233,16 +271,9 @@ class Chain:
         texts: those that are there.
     """
 
-    def __init__(self, path: Path, root: Any, name: str) -> None:
-        self.path = path
-        exists = name in root
-        self._array: Any = (
-            root[name]
-            if exists
-            else root.create_array(name, shape=(0,), chunks=(1,), dtype="string", dimension_names=("link",))
-        )
-        # the last may lack its text: its process was killed between the two
-        self.texts = [text for text in self._array[:].tolist() if text]
+    def __init__(self, path: Path, log: Log) -> None:
+        self.path, self._log = path, log
+        self.texts = [log.get(number).decode() for number in log.numbers]
 
     def put(self, text: str) -> None:
         """Keep the next one.
@@ -251,10 +282,33 @@ class Chain:
             WriteError: the disk is full.
         """
         with _disk(self.path):
-            if len(self.texts) == self._array.shape[0]:
-                self._array.resize((len(self.texts) + 1,))
-            self._array[len(self.texts)] = text
+            self._log.put(len(self.texts), text.encode())
         self.texts.append(text)
+
+
+def stored_runs(path: str | os.PathLike[str]) -> list[RunRows]:
+    """The rows of all runs in a store, one for each of its families of runs, in the order of their making.
+
+    Raises:
+        StickslipError: there is no store.
+    """
+    return Store._existing(Path(path)).runs()
+
+
+def _packed(rows: RunRows) -> bytes:
+    """Rows as bytes: each array as NumPy writes it, the messages as JSON."""
+    content = io.BytesIO()
+    for array in (*rows.arrays().values(), np.frombuffer(json.dumps(rows.messages).encode(), np.uint8)):
+        np.save(content, array, allow_pickle=False)
+    return _compressor().encode(content.getvalue())
+
+
+def _unpacked(content: bytes) -> RunRows:
+    """The rows that ``_packed`` wrote."""
+    stream = io.BytesIO(_compressor().decode(content))
+    arrays = {field.name: np.load(stream, allow_pickle=False) for field in dataclasses.fields(RunRows)}
+    messages = json.loads(arrays.pop("messages").tobytes())
+    return RunRows(**arrays, messages={int(i): text for i, text in messages.items()})
 
 
 def _is_empty(path: Path) -> bool:
@@ -292,6 +346,12 @@ def _disk(path: Path) -> Iterator[None]:
         raise StickslipError(
             f"'{path}' cannot be written: {error.strerror}. Choose a folder you may write to."
         ) from error
+
+
+def _compressor() -> Any:
+    from numcodecs import Zstd  # with zarr, which is not loaded without a store
+
+    return Zstd(level=LEVEL)
 
 
 def _zarr() -> Any:

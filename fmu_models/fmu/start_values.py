@@ -179,7 +179,7 @@ def _repack(source: Path, target: Path, changed: Mapping[str, bytes], *, drop_li
                 continue
             new.writestr(entry, old.read(entry) if content is None else content)
         for name, content in remaining.items():
-            added = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            added = zipfile.ZipInfo(name)  # of 1980, whatever the clock says
             added.compress_type = zipfile.ZIP_DEFLATED
             added.external_attr = 0o100644 << 16
             new.writestr(added, content)

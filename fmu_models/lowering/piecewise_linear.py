@@ -79,8 +79,9 @@ class Lifted:
 def _changes(factor: Any, changing: AbstractSet[Any]) -> bool:
     """Whether two values of an expression show that it hangs on some symbols: much sooner than its expansion does."""
     symbols = sorted(factor.free_symbols, key=str)
-    near = {symbol: sympy.Float(0.3 + 0.07 * number) for number, symbol in enumerate(symbols)}
-    far = {symbol: value + (0.29 if symbol in changing else 0) for symbol, value in near.items()}
+    # fractions: what cancels is zero, where rounding of it would be told from other rounding
+    near = {symbol: sympy.Rational(30 + 7 * number, 100) for number, symbol in enumerate(symbols)}
+    far = {symbol: value + (sympy.Rational(29, 100) if symbol in changing else 0) for symbol, value in near.items()}
     first, second = (sympy.N(factor.xreplace(values)) for values in (near, far))
     return bool(first.is_real and second.is_real and abs(first - second) > APART * (abs(first) + abs(second)))
 

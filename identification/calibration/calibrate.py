@@ -204,7 +204,10 @@ def _result(
         collinearity=concluded.collinearity,
         residuals=tuple(residuals_of(problem, solution.evaluation, concluded.whitened.filters)),
         minima=tuple(
-            LocalMinimum(one.misfit / least, dict(zip(names, one.solution.values[:shared].tolist(), strict=True)))
+            LocalMinimum(
+                one.misfit / least if least else 1.0,  # that of a model that follows its logs to the last digit is 0
+                dict(zip(names, one.solution.values[:shared].tolist(), strict=True)),
+            )
             for one in listed
         ),
         freedom=rows_of(problem.logs) - len(places),

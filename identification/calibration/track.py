@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))  # loss, weight, steps
 FIRST = 0.2  # of a parameter: its walk over the log, before anything is known
-ROUNDS = 4  # of solution, noise and rates
 ROUGH, FINE = 1e-4, 1e-8  # relative
+TOLERANCES = (ROUGH, ROUGH, ROUGH, FINE)  # of rounds of solution, noise and rates
 
 
 @one_blas_thread()
@@ -124,7 +124,7 @@ def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftP
         noise={(n, name): free_run.noise[0, name] for n in range(number) for name in log.observed},
     )
     begins = np.array([segment.begin for segment in segments])
-    span = float(log.time[-1] - log.time[0])
+    span = float(np.ptp(log.time))
     rates = FIRST * np.maximum(np.abs(x[:count]), 1e-9) / np.sqrt(span)
     return DriftProblem(parted, walks, np.diff(begins), rates), parted.first
 
@@ -143,13 +143,13 @@ def _smoothed(
         x = solve(problem, x, tolerance=ROUGH, evaluations=evaluations, loss=loss).values
         told(0.6 * (number + 1) / len(STAGES))
     gains = np.zeros(len(problem.walks))
-    for number in range(ROUNDS):
+    for number, tolerance in enumerate(TOLERANCES):
         if not noise_known:
             problem = _weighed(problem, x)
         if gains.size:
             problem, gains = problem.with_likeliest_rates(x)
-        x = solve(problem, x, tolerance=FINE if number == ROUNDS - 1 else ROUGH, evaluations=40).values
-        told(0.6 + 0.4 * (number + 1) / ROUNDS)
+        x = solve(problem, x, tolerance=tolerance, evaluations=40).values
+        told(0.6 + 0.4 * (number + 1) / len(TOLERANCES))
     return problem, x, gains
 
 

@@ -105,7 +105,9 @@ class Trials:
         kind = FREE if problem is self.free_run else samples
         horizon = np.nan if minimum.horizon is None else minimum.horizon
         facts = [kind, problem.weight, horizon, solution.converged, *solution.values, *solution.at_bound]
-        return np.pad(np.array(facts, dtype=float), (0, FACTS + 2 * most - len(facts)), constant_values=np.nan)
+        row = np.full(FACTS + 2 * most, np.nan)
+        row[: len(facts)] = facts
+        return row
 
     def minimum(self, row: np.ndarray, rows: RunRows) -> Minimum:
         """The minimum that came of a row."""

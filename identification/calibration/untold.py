@@ -98,7 +98,7 @@ def telling(
         StickslipError: no guess can be run, or a parameter has no effect at any of them.
     """
     judged: list[tuple[int, np.ndarray]] = []
-    heard, telling_trials = np.zeros(0, dtype=bool), 0
+    heard = np.zeros(0, dtype=bool)
     for candidate in candidates:
         problem, x = posed(candidate)
         here = problem.evaluate(x)
@@ -109,8 +109,7 @@ def telling(
             _warn_of_untold(problem, x, slopes @ meeting(here, problem))
         heard = heard | effects if judged else effects
         judged.append((int(np.count_nonzero(~effects)), candidate))
-        telling_trials += bool(effects.all())
-        if telling_trials == count or (len(judged) >= most and heard.all()):
+        if [silent for silent, _ in judged].count(0) == count or (len(judged) >= most and heard.all()):
             break
     _check_heard(posed(judged[0][1])[0], heard, len(judged))
     judged.sort(key=lambda one: one[0])

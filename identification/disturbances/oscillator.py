@@ -106,6 +106,5 @@ def _oscillator(name: str, disc: str, law: str, terms: Sequence[DisturbanceTerm]
     (rubbing,) = driven.contacts
     assert isinstance(rubbing, Friction)
     rubbing = replace(rubbing, slip=turning * drive - R * theta.v) if drive != 1 else rubbing
-    applied = {theta: more} if more != 0 else {}
-    driven = replace(driven, name=name, applied=applied, contacts=[rubbing], outputs=())
+    driven = replace(driven, name=name, applied={theta: more}, contacts=[rubbing], outputs=())
     return lower(variant(driven, laws={disc: law}))

@@ -131,7 +131,7 @@ class DisturbanceTerm:
         """The shape that the term's value multiplies."""
         value = self.effect.formula(replace(where, angle=where.angle - self.reference), self.order, np)
         if self.effect.sensor == ANGLE:
-            value = np.ones_like(where.angle) * value
+            value = np.full_like(where.angle, value)
         elif self.effect.sensor == LASER:
             value = value / np.cos(where.angle)
         return value if self.log is None else value * (where.log == self.log)

@@ -27,7 +27,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem, loose
-from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening, windows
+from identification.estimators.windows import SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, stride_of, whitening, windows
 from identification.inference.problem import TOLERANCE, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw
@@ -148,7 +148,7 @@ def joint_equations(
         )
         slip, force = _of_discs(segment, speed, rig)
         spare = len(smooth) - count
-        stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
+        stride = stride_of(spare, step, period)
         angles = windows(segment.angle, count, stride)
         rows = len(angles)
         columns["slip"].append(np.stack([windows(values, count, stride)[:, nodes] for values in slip], axis=-1))

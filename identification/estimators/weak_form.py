@@ -30,7 +30,7 @@ from identification.estimators.regression import (
     whereabouts,
 )
 from identification.estimators.savitzky_golay import STRUCTURE
-from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening, windows
+from identification.estimators.windows import SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, stride_of, whitening, windows
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import odd_count, savitzky_golay
@@ -77,7 +77,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
         slip = segment.sign * (rig.r * segment.drive - rig.R * speed)
         spare = len(slip) - count
-        stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
+        stride = stride_of(spare, step, period)
         rows, angles = (windows(values, count, stride) for values in (slip, segment.angle))
         slips.append(np.abs(rows))
         measured.append(segment.sign * (angles @ weights))

@@ -26,6 +26,11 @@ def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarra
     return bump / bump.sum(), weights / bump.sum()
 
 
+def stride_of(spare: int, step: float, period: float) -> int:
+    """Samples between windows: about `SPACING`, in a slip that has ``spare`` samples more than one window."""
+    return max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
+
+
 def windows(values: np.ndarray, count: int, stride: int) -> np.ndarray:
     """The (rows, count) windows ``stride`` samples apart of (n,) values; a view.
 

@@ -37,7 +37,6 @@ REFUSED = 0.02  # relative: R or r off by more is no uncertainty, and no widenin
 ROUGH = 1e-5  # relative, of a search that only judges a radius
 EXPLAINED = 0.25  # of what the model misses: so little is left with the radius that is right
 WRONG = 4.0  # standard errors of a residual: one chance in a thousand that it occurs in any range of slip speed or log
-LEAST_CHANCE = 1e-300
 KNOWN = 0.8  # of the deviation as stated: where that much is left, a constant is as it was stated
 SURE = 1e3  # times less sure than another reading: one of two that contradict each other is left out
 
@@ -100,13 +99,9 @@ def adjust(ready: Pool, first: Estimate, options: Options, radii_hold: bool = Fa
 
 
 def _missed(estimate: Estimate) -> float:
-    """How surely the residuals show that the model misses something: standard errors of the most telling of them."""
-    from scipy.special import ndtri
-
+    """How surely the residuals show that the model misses something, in standard errors."""
     evaluation = estimate.solution.evaluation
-    white = whiteness(evaluation, [str(number) for number in range(int(evaluation.log.max()) + 1)])
-    course = [float(-ndtri(max(log.course, LEAST_CHANCE) / 2)) for log in white.logs if log.course is not None]
-    return max([abs(speed.deviations) for speed in white.speeds] + course, default=0.0)
+    return whiteness(evaluation, [str(number) for number in range(int(evaluation.log.max()) + 1)]).missed
 
 
 def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool, hold: bool) -> Adjusted:

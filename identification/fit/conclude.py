@@ -197,7 +197,7 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
 def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
     """Whether constants whose uncertainty nobody states have an effect (n,) on something."""
     priors = solved.estimate.problem.held
-    return any(not prior.stated and abs(slope) > 0 for prior, slope in zip(priors, by, strict=True))
+    return any(slope for prior, slope in zip(priors, by, strict=True) if not prior.stated)
 
 
 def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ COURSE = 4  # Legendre polynomials
 FEWEST = 5  # clusters in a range of slip speeds, or above COURSE in a log, for a test
 BEYOND = 3.0  # standard errors: a mean residual that is no chance
 COLOURED = 0.01  # probability by chance below which residuals count as coloured
+LEAST_CHANCE = 1e-300  # of which the deviations of a normal variable can be told
 REPEATED = 1e-3  # probability by chance, over all logs, below which a course counts as repeated
 
 
@@ -72,6 +73,14 @@ class Whiteness:
         """Names of the logs whose residuals take the same course in every cluster."""
         tested = sum(log.course is not None for log in self.logs)
         return tuple(log.log for log in self.logs if log.course is not None and log.course * tested < REPEATED)
+
+    @property
+    def missed(self) -> float:
+        """How surely the model misses something: standard errors of the most telling of all tests."""
+        from scipy.special import ndtri
+
+        course = [-float(ndtri(max(log.course, LEAST_CHANCE) / 2)) for log in self.logs if log.course is not None]
+        return max([abs(speed.deviations) for speed in self.speeds] + course, default=0.0)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -174,7 +183,7 @@ def _by_speed(evaluation: Evaluation) -> tuple[SpeedResidual, ...]:
             continue
         student = float(np.mean(sums)) / (spread / np.sqrt(len(labels)))
         # as many deviations of a normal variable as are equally rare; of the tail, which keeps its digits
-        deviations = -float(ndtri(max(float(stdtr(len(labels) - 1, -abs(student))), 1e-300)))
+        deviations = -float(ndtri(max(float(stdtr(len(labels) - 1, -abs(student))), LEAST_CHANCE)))
         mean = float(np.mean(residual[inside])) / scale
         residuals.append(SpeedResidual(float(np.mean(slip[inside])), mean, float(np.copysign(deviations, student))))
     return tuple(residuals)

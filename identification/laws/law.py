@@ -29,8 +29,7 @@ class FittableLaw(LawFunctions):
     def at_rest(self) -> int | None:
         """Which parameter is the friction coefficient at zero slip speed; None if none is."""
         q = np.array([0.5 + 0.1 * index for index in range(len(self.parameters))])
-        zero = np.zeros(1)
-        slope, value = self.gradient(zero, q)[:, 0], self.value(zero, q)[0]
+        slope, value = self.gradient(np.array(0.0), q), self.value(np.array(0.0), q)
         matches = np.flatnonzero(np.isclose(slope, 1.0) & np.isclose(q, value))
         return int(matches[0]) if len(matches) == 1 and np.count_nonzero(slope) == 1 else None
 

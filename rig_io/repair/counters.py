@@ -85,7 +85,7 @@ def counted(
         if mask.any():
             remarks.append(
                 f"'{name}' leaps and comes back, faster than a shaft can turn: {np.count_nonzero(mask)} samples were "
-                f"held at the count before, the first on {locate(int(np.argmax(mask)))}."
+                f"held at the count beside, the first on {locate(int(np.argmax(mask)))}."
             )
             stamps = f"{instrument}_edge_time"
             if stamps in repaired:

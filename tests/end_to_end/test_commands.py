@@ -19,7 +19,9 @@ import typer
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from identification.commands import application
+from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_package
+from rig_io.sensors import edges
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 
@@ -41,6 +43,19 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     for command in names | inner:
         assert command.partition(" ")[0] in listed.out
         assert f"Example: stickslip {command}" in stickslip(*command.split(), "--help").out
+
+
+def test_a_switch_that_nothing_turns_off_is_off_unless_it_is_given():
+    program: Any = typer.main.get_command(application.whole())
+    commands = {**program.commands, **program.commands["new"].commands, **program.commands["data"].commands}
+    flags = {
+        (name, option.name): option.default
+        for name, command in commands.items()
+        for option in command.params
+        if getattr(option, "is_flag", False) and not option.secondary_opts
+    }
+    assert len(flags) > 60 and {"json", "once", "overwrite"} <= {name for _, name in flags}
+    assert not any(flags.values()), [flag for flag, default in flags.items() if default]
 
 
 def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else():
@@ -186,17 +201,25 @@ def test_a_constant_set_without_uncertainty_is_not_taken_as_exact(stickslip):
     assert fitted("--set", "N=4.905", "--uncertainty", "N=0.0981") == known
 
 
+def unevenness(log: RigLog) -> float:
+    """How far the drive is from an even turn, rad."""
+    found = edges(log, "drive0")
+    return float(np.max(np.abs(found.angle - np.polynomial.Polynomial.fit(found.time, found.angle, 1)(found.time))))
+
+
 def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
     for folder in ("one", "two"):
         assert stickslip("emulate", folder, "--seed", 5, "--speeds", "0.83", "--duration", "4").code == 0
     for path in (tmp_path / "one").glob("*.csv"):
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
-    # without a word the rig has all of its sensors
-    assert {"laser", "encoder_count", "drive0_count"} <= set(read_package(tmp_path / "one")[0].columns)
+    # without a word the rig has all of its sensors, and a drive that is not quite even
+    log = read_package(tmp_path / "one")[0]
+    assert {"laser", "encoder_count", "drive0_count"} <= set(log.columns)
+    assert unevenness(log) > 5e-4
 
 
 def test_a_disturbance_of_the_bench_is_emulated_as_it_is_said(stickslip, tmp_path):
-    settings = ("--seed", 5, "--speeds", "0.83", "--duration", "4", "--no-encoder")
+    settings = ("--seed", 5, "--speeds", "0.83", "--duration", "4", "--no-encoder", "--no-ripple")
     assert stickslip("emulate", "clean", *settings).code == 0
     assert stickslip("emulate", "drifting", *settings, "--disturbance", "drift=1.5mm").code == 0
     clean, drifting = (read_package(tmp_path / folder)[0] for folder in ("clean", "drifting"))
@@ -204,6 +227,7 @@ def test_a_disturbance_of_the_bench_is_emulated_as_it_is_said(stickslip, tmp_pat
     shown = gain * (drifting.column("laser") - clean.column("laser"))
     assert np.max(np.abs(shown)) == pytest.approx(1.5e-3, rel=0.01)  # readings are 10 um apart
     assert drifting.experiment.emulation["disturbances"]["drift"] == 1.5e-3
+    assert unevenness(clean) < 3e-4  # that of the encoder's lines
 
 
 @pytest.mark.parametrize(
@@ -287,6 +311,18 @@ def test_what_exists_stays(stickslip, tmp_path):
         assert answer.code == 2
         assert "exists already" in answer.err or "kept" in answer.err
         assert path.read_text() == "mine"
+
+
+def test_what_comes_along_is_not_copied_over_what_is_there(stickslip, tmp_path, monkeypatch):
+    monkeypatch.setattr("fmu_models.report.manual.manual_site", None)  # refused before it is built
+    copied = stickslip("data", "copy", "scenes/disc_rig_class_a", "-o", "mine", "--json")
+    (path,) = copied.json["files"]
+    (tmp_path / path).write_text("mine")
+    refused = {("data", "copy", "scenes/disc_rig_class_a"): "exists already", ("docs",): "holds something"}
+    for command, said in refused.items():
+        answer = stickslip(*command, "-o", "mine")
+        assert answer.code == 2 and said in answer.err
+    assert (tmp_path / path).read_text() == "mine"
 
 
 @pytest.mark.skipif(os.geteuid() == 0 if hasattr(os, "geteuid") else True, reason="root may write anywhere")

@@ -86,6 +86,11 @@ def test_a_chart_a_section_and_a_spectrum(stickslip):
     assert lines["amplitude"][1] == pytest.approx(0.03590083221883138, abs=1e-12)
 
 
+def test_a_scene_says_how_many_periods_of_the_forcing_a_step_takes(stickslip):
+    """Its motion repeats after three of them, which is one step."""
+    assert stickslip("spectrum", "discontinuous_support_period_3", "--json").json["period"] == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -71,6 +71,7 @@ def test_nothing_is_overwritten_unasked(stickslip, tmp_path):
     answer = stickslip("new", "model", "my_rig")
     assert answer.code == 2 and "test_my_rig.py" in answer.err and "exists already" in answer.err
     assert not (tmp_path / "my_rig.py").exists() and (tmp_path / "test_my_rig.py").read_text() == "mine"
+    assert "exists already" in stickslip("new", "law", "my_rig").err
     assert stickslip("new", "model", "my_rig", "--overwrite").code == 0
     for name in ("3x", "my rig", "../x", "class", ""):
         assert "cannot be a name" in stickslip("new", "model", name).err
@@ -80,5 +81,6 @@ def test_a_new_law_is_simulated_and_fitted_and_its_test_passes(stickslip, tmp_pa
     assert stickslip("new", "law", "my_law").code == 0
     assert passes(tmp_path, "test_my_law.py")
     text = (tmp_path / "my_law.py").read_text()
+    assert "class MyLaw(" in text
     (tmp_path / "my_law.py").write_text(text.replace("** 2)", "** 4)"))
     assert not passes(tmp_path, "test_my_law.py")

@@ -212,9 +212,15 @@ def test_what_the_command_line_names_is_trusted(stickslip, marker, fresh, tmp_pa
 
 def test_what_a_program_has_named_is_trusted(marker, fresh, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "fit.json").write_text(CASES["fit, law"].text(str(tmp_path / "evil.py")))
-    with pytest.raises(StickslipError, match="reading data runs no code"):
-        read_fit("fit.json")
+    text = CASES["fit, law"].text(str(tmp_path / "evil.py"))
+    (tmp_path / "fit.json").write_text(text)
+    for read, source in (
+        (read_fit, "fit.json"),
+        (FrictionFit.from_json, text),
+        (FrictionFit.from_dict, json.loads(text)),
+    ):
+        with pytest.raises(StickslipError, match="reading data runs no code"):
+            read(source)
     with pytest.raises(StickslipError, match="defines no LAW"):
         find_law("evil.py")
     assert read_fit("fit.json").law_reference == str(tmp_path / "evil.py")

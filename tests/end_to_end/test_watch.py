@@ -113,6 +113,8 @@ def test_nothing_is_fitted_twice(stickslip, bench: Path, monkeypatch) -> None:
     again = stickslip("watch", bench, "--once", "--json").json
     by_name = {one["name"]: one for one in again["entries"]}
     assert by_name["run-0.csv"] == next(one for one in first["entries"] if one["name"] == "run-0.csv")
+    # in stick the disc follows its drive
+    assert by_name["run-0.csv"]["values"]["stick ratio"][0] == pytest.approx(1, abs=0.01)
     assert by_name["copy.csv"]["status"] == "refused" and "the same data" in by_name["copy.csv"]["reason"]
     refused = stickslip("watch", bench, "--once", "--law", "Tustin")
     assert refused.code == 2 and "--state FILE" in refused.err

@@ -79,7 +79,7 @@ MODELS = {
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
     "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
-    "waver": Foreign(("x",), (1.0,), (("a", 1.5), ("b", 0.02), ("w", 50.0)), ("dips",), indicators=1),
+    "waver": Foreign(("x",), (1.0,), (("a", 1.5), ("b", 0.02), ("w", 50.0), ("falls", 1e9)), ("dips",), indicators=1),
     "pulse": PULSE,
     "pulse_stepped": replace(PULSE, experiment={"stopTime": "10", "stepSize": "0.002"}),
     "pulse_stopped": replace(PULSE, experiment={"startTime": "0", "stopTime": "0.5"}),

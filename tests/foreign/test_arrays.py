@@ -15,6 +15,7 @@ from models import FOLDER
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.system import CoupledSystem, Unit
+from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
 from fmu_models.importer.experiment import FmuExperiment, perform
@@ -162,6 +163,19 @@ def test_sizes_that_disagree(fmu: Fmu, tmp_path: Path) -> None:
         tmp_path / "b.fmu", DESCRIPTION.replace('variability="fixed" start="2"', 'variability="fixed" start="3"')
     )
     assert larger.variables["A"].shape == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "variables", "whose"),
+    [
+        ("A[2,1]", ["A"], "A"),
+        ("A[1]", ["A", "A[1]"], "A[1]"),  # FMI 2 has no arrays, and names with brackets
+        ("B[1]", ["A"], "B[1]"),
+        ("A[1", ["A"], "A[1"),
+    ],
+)
+def test_elements_are_told_from_variables_that_are_called_alike(name: str, variables: list[str], whose: str) -> None:
+    assert owner(name, variables) == whose
 
 
 def test_a_run_without_numbers_is_refused(tmp_path: Path) -> None:

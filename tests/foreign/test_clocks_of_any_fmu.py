@@ -178,7 +178,7 @@ def test_clocks_that_never_tick_are_named(clocked: Fmu) -> None:
     ("old", "new", "said"),
     [
         ('intervalDecimal="0.25"', 'intervalDecimal="0"', "'sample' has the interval 0 s; expected a positive number"),
-        ('shiftDecimal="0.1"', 'shiftDecimal="-1"', "'sample' has the shift -1 s"),
+        ('shiftDecimal="0.1"', 'shiftDecimal="-1"', "'sample' has the shift -1 s; expected zero or more"),
         ('"changing"', '"now and then"', "a clock in modelDescription.xml makes no sense: .*now and then"),
         ('shiftDecimal="0.1"', 'shiftCounter="1" resolution="0"', "makes no sense"),
     ],

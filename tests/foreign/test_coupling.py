@@ -41,6 +41,17 @@ def test_two_masses_follow_the_closed_form(folder, version, solver):
     assert run.units["b.place"] == "m"
 
 
+def test_the_tolerance_of_a_system_decides_the_steps(folder):
+    """By the fifth root of it, as of the fifth order."""
+    fmu, connections = exported("mass", folder), wires("a.place -> b.other", "b.place -> a.other")
+    units = {name: Unit(fmu, {"k": 4e4}, {"x": 1.0}) for name in "ab"}
+    steps = [
+        couple(CoupledSystem("fast", units, connections, solver="dopri5", tolerance=t, stop_time=1.0)).steps
+        for t in (1e-7, 1e-9)
+    ]
+    assert steps[1] / steps[0] == pytest.approx(100.0**0.2, rel=0.05)
+
+
 def test_versions_of_fmi_mix(folder):
     units = {"a": Unit(exported("mass", folder, "2.0"), start={"x": 1.0}), "b": Unit(exported("mass", folder))}
     connections = wires("a.place -> b.other", "b.place -> a.other")
@@ -141,6 +152,18 @@ def test_units_without_state_take_fixed_steps_and_it_is_said(model: Models):
     assert run["a.x"][-1] == pytest.approx(0.25 + 0.25 + 1.0, abs=1e-3)
     with pytest.raises(StickslipError, match="unit 'a' cannot be put back"):
         couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), adaptive=True, stop_time=1.0))
+
+
+def test_a_unit_that_fails_in_a_co_simulation_is_named_with_what_it_says(folder):
+    # a spring that drives: beyond all numbers after a few steps
+    fmu = exported("mass", folder)
+    units = {"a": Unit(fmu), "b": Unit(fmu, {"k": -1e6}, {"x": 1e200})}
+    system = CoupledSystem("far", units, wires("a.place -> b.other"), solver="jacobi", step=0.1, stop_time=1.0)
+    with pytest.raises(MotionError, match=r"unit 'b': doStep fails at t = 0\.\d s\. The FMU says: ."):
+        couple(system)
+    units = {"a": Unit(fmu, start={"x": 1e308, "v": 1e308}), "b": Unit(fmu)}
+    with pytest.raises(MotionError, match=r"reading values fails at t = 0 s: unit 'a': .*derivative .* is not finite"):
+        couple(system.changed(units=units))
 
 
 def rig_at(stiffness: float, **settings: object) -> float:

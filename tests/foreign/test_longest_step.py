@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from models import Models
+from scipy.optimize import root_scalar
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.run import couple
@@ -86,6 +87,23 @@ def test_an_indicator_of_time_is_watched_though_nothing_moves(model: Models, met
     times = np.array([event.time for event in run.events])
     assert times.size == zeros.size == 558
     assert np.abs(times - zeros).max() < 1e-12
+
+
+def test_a_dip_of_an_indicator_is_met_where_it_begins(model: Models) -> None:
+    """Though the polynomial through its samples errs there, or the indicator jumps soon after."""
+    least = (math.acos(-0.002) + 2.0 * math.pi * np.arange(40)) / 50.0
+    for a in np.linspace(1.2, 1.3, 46):
+        dips = a - 0.1 * least - np.sin(50.0 * least) <= 0.0
+        first = least[dips][0]
+        begins = root_scalar(
+            lambda t, a: a - 0.1 * t - math.sin(50.0 * t),
+            args=(a,),
+            bracket=(first - math.pi / 50.0, first),
+            xtol=1e-15,
+        ).root
+        for falls in (1e9, begins + 0.006):
+            run = simulate_any(model("waver"), 3.5, parameters={"a": a, "b": 0.1, "falls": falls})
+            assert run.events[0].time == pytest.approx(begins, abs=1e-10)
 
 
 def test_an_indicator_that_no_step_can_follow_is_told(model: Models) -> None:

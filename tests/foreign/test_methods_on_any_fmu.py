@@ -99,6 +99,15 @@ def test_a_directional_derivative_saves_evaluations(model: Models) -> None:
     assert "directional" not in simulate_any(model("robertson"), 1.0, method="stiff").method
 
 
+def test_fast_parts_between_stiff_ones_are_made_by_explicit_steps(model: Models) -> None:
+    options = {"tolerance": 1e-6, "parameters": {"mu": 100.0}, "output_times": [200.0]}
+    auto, stiff = (simulate_any(model("van_der_pol"), 200.0, method=method, **options) for method in ("auto", "stiff"))
+    # two jumps from one slow branch to the other: there and back each, after the first change
+    assert "(5 changes between the two)" in auto.method
+    assert auto.steps < 0.7 * stiff.steps
+    assert auto["x"][-1] == pytest.approx(stiff["x"][-1], abs=1e-4)
+
+
 def test_outputs_within_the_step_before_the_method_changes_are_those_of_that_step(model: Models) -> None:
     times = np.linspace(0.0, 0.3, 3001)
     changing, explicit = (Driver(model("robertson"), method=m, tolerance=1e-6) for m in ("auto", "dop853"))

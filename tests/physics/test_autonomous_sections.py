@@ -80,6 +80,19 @@ def test_exponents_of_lorenz(section, known):
     assert found.per_time.sum() == pytest.approx(-(11.0 + 8.0 / 3.0), rel=1e-3)
 
 
+def test_chaos_that_ends_at_rest_is_told_with_both_values():
+    """At rho = 22 chaos passes; what it leaves is a rest, whose eigenvalues are known, and its exponent is near that of
+    rho = 28. A sum of all exponents would tell nothing: it is the same all along."""
+    section = Strobe(lorenz(), period=0.5, autonomous=True, parameters={"r": 22.0})
+    start = {"x": 1.0, "y": 1.0, "z": 20.0}
+    found = lyapunov(section, start, periods=6400, transient=20, execution=Execution(workers=1))
+    assert found.transient is not None and found.transient.motions >= 4
+    assert found.transient.value == pytest.approx(0.8, abs=0.25)
+    x = np.sqrt(8.0 / 3.0 * 21.0)
+    slow = np.linalg.eigvals([[-10.0, 10.0, 0.0], [1.0, -1.0, -x], [x, x, -8.0 / 3.0]]).real.max()
+    assert found.per_time[1] == pytest.approx(slow, abs=0.02) and abs(found.per_time[0]) < 0.02
+
+
 def growing(rubs: bool) -> Strobe:
     m, c, k = Parameter("m", 1.0, "kg", "m"), Parameter("c", -0.1, "N s/m", "c"), Parameter("k", 1.0, "N/m", "k")
     w, force = Parameter("w", 1.3, "rad/s", "w"), Parameter("F", 1.0, "N", "F")

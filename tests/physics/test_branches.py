@@ -207,6 +207,7 @@ def test_a_multiplier_that_grows_towards_a_grazing_is_told(ball):
     weaker = list(shrinking(node, event, 4, 1e-5))
     said = why_huge([one for _, one in weaker])
     assert f"as an event of 'table' weakens, to {weaker[-1][0].value:.2g}: a grazing is near" in said
+    assert why_huge([weaker[0][1], weaker[-1][1]]) == said  # however few there are between the two
     assert why_huge(ball.nodes[:1]) == ""
 
 

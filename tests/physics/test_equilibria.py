@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 from fmu_models import Automaton, Fmu, Parameter, State, StickslipError, Switch, equilibria, load, simulate
 from fmu_models.codegen.package import built_of
@@ -52,6 +53,8 @@ def test_a_discontinuous_hopf_point_and_its_cycle():
     assert special.frequency == pytest.approx(1.0, abs=1e-13)
     assert special.path(double)[0] == pytest.approx([-1.0, -1.0], abs=1e-7)
     assert found.points[:, 0] == pytest.approx(-1.5 * np.abs(found.values), abs=1e-12)
+    # one point on either side lies close to the corner
+    assert (np.diff(found.values) > 0.0).all() and (np.abs(found.values) < 1e-6).sum() == 2
     assert (found.stable == (found.values < 0.0)).all()
     cycles = cycles_of(special)
     assert cycles.values[-1] == 1.0 and cycles.stable.all()
@@ -199,7 +202,7 @@ def test_the_lyapunov_coefficient_is_told_of_states_in_any_unit(unit):
     """x = unit X, y = Y of the motion below: q of length one is along Y, so that l1 becomes 2 nu 2/(1 + unit^2)."""
     mu = Parameter("mu", -0.1, "1", "first")
     x, y = State("x", "1", "first", nominal=unit), State("y", "1", "second")
-    growth = mu - 0.7 * ((x / unit) ** 2 + y**2)
+    growth = mu - 0.7 * (sympy.sin(x / unit) ** 2 + y**2)  # differences wider than that unit would meet other waves
     flows = {x: growth * x - unit * y, y: x / unit + growth * y}
     (hopf,) = equilibria(made("scaled", flows, (), [x, y]), "mu", (-1, 1)).special
     assert hopf.normal_form == pytest.approx(-1.4 * 2 / (1 + unit**2), rel=1e-6)

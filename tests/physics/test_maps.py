@@ -11,6 +11,7 @@ import pytest
 from fmu_models import maps
 from fmu_models.analyses.bifurcation import Bifurcation, find_bifurcations
 from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.analyses.section import poincare_section
 from fmu_models.sections.iteration import Iteration, find_iterate_crossings, iterate
 from fmu_models.sections.periodic import PeriodicMotion, find_periodic
 
@@ -123,6 +124,10 @@ def test_logistic_fixed_points(r):
     assert len(twice) == (r > 3)
     for motion in twice:
         assert motion.stability.eigenvalues[0] == pytest.approx(4 + 2 * r - r**2, abs=EXACT)
+
+
+def test_a_section_of_one_point_is_the_next_step():
+    assert poincare_section(at("logistic", r=3.0), {"x": 0.3}, points=1, transient=0).points[0, 0] == 3.0 * 0.3 * 0.7
 
 
 def test_logistic_exponents():

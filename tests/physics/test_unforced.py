@@ -239,6 +239,14 @@ def test_rests_side_by_side_and_centres_are_no_cycles():
     assert {attractor.word for attractor in turning.attractors} <= {"not decided"}
 
 
+def test_a_strobe_is_as_fast_as_the_motion_and_as_fine_as_what_drifts():
+    """A motion that is so many times slower or faster is looked at as much slower or faster."""
+    usual, *others = (rate * Strobe(van_der_pol(), parameters={"rate": rate}).period for rate in (1.0, 1e-3, 20.0))
+    assert others == pytest.approx([usual, usual], rel=1e-9)
+    way = State("way", "1", "way", nominal=0.5)
+    assert Strobe(flow("drifting", {way: sympy.Integer(2)})).period == pytest.approx(0.5 * 0.5 / 2.0)
+
+
 def test_what_time_forces_wants_its_period():
     for name in ("bouncing_ball", "discontinuous_support", "fermi_accelerator"):
         with pytest.raises(StickslipError, match="needs a period"):

@@ -184,9 +184,16 @@ static double speed_of_forces(const Run *r, const Trial *trial, int c, double ma
 }
 
 /* a way that turns is what ends the yielding of a bound: its speed, the rate of y, is rounding there, of no terms */
-static int way_turns(const Trial *trial, int c)
+static int way_turns(const Trial *trial, int c) { return contact_yields(c) && trial->at_limit[c]; }
+
+/* a way that turns so soon that what is left to a bound is zero until then, but for rounding */
+static int way_is_turning(Run *r, Trial *trial, int c, double sign)
 {
-    return MODEL_YIELDS && trial->at_limit[c] && !model_contact_rubs[c] && model_contact_sticks[c];
+    Jets *j = &r->scratch;
+    if (!contact_yields(c)) return 0;
+    expand(r, trial);
+    const double series[3] = {0.0, sign * j->slip[c][1], sign * j->slip[c][2]};
+    return zeros_at_fall(series, r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) == 2;
 }
 
 /* y leaves zero to the side of the sign: slip of friction, rate of the gap of a rigid contact */
@@ -197,6 +204,10 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     const double rate = sign * fit_slip_rate(r, j, c, &magnitude); /* of what may rest the second derivative */
     const int decides = fabs(rate) > r->tolerances.margin * magnitude && !way_turns(trial, c);
     trial->zeros[c] = (signed char)(1 + contact_may_rest(c));
+    if (decides && rate < 0.0 && way_is_turning(r, trial, c, sign)) {
+        trial->zeros[c] = 2;
+        return 1;
+    }
     if (decides && !trial->at_limit[c]) return rate > 0.0;
     expand(r, trial);
     /* what held it has just fallen to its bound. Of a rigid contact a single term can do that: what it leaves is

@@ -123,6 +123,9 @@ extern const unsigned char
 
 static inline int contact_may_rest(int c) { return MODEL_RESTS && (model_contact_resets[c] & 8); }
 
+/* a bound that yields: y is what is left to it of a state, which its own flow changes */
+static inline int contact_yields(int c) { return MODEL_YIELDS && !model_contact_rubs[c] && model_contact_sticks[c]; }
+
 /* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
 static inline int contact_is_held(const signed char *state, int c)
 {

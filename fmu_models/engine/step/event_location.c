@@ -54,6 +54,24 @@ static double fall_of_gap(const Jets *j, int c, int known, int order, double h, 
     return fall_of(j->depth[c], -1.0, known, order, fmin(h, exact));
 }
 
+/* the sum of the terms of a series over h */
+static double sum_of_terms(const double *series, int order, double h)
+{
+    double sum = 0.0;
+    for (int k = order; k >= 0; k--)
+        sum = sum * h + fabs(series[k]);
+    return sum;
+}
+
+/* whether a way comes no farther, over this step, than the rounding of what is left of it to a bound */
+static int way_rests(const Run *r, const Jets *j, int c, int order, double h)
+{
+    const int held = r->at.state[c] == CONTACT_STICK;
+    const double time = r->segment_rooted ? h * h : h;
+    const double way = held ? sum_of_terms(j->force[c], order - 1, h) * time : sum_of_terms(j->slip[c], order, h);
+    return way <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c);
+}
+
 /* first fall of the margin of a sticking contact */
 static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int order, double h)
 {
@@ -76,15 +94,12 @@ static int rests_by_others(const Run *r, const Jets *j, int c, int order, double
 {
     int others = 0;
     double rate = 0.0;
-    double slip = 0.0;
     for (int e = 0; e < MODEL_NC; e++) {
         others |= e != c && contact_is_held(r->at.state, e);
         rate += fabs(j->G[c][e][0] * j->force[e][0]);
     }
-    for (int k = order; others && k >= 0; k--)
-        slip = slip * h + fabs(j->slip[c][k]);
     const double time = r->segment_rooted ? h * h : h;
-    return others && slip <= r->tolerances.slip * rate * time;
+    return others && sum_of_terms(j->slip[c], order, h) <= r->tolerances.slip * rate * time;
 }
 
 /* the end of a chatter */
@@ -110,6 +125,7 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
                                      : fall_from_bound(j->depth[c], sign, known, order, h);
     }
     if (contact_is_settling(r, c)) return settling(r, c, h);
+    if (contact_yields(c) && way_rests(r, j, c, order, h)) return -1.0;
     if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h);
     if (r->at.state[c] == CONTACT_STICK) return fall_of_margin(r, j, c, known, order, h);
     const double fall = fall_of(j->slip[c], sign, known, order, h);

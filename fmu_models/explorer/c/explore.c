@@ -19,8 +19,8 @@
 enum {
     ROWS = 8192,
     CROSSINGS = 256,
-    EVENTS = 2048,
-    MOST_ITERATIONS = 1000,                                   /* of an instant, per contact: Tolerances */
+    MOST_ITERATIONS = 1000, /* of an instant, per contact: Tolerances */
+    EVENTS = 2048 + MOST_ITERATIONS * NC,
     COLUMNS = 1 + MODEL_NX + MODEL_NC + MODEL_NY + MODEL_NC,  /* at most: not every contact has a memory */
     SETTABLE = MODEL_NP + 2 * MODEL_NU + MODEL_NX + MODEL_NC, /* the same */
     FIRST_SETTABLE = 2                                        /* reference of the first parameter; time is 1 */
@@ -31,7 +31,7 @@ static struct {
     char message[WHOLE_RUN_MESSAGE];
     double values[SETTABLE], times[ROWS], rows[ROWS * COLUMNS], crossings[CROSSINGS * COLUMNS];
     uint32_t settable[SETTABLE], columns[COLUMNS];
-    ContactEvent events[EVENTS + MOST_ITERATIONS * NC];
+    ContactEvent events[EVENTS];
     WholeRun run;
 } page;
 
@@ -106,7 +106,7 @@ void explore_ask(int n_times, int crossing_state, double level, int direction)
     page.run.n_values = column_count();
     page.run.references = page.columns;
     page.run.values = page.rows;
-    page.run.event_capacity = EVENTS + (int64_t)MOST_ITERATIONS * NC;
+    page.run.event_capacity = EVENTS;
     page.run.events = page.events;
     page.run.crossings = page.crossings;
     if (crossing_state >= 0 && crossing_state < MODEL_NX) {

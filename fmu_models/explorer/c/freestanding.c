@@ -68,6 +68,15 @@ int strcmp(const char *a, const char *b)
     return (unsigned char)*a - (unsigned char)*b;
 }
 
+/* a compiler compares a few numbers without it, but not the speeds of nine coordinates */
+int memcmp(const void *a, const void *b, size_t size)
+{
+    const unsigned char *one = a, *other = b;
+    for (; size; size--, one++, other++)
+        if (*one != *other) return *one - *other;
+    return 0;
+}
+
 void *memchr(const void *room, int wanted, size_t size)
 {
     const unsigned char *at = room;

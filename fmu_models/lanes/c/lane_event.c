@@ -3,8 +3,8 @@
  *
  *     stop     away -> touching from its depth on; touching -> released where its force falls to zero, or away; released
  *              -> touching where it would push again, or away
- *     switch   the other side
  *     held, rubbing and rigid contacts: lane_transition.c
+ *     switch   the other side, where it is crossed fast enough: lane_fall.h
  *
  * All else the engine decides, from the same point: an impact whose rebound may be the last of a chatter or that another
  * contact may take part in, the end of a region, a switch that is met along its surface, several contacts at once, ties.
@@ -60,18 +60,6 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_
     }
     lane_change_mode(t, lane, z);
     if (before == CONTACT_AWAY) place_on_bound(t, &t->mode[lane->mode], z, c);
-}
-
-/* 0: it is met along its surface, or the motion may slide there */
-static int cross(LaneTable *t, Lane *lane, double *z, int g)
-{
-    const int c = lanes_guard_contact[g];
-    double size;
-    const double rate = guard_rate(t, &t->mode[lane->mode], z, g, &size);
-    if (lanes_sticks[c] || !(-rate > LANES_ALONG * size)) return 0;
-    lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-    lane_change_mode(t, lane, z);
-    return 1;
 }
 
 /* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
@@ -158,12 +146,7 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     fallen(t, &t->mode[lane->mode], z, g, falls);
     for (int e = 0; e < LANES_GUARDS; e++)
         alone &= e == g || !falls[e];
-    if (lanes_surface[c] && !lanes_sticks[c] && t->mode[lane->mode].held_count == 0) {
-        known[g] = 1;
-        decided = cross(t, lane, z, g);
-    } else if (alone) {
-        decided = lane_transition(t, lane, z, g, *time, known);
-    }
+    if (alone) decided = lane_transition(t, lane, z, g, *time, known);
     if (!decided) ask(pool, slot, z, falls, time, known);
     /* neighbours come to rest where an impact does, and rub by another friction */
     const int lands = lanes_impulsive[c] && before == CONTACT_AWAY

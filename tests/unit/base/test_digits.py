@@ -66,4 +66,7 @@ def test_a_deviation_by_itself_is_right_to_two_digits(sd):
 def test_a_value_beside_its_deviation():
     assert like_sd(0.349876, 0.0022) == "0.3499"
     assert like_sd(0.349876, None) == like_sd(0.349876, math.nan) == "0.34988"
+    # a zero has the digits of others, unless they are many
+    assert [like_sd(value, 1.0) for value in (0.001, 2.0)] == ["0.0", "2.0"]
+    assert [like_sd(value, 1e-7) for value in (1e-12, 0.5)] == ["0", "0.50000000"]
     assert deviation(None) == "" and deviation(0.0) == "0"

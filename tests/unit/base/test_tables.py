@@ -80,6 +80,8 @@ def test_a_listing_shows_its_title_its_heads_and_its_rows():
     listing.add_row("slider", "1.5")
     text = printed(listing, 60)
     assert text.index("Two of a kind") < text.index("mass (kg)") < text.index("slider") < text.index("1.5")
+    with pytest.raises(ValueError, match="shorter"):
+        listing.add_row("belt")
 
 
 def test_rows_become_columns():

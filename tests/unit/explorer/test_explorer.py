@@ -11,19 +11,24 @@ import zipfile
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy
+from quick_export import QUICK
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export, export_map
+from fmu_models.explorer import module
 from fmu_models.explorer.description import describe
 from fmu_models.explorer.page import Explorer, checked_page, explore
 from fmu_models.explorer.subject import subject_of
+from fmu_models.fmu.load import load
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.maps import MAPS
+from fmu_models.simulation.run import simulate
 
 RAMP = """
 title = "A belt that speeds up"
@@ -133,6 +138,23 @@ def test_it_tells_its_version_and_is_the_same_page_again(page: Explorer):
     assert told["version"] == page.version and f"stickslip {page.version}" in page.html
     assert explore("planar_hopf").html == page.html
     assert repr(page).startswith("Explorer('planar_hopf', ") and page._repr_html_().startswith("<iframe sandbox=")
+
+
+def test_its_still_picture_is_the_motion_from_the_default_start(page: Explorer):
+    (path,) = re.findall(r'<path d="M([^"V]+)" fill="none" stroke="#', page.html)
+    right, down = np.array([place.split() for place in path.split("L")], dtype=float).T
+    run = simulate(load("planar_hopf"), 20.0, output_times=np.linspace(0.0, 20.0, right.size))
+    assert page.planes == (("x1", "x2"),)
+    for places, values, room, sign in ((right, run["x1"], 480, 1), (down, run["x2"], 360, -1)):
+        # to a scale, within the picture, and up is up
+        assert np.corrcoef(values, places)[0, 1] == pytest.approx(sign, abs=1e-4)
+        assert 0.0 < places.min() < 0.2 * room and 0.8 * room < places.max() < room
+
+
+def test_all_that_a_compiler_may_call_is_in_the_module(monkeypatch: pytest.MonkeyPatch):
+    """What it does itself for a small model and with optimization: to compare the speeds of nine masses it calls."""
+    monkeypatch.setattr(module, "FLAGS", QUICK)
+    assert module.wasm(load("planar_hopf")).startswith(b"\0asm")
 
 
 def test_a_page_is_written_whole_or_not_at_all(page: Explorer, tmp_path: Path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import resource
 import signal
 import subprocess
@@ -12,6 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 from checkout import ROOT
+from hypothesis import given
+from hypothesis import strategies as st
 from store_content import content
 
 from fmu_models import maps
@@ -22,6 +25,7 @@ from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Execution
+from fmu_models.families.store import Log, stored_runs
 from fmu_models.fmu.load import load
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.iteration import Iteration
@@ -92,15 +96,49 @@ def test_a_store_is_the_same_whoever_makes_it_and_what_is_found_as_without_it(na
         xarray.testing.assert_identical(plain, found.drop_attrs().astype({n: plain[n].dtype for n in found.data_vars}))
 
 
-def test_a_chunk_of_jobs_is_a_chunk_of_the_store(whole):
+def test_the_runs_of_a_store_are_those_that_were_made(whole, monkeypatch):
+    made, run = [], Strobe.run
+
+    def noted(self: Strobe, jobs: families.Jobs, stop: Any) -> Any:
+        made.append(run(self, jobs, stop))
+        return made[-1]
+
+    monkeypatch.setattr(Strobe, "run", noted)
+    mapped(workers=1)
+    ends = np.concatenate([rows.ends for rows in made])
+    stored = np.concatenate([rows.ends for rows in stored_runs(whole)])
+    assert len(stored_runs(whole)) >= 3 and {*map(bytes, stored)} <= {*map(bytes, ends)}
+
+
+def test_a_finished_store_is_a_few_files_that_zarr_knows(whole, recwarn):
     import zarr
 
-    runs = zarr.open_group(whole, mode="r")["runs"]
-    assert isinstance(runs, zarr.Group) and len(list(runs.group_keys())) >= 3
-    stage: Any = runs["1"]
-    size = stage["points"].chunks[0]
-    assert 1 < size < stage["points"].shape[0] and stage["done"].shape[0] == -(-stage["points"].shape[0] // size)
-    assert stage["done"][:].all() and stage["outcomes"].chunks == (size,)
+    group: Any = zarr.open_group(whole, mode="r")
+    logs = [array for _, array in group["runs"].arrays()]
+    assert logs and all(array.dtype == np.uint8 and array[:8].view(np.int64)[0] == -1 for array in logs)
+    assert not recwarn.list and len(content(whole)) <= 30
+
+
+@given(numbers=st.lists(st.integers(-1, 9), min_size=1, max_size=12), cut=st.floats(0.0, 1.0), seed=st.integers(0, 99))
+def test_a_log_that_is_cut_keeps_what_was_whole(numbers, cut, seed, tmp_path_factory):
+    path, draw = tmp_path_factory.mktemp("log") / "0.log", random.Random(seed)
+    records = [(number, draw.randbytes(draw.randrange(50))) for number in numbers]
+    tail = draw.randbytes(draw.randrange(40))
+    ends, log = [0], Log(path)
+    for number, text in records:
+        log.put(number, text)
+        ends.append(path.stat().st_size)
+    length = int(cut * ends[-1])
+    kept = dict(records[: sum(end <= length for end in ends) - 1])
+    path.write_bytes(path.read_bytes()[:length] + tail)
+    again = Log(path)
+    assert {number: again.get(number) for number in again.numbers} == kept
+    again.put(3, b"next")
+    kept[3] = b"next"
+    again.sort()
+    sorted_log = Log(path)
+    assert [(number, sorted_log.get(number)) for number in sorted_log.numbers] == sorted(kept.items())
+    assert path.stat().st_size == sum(Log.HEAD.size + len(text) for text in kept.values())
 
 
 @pytest.mark.nightly
@@ -162,10 +200,8 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(whole, tmp_pa
 
 def finished(store: Path) -> int:
     """Chunks that are there."""
-    import zarr
-
-    runs: Any = zarr.open_group(store, mode="r")["runs"]
-    return sum(int(runs[name]["done"][:].sum()) for name in runs.group_keys() if "done" in runs[name])
+    logs = [*store.glob("runs/*.log"), *store.glob("runs/*/c/0")]
+    return sum(len(Log(path).numbers) - 1 for path in logs)
 
 
 def test_a_full_disk_is_said_and_left_behind_when_there_is_room(whole, tmp_path):
@@ -221,6 +257,7 @@ def test_a_store_of_something_else_is_refused_with_the_difference(whole, tmp_pat
         (lambda: mapped(store=tmp_path), "is no store of runs"),
     ]
     (tmp_path / "notes.txt").write_text("of mine")
+    (tmp_path / "zarr.json.partial").write_text("of a process that was killed")
     for make, said in cases:
         with pytest.raises(StickslipError, match=said):
             make()
@@ -263,6 +300,7 @@ def test_a_chain_is_the_same_in_one_piece_and_in_links(monkeypatch):
         monkeypatch.setattr(families, "CHUNK", 10**6)
         assert len(jobs.chunks()) == 2
         whole_chain = one.make(jobs).points
-        monkeypatch.setattr(families, "CHUNK", 70)
-        assert len(jobs.chunks()) == 10
-        assert np.array_equal(one.make(jobs, workers=3).points, whole_chain)
+        for steps, links in ((70, 10), (10, 60)):  # of seven runs and a rest of two, or of one
+            monkeypatch.setattr(families, "CHUNK", steps)
+            assert len(jobs.chunks()) == links
+            assert np.array_equal(one.make(jobs, workers=3).points, whole_chain)

@@ -25,6 +25,11 @@ from fmu_models.fmu.start_values import copy_with_start_values
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
 LOCAL = archive.LOCAL_HEADER
+WITH_PARAMETER = XML.replace(
+    "</ModelVariables>",
+    '<ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed" initial="exact">'
+    '<Real start="1"/></ScalarVariable></ModelVariables>',
+)
 
 
 def named(name: str) -> zipfile.ZipInfo:
@@ -118,15 +123,19 @@ def test_an_entry_that_comes_twice(tmp_path: Path, names: tuple[str, str]) -> No
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_an_entry_that_comes_twice_is_changed_once(tmp_path: Path) -> None:
-    xml = XML.replace(
-        "</ModelVariables>",
-        '<ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed" initial="exact">'
-        '<Real start="1"/></ScalarVariable></ModelVariables>',
-    )
-    fmu = Fmu.open(packed(tmp_path / "a.fmu", ("modelDescription.xml", xml), ("modelDescription.xml", xml)))
+    twice = [("modelDescription.xml", WITH_PARAMETER)] * 2
+    fmu = Fmu.open(packed(tmp_path / "a.fmu", *twice))
     copy = Fmu.open(copy_with_start_values(fmu, tmp_path / "b.fmu", {"k": 2.0}))
     assert float(str(copy.variables["k"].start)) == 2.0
     assert archive.repeated(copy.path) == []
+
+
+def test_a_copy_with_start_values_has_all_other_files_folders_between_them_or_not(tmp_path: Path) -> None:
+    path = packed(
+        tmp_path / "a.fmu", ("modelDescription.xml", WITH_PARAMETER), ("resources/", ""), ("resources/a", "1")
+    )
+    copy = Fmu.open(copy_with_start_values(Fmu.open(path), tmp_path / "b.fmu", {"k": 2.0}))
+    assert (copy.folder / "resources" / "a").read_text() == "1"
 
 
 def edited(path: Path, edit: Callable[[bytearray, int, int], None]) -> Path:

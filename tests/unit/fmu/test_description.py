@@ -109,7 +109,10 @@ def test_an_entry_that_comes_twice_is_told(tmp_path: Path) -> None:
     assert fmu.problems == ["the archive holds 'modelDescription.xml' more than once, with the same contents"]
 
 
-@pytest.mark.parametrize("xml", [XML, XML3])
+OF_NO_ELEMENTS = XML3.replace('start="0"/>', 'start=""><Dimension start="0"/></Float64>')
+
+
+@pytest.mark.parametrize("xml", [XML, XML3, OF_NO_ELEMENTS])
 def test_a_good_one_opens_without_problems(tmp_path: Path, xml: str) -> None:
     fmu = Fmu.open(packed(tmp_path / "a.fmu", ("modelDescription.xml", xml), ("resources/", ""), ("resources/a", "1")))
     assert (fmu.states, fmu.problems) == (["x"], [])

@@ -13,6 +13,7 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.library import sources
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 
@@ -84,6 +85,7 @@ def test_a_platform_without_binary(tmp_path: Path) -> None:
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_missing_binary_is_built_from_the_sources(tmp_path: Path, version: str) -> None:
     path = repacked(tmp_path / "a.fmu", version, "(?!binaries)")
+    assert {Path(name).suffix for name in sources(Fmu.open(path))} == {".c"}  # and not its headers
     run, packed = (simulate(Fmu.open(p), 5.0) for p in (path, built("block_on_belt", fmi_version=version)))
     assert np.array_equal(run["x"], packed["x"])
 

@@ -74,6 +74,9 @@ def test_its_page_shows_names_as_they_are(pump: Fmu) -> None:
     text = printed(sheet(pump))
     for expected in ("[bold]Pump", "Tool 7", "n[/i]", "built when it is simulated", "win64", "and 5 more", "departs"):
         assert expected in text
+    lines = [line.split() for line in text.splitlines()]
+    assert ["n[/i]", "1", "rad/s", "Real"] in [line[:4] for line in lines]
+    assert ["v39", "Real"] in [line[:2] for line in lines]  # without a start value
     assert "\x9b" not in text
     assert "v39" in text
     assert "v40" not in text

@@ -73,14 +73,15 @@ w = Parameter("w", 1.0, "rad/s", "frequency of the first force", positive=True)
 w2 = Parameter("w2", 2.0, "rad/s", "frequency of the second force", positive=True)
 f1 = Parameter("f1", 1.0, "N", "amplitude of the first force")
 f2 = Parameter("f2", 0.4, "N", "amplitude of the second force")
-gap = Parameter("gap", 1.5, "m", "place of the wall")
+gap = Parameter("gap", 1.5, "m", "mean place of the wall")
 e = Parameter("e", 0.8, "1", "restitution")
 q = Coordinate("q", "m", "displacement", velocity="v")
 
 
 def beaten(**more: Any) -> Mechanism:
-    """A mass between spring and wall under two forces."""
-    force = f1 * sympy.cos(w * TIME) + f2 * sympy.sin(w2 * TIME + sympy.Rational(1, 3))
+    """A mass between spring and wall under two forces, the second of which shakes the wall too."""
+    second = sympy.sin(w2 * TIME + sympy.Rational(1, 3))
+    force = f1 * sympy.cos(w * TIME) + f2 * second
     declared: dict[str, Any] = {
         "name": "beaten_mass",
         "title": "Mass under two forces",
@@ -89,7 +90,7 @@ def beaten(**more: Any) -> Mechanism:
         "kinetic_energy": m * q.v**2 / 2,
         "potential_energy": k * q**2 / 2,
         "applied": {q: force - c * q.v},
-        "contacts": [Impact(name="wall", gap=gap - q, restitution=Newton(e))],
+        "contacts": [Impact(name="wall", gap=gap * (1 + second / 10) - q, restitution=Newton(e))],
     }
     return Mechanism(**{**declared, **more})
 
@@ -106,6 +107,10 @@ def test_a_sum_of_sinusoids_is_followed_and_one_without_a_period_refused(strobe)
     assert lanes.in_lanes.sum() == lanes.steps.sum()
     assert lanes.began.sum() > 50
     assert lanes.points == pytest.approx(series.points, abs=1e-9)
+    jobs = Jobs(starts, rows=2, derivatives=True)
+    near, near_series = strobe.run(jobs, GO), strobe.stepped_by("taylor").run(jobs, GO)
+    assert near.in_lanes.sum() == near.steps.sum()
+    assert near.derivatives == pytest.approx(near_series.derivatives, rel=1e-8, abs=1e-8)
     for mixed in (strobe.at(w2=math.sqrt(2.0)), strobe.stepped_by("taylor").at(w2=1.5)):
         with pytest.raises(StickslipError, match=r"another 6\.28319 s later\. Strobe it with a period that all"):
             mixed.run(Jobs(starts[:2], rows=2), GO)
@@ -137,6 +142,13 @@ def test_a_declaration_that_is_linear_for_some_parameters_says_for_which():
     hard = lower(beaten(name="hard_mass", potential_energy=k * q**2 / 2 + a * q**4 / 4))
     said = ("the rate of v: q**3 is not linear in the states, but for a = 0",)
     assert obstacles(hard) == lane_obstacles(hard) == said
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_force_whose_squares_cancel_is_linear(sign):
+    """(q + gap)^2 - q^2 is 2 gap q + gap^2; with one sign the spring's force is cancelled too."""
+    squares = k * (q + gap) ** 2 / (2 * gap) - k * q**2 / (2 * gap)
+    assert obstacles(lower(beaten(name="bevelled_mass", applied={q: sign * squares - c * q.v}))) == ()
 
 
 def test_a_ramp_is_linear_but_no_strobe_repeats_it():

@@ -100,6 +100,8 @@ def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
     known = lanes_of(system.fmu)
     steppers = [one for width in (1, 2, 4, 8) if (one := known.stepper(width)) is not None]
     assert [one.lanes for one in steppers][:2] == [1, 2]
+    widest = known.stepper()
+    assert widest is not None and widest.lanes == steppers[-1].lanes
     made = []
     for stepper in steppers:
         monkeypatch.setitem(vars(system), "_lanes", stepper)

@@ -212,6 +212,7 @@ def test_a_contact_is_lowered_to_two_directions():
     system = lower(mechanism)
     other, normal, tangent = system.contacts
     assert [c.name for c in system.contacts] == ["other", "rim", "rim_friction"]
+    assert [c.directions for c in mechanism.contacts] == [1, 2]
     assert [c.kind.name for c in system.contacts] == ["impact", "impact", "impact_friction"]
     assert [c.indicators for c in system.contacts] == [("gap",), ("gap",), ("slip",)]
     assert [c.partner for c in system.contacts] == [None, 2, 1]

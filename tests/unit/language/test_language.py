@@ -200,6 +200,14 @@ def test_values_out_of_range_are_answered_with_a_lesson(values, lesson):
         check_values(declare(), values)
 
 
+def test_no_oscillator_takes_a_mass_of_zero():
+    for name in oscillators.names():
+        model = oscillators.load(name)
+        for mass in [q for q in model.parameters if q.unit in ("kg", "kg m2")]:
+            with pytest.raises(StickslipError, match=f"{mass.name} = 0 .* must be > 0"):
+                check_values(model, {mass.name: 0.0})
+
+
 @pytest.mark.parametrize("values", [{}, {"N": 0.0}, {"mu_k": 0.5}, {"p": 0.0}, {"p": 1e6, "mu_s": 2.0}])
 def test_limiting_values_are_accepted(values):
     check_values(declare(), values)

@@ -116,6 +116,18 @@ def test_kinetic_energy_that_depends_on_time_gives_its_inertial_force():
     assert same(lower(moving).acceleration[0], V * nu * sympy.sin(nu * TIME))
 
 
+def test_impulses_change_the_energy_that_is_quadratic_in_the_velocities():
+    """A bead on a hoop that turns about its diameter: the turning has energy of its own."""
+    hoop = Mechanism(
+        name="hoop",
+        title="bead on a hoop that turns",
+        source="test",
+        coordinates=[phi],
+        kinetic_energy=m * l**2 * (phi.v**2 + (nu * sympy.sin(phi)) ** 2) / 2,
+    )
+    assert same(lower(hoop).kinetic_energy, m * l**2 * phi.v**2 / 2)
+
+
 def start(model: CompiledModel, state: list[float], inputs: list[tuple[float, float]], time: float = 0.0) -> None:
     """Load order 0 of the states and both orders of inputs and time."""
     for i, value in enumerate(state):

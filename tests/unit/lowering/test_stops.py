@@ -100,6 +100,7 @@ WRONG = {
         lambda: stop(law=LankaraniNikravesh(kh, 1.3, e)),
         "the depth to the power 13/10. The power must be",
     ),
+    "negative power": (lambda: stop(law=LankaraniNikravesh(kh, -0.5, e)), "the depth to the power -1/2. The power"),
     "symbolic power": (lambda: stop(law=LankaraniNikravesh(kh, e, e)), "the depth to the power e"),
     "gap with velocity": (lambda: declare(stop(gap=g - x.v * m / cs)), "gap = .* depends on v; it says where"),
     "gap that stays": (lambda: declare(stop(gap=g)), "gap = g is the same wherever the body is"),
@@ -122,6 +123,11 @@ WRONG = {
 def test_a_mistake_is_answered_with_a_lesson(declaration, lesson):
     with pytest.raises(StickslipError, match=lesson):
         declaration()
+
+
+@pytest.mark.parametrize(("power", "rooted"), [(0.5, True), (1, False), (1.5, True), (2, False), (2.5, True)])
+def test_the_depth_has_whole_and_half_powers_down_to_its_root(power, rooted):
+    assert stop(law=LankaraniNikravesh(kh, power, e)).rooted == rooted
 
 
 UNITS = {

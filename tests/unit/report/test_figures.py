@@ -19,7 +19,8 @@ from fmu_models.analyses.section import PoincareSection
 from fmu_models.base import shown
 from fmu_models.base.figures import part_ticks, save_figure
 from fmu_models.report.inline_svg import inline_svg
-from fmu_models.report.scene_figure import draw
+from fmu_models.report.scene_figure import draw, draw_families
+from fmu_models.scene.kinds.kind import Row
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.judge import StressCell
@@ -103,6 +104,16 @@ def test_labels_that_touch_are_fewer():
     assert 2 <= len(figure.axes[0].get_xticks()) < before
 
 
+def test_where_little_fits_two_intervals_or_fewer_are_labelled():
+    """Eight digits are wider than a third of the axis."""
+    figure = Figure(figsize=(2.6, 3.0), layout="constrained")
+    figure.subplots().plot([1e7, 9e7], [1.0, 2.0])
+    figure.axes[0].ticklabel_format(style="plain", axis="x")
+    part_ticks(figure)
+    boxes = [text.get_window_extent() for text in figure.axes[0].get_xticklabels() if text in shown_texts(figure)]
+    assert boxes and not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_in_a_page_says_what_was_drawn(name):
     figure = FIGURES[name]()
@@ -163,6 +174,18 @@ def test_panels_at_the_edge_have_labels_with_units(tmp_path, monkeypatch):
         labelled = any(label in texts for label in axes.get_xticklabels())
         assert labelled == bool(axes.get_xlabel())
         assert axes.get_xlabel() in ("", "x (m)") and axes.get_ylabel() in ("", "v (m/s)")
+
+
+def test_families_have_a_panel_each(tmp_path, monkeypatch):
+    section = PoincareSection("drawn", ("a", "b"), (), np.zeros((3, 2)), np.ones(3), np.zeros((3, 0), np.int32))
+    rows = [Row(at=float(i), values={}, family=replace(section)) for i in range(3)]
+    drawn = []
+    monkeypatch.setattr("fmu_models.report.scene_figure.save_figure", lambda figure, path, **_: drawn.append(figure))
+    draw_families("three", "w", rows, tmp_path / "a.png")
+    assert [(axes.get_title(), axes.axison) for axes in drawn[0].axes] == [
+        *((f"w = {i}", True) for i in range(3)),
+        ("", False),  # of two in a row
+    ]
 
 
 @pytest.mark.parametrize("count", [3, 300])

@@ -65,14 +65,19 @@ def test_two_states_without_a_coordinate_are_a_plane_and_one_alone_is_a_series()
 
 
 def test_what_is_asked_for():
-    figure, run = drawn("woodpecker", 0.3, ("y, phi_M,phi_S", "phi_S:w_S", "time:y"))
+    figure, run = drawn("woodpecker", 0.3, ("y, phi_M,phi_S", "phi_S:w_S", "time:y", "phi_M:w_M", "y:v"))
     assert labels(figure) == [
         ("", "y (m)"),
         ("", "rad"),
         ("time (s)", ""),
         ("phi_S (rad)", "w_S (rad/s)"),
         ("time (s)", "y (m)"),
+        ("phi_M (rad)", "w_M (rad/s)"),
+        ("y (m)", "v (m/s)"),
     ]
+    places = [axes.get_subplotspec() for axes in figure.axes]
+    # none lies on another: three portraits stand side by side
+    assert [place and place.rowspan for place in places] == [range(row, row + 1) for row in (0, 1, 2, 3, 3, 3, 4)]
     legend: Any = figure.axes[1].get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["phi_M", "phi_S"]
     np.testing.assert_array_equal(figure.axes[3].lines[0].get_xydata(), np.stack([run["phi_S"], run["w_S"]], 1))

@@ -17,8 +17,9 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments, compare, compute
+from fmu_models.scene.kinds.kind import period
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
-from fmu_models.scene.scene import Scene
+from fmu_models.scene.scene import Compute, Scene
 from fmu_models.simulation.run import simulate
 from fmu_models.validation.scene_savings.left_out import left_out
 from fmu_models.validation.scene_savings.measure import size, time_runs, whole_model
@@ -302,6 +303,8 @@ f0 = [0.1, 0.2]
 def test_a_family_of_a_scene_is_kept_whole(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, CHART)
     assert scene.compute.axes["omega"] == pytest.approx((math.pi / 3, (math.pi / 3 + 1.5) / 2, 1.5), rel=1e-15)
+    of_two = scene_of(tmp_path, CHART.replace("count = 3", "count = 2"))
+    assert of_two.compute.axes["omega"] == (math.radians(60.0), 1.5)
     assert scene.compute.settings == {"what": "period"} and scene.compute.axes["f0"] == (0.1, 0.2)
     assert Scene.from_json(scene.to_json()) == scene
 
@@ -328,6 +331,13 @@ def test_a_mistake_in_a_family_is_named_by_its_line(tmp_path: Path, old: str, ne
     assert old in CHART
     with pytest.raises(StickslipError, match=rf"line {line}: .*{re.escape(said)}"):
         scene_of(tmp_path, CHART.replace(old, new))
+
+
+def test_a_frequency_counts_periods_unless_it_is_an_angular_one(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, CHART)
+    assert period(scene, {"omega": 4.0}) == pytest.approx(math.pi / 2)  # rad/s
+    counted = dataclasses.replace(scene, compute=Compute(kind="strobe", forcing="omega"))
+    assert period(counted, {"omega": 4.0}) == 0.25
 
 
 def test_an_orbit_is_of_a_strobe(tmp_path: Path) -> None:

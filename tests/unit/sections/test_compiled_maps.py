@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -47,6 +48,7 @@ def test_rows_are_those_of_the_interpreted_rule(name, asked):
     iteration = system(name)
     jobs = Jobs(starts(iteration), transient=7, **asked)
     compiled, interpreted = iteration.run(jobs, STOP), stepwise.run(iteration, jobs, STOP)
+    assert (compiled.derivatives.size > 0) == (interpreted.derivatives.size > 0) == ("derivatives" in asked)
     done = compiled.outcomes == families.FINISHED
     assert done.any() and (interpreted.steps[done] == 7 + jobs.rows * jobs.batch).all()
     # NumPy rounds sines of many numbers otherwise than libm those of one
@@ -59,6 +61,14 @@ def test_differences_grow_as_those_of_the_interpreted_rule(name, tangents):
     iteration = system(name)
     jobs = Jobs(starts(iteration, 6), transient=3, rows=2, batch=9, tangents=tangents)
     assert_same(iteration.run(jobs, STOP), stepwise.run(iteration, jobs, STOP), 1e-11, without=("steps",))
+
+
+def test_a_difference_that_is_lost_in_the_transient_is_taken_up_after_it():
+    """The logistic map is flat at 1/2, which it maps to r/4."""
+    r = 3.9
+    jobs = Jobs(np.array([[0.5]]), transient=1, tangents=1)
+    for run in (system("logistic", r=r).run(jobs, STOP), stepwise.run(system("logistic", r=r), jobs, STOP)):
+        assert run.growth[0, 0, 0] == pytest.approx(math.log(r * (2 * r / 4 - 1)), rel=1e-12)
 
 
 def test_sums_of_exponents_are_what_volumes_say():

@@ -72,6 +72,15 @@ def test_three_fixed_points_between_two_samples(places):
     assert [point.x for point in found.fixed_points] == pytest.approx(places, abs=1e-8)
 
 
+@pytest.mark.parametrize("slope", [30.0, 300.0, 1e4, 1e5])
+@pytest.mark.parametrize("beside", [-3e-14, -3e-16, -1e-16, 1e-16, 3e-16, 3e-15, 3e-14])
+def test_a_steep_fixed_point_a_rounding_beside_a_sample_is_one(slope, beside):
+    for sample in np.linspace(0.0, 1.0, 200)[[20, 140]]:
+        place = float(sample) + beside
+        (point,) = find_crossings(lambda x, place=place: x + slope * (x - place), 0.0, 1.0).fixed_points
+        assert point.x == pytest.approx(place, abs=1e-12)
+
+
 def test_a_touch_of_the_diagonal_is_a_fixed_point():
     found = find_crossings(lambda x: x + x**2, -1.0, 1.1)
     assert [p.x for p in found.fixed_points] == pytest.approx([0.0], abs=1e-7)

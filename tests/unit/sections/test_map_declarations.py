@@ -68,7 +68,7 @@ WRONG = {
     "foreign modulus": (lambda: alone(x, modulus={y: 1}), "the modulus of 'y' is 1"),
     "name twice": (lambda: alone(x + Parameter("x", 1.0, "1", "again")), "'x' names both"),
     "no name": (lambda: declare(name="2d map"), "'2d map' is not a name"),
-    "requirement": (lambda: alone(c * x, requirements=[Requirement(x, "x is large")]), "may use parameters only"),
+    "requirement": (lambda: alone(c * x, requirements=[Requirement(x - c, "x is large")]), "may use parameters only"),
     "units": (
         lambda: declare(states=[length], rule={length: length**2}, inverse=None, box={length: (0.0, 1.0)}),
         "units do not match: the rule of l is in m",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from fmu_models import TIME, Coordinate, Coulomb, Friction, Mechanism, Parameter
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import accuracy
 from fmu_models.simulation.accuracy import simulate_with_error
 from fmu_models.simulation.defect import defect_of
 
@@ -170,6 +172,12 @@ def test_a_deciding_function_that_turns_negative_contradicts():
     times = np.linspace(0.0, 4.0, 400001)
     first = times[np.argmax(2.0 + np.cos(50 * times) - times < 0)]
     assert which == 1 and time == pytest.approx(first, abs=0.01)
+
+
+def test_what_contradicts_its_contact_is_named_with_its_time(monkeypatch):
+    monkeypatch.setattr(accuracy, "defect_of", lambda *run: replace(defect_of(*run), contradiction=(0.2, 0)))
+    _, estimate = simulate_with_error(Fmu.open(built("block_on_belt")), 0.5)
+    assert (estimate.wrong, estimate.contradiction) == (0.2, "belt_indicator")
 
 
 def wrong(fmu: Fmu, truth: float, end: float, state: str, **arguments: Any) -> None:

@@ -94,6 +94,12 @@ def test_values_that_hold_jump_at_the_next_one(tmp_path: Path) -> None:
     assert not signal.piece(TIME)[1].any()
 
 
+def test_a_signal_rises_no_further_at_its_end() -> None:
+    values, slopes = Signal([0.0, 1.0, 3.0], [0.0, 2.0, 3.0]).piece(np.array([0.5, 1.0, 2.0, 3.0]))
+    assert values.tolist() == [1.0, 2.0, 2.5, 3.0]
+    assert slopes.tolist() == [2.0, 0.5, 0.5, 0.0]
+
+
 @given(st.sets(st.integers(-(10**6), 10**6), min_size=2, max_size=30), st.data())
 def test_samples_come_back_from_every_form(microseconds: set[int], data: st.DataObject) -> None:
     times = np.array(sorted(microseconds)) * 1e-6

@@ -171,6 +171,13 @@ def test_what_cannot_be_read(run: tuple[Fmu, Trajectory], tmp_path: Path) -> Non
         read_trajectory(path)
 
 
+def test_an_event_of_any_fmu_is_told_in_a_line() -> None:
+    of_wall = ForeignEvent(1.5, "state", 2, "wall", -1.0, 0.0, (), ())
+    assert str(of_wall) == "1.5 s: state of indicator 2 (wall)"
+    assert str(dataclasses.replace(of_wall, name="")) == "1.5 s: state of indicator 2"
+    assert str(ForeignEvent(2.0, "time", -1, "", 0.0, 0.0, (), (), "fast")) == "2 s: time, fast ticks"
+
+
 def test_long_texts_are_cut(run: tuple[Fmu, Trajectory], tmp_path: Path) -> None:
     fmu, trajectory = run
     origin = dataclasses.replace(Provenance.of(fmu, "taylor", 0.0, 5.0), generation_tool="\u20ac" * 100_000)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import shutil
+import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from weakref import WeakKeyDictionary
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.cache import cache_folder, digest
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.codegen.package import built
 from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
@@ -52,9 +53,9 @@ def test_a_library_is_compiled_once(compiler: list[list[str]], tmp_path: Path) -
 
 
 def test_a_header_that_changes_makes_another_library(compiler: list[list[str]], tmp_path: Path) -> None:
-    body = '#include "n.h"\n__attribute__((visibility("default"))) int answer(void);\nint answer(void) { return N; }\n'
+    body = '#include "of/two/n.h"\n' + SOURCE["all.c"].replace("42", "N")
     for n in (1, 2):
-        library = compile_shared({"all.c": body, "n.h": f"#define N {n}\n"}, tmp_path / f"{n}.so")
+        library = compile_shared({"all.c": body, "of/two/n.h": f"#define N {n}\n"}, tmp_path / f"{n}.so")
         assert ctypes.CDLL(str(library)).answer() == n
     assert len(compiler) == 2
 
@@ -74,9 +75,36 @@ def test_an_error_of_the_compiler_is_shown_and_nothing_kept(compiler: list[list[
     assert not list((cache_folder() / "libraries").iterdir())
 
 
+@pytest.mark.parametrize("said", ["error: NoSpaceLeft", "all.c:1:1: fatal error: No space left on device"])
+def test_a_disk_that_is_full_is_told_whatever_else_the_compiler_says(
+    said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess(command, 1, "", f"warning: of something else\n{said}\n1 error generated.\n")
+
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(toolchain.subprocess, "run", full)
+    with pytest.raises(WriteError, match=r"is full\. Make room there, or set STICKSLIP_CACHE"):
+        compile_shared(SOURCE, tmp_path / "library.so")
+
+
 def test_a_warning_is_an_error(compiler: list[list[str]], tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="unused"):
         compile_shared({"all.c": "int f(void);\nint f(void) { int x = 1; return 2; }\n"}, tmp_path / "out.so")
+
+
+def test_what_only_a_runtime_of_the_compiler_has_is_not_linked_on_linux(tmp_path: Path) -> None:
+    """Division of numbers of 128 bits, for one: our C does without, so that no such runtime is built."""
+    source = SOURCE["all.c"].replace("int ", "__int128 ").replace("(void)", "(__int128 a)").replace("42", "42 / a")
+    with pytest.raises(StickslipError, match="undefined symbol: __divti3"):
+        compile_shared({"all.c": source}, tmp_path / "out.so", target="x86_64-linux-gnu.2.17")
+
+
+def test_headers_of_a_c_library_are_there_though_it_is_not_linked(compiler: list[list[str]], tmp_path: Path) -> None:
+    source = "#include <math.h>\n#include <string.h>\ndouble size(double x) { return fabs(x); }\n"
+    options = (toolchain.WITHOUT_LIBRARY, "-O2", "-rtlib=none", "-Wl,--no-entry")
+    module = compile_shared({"all.c": source}, tmp_path / "module", target="wasm32-wasi", options=options)
+    assert module.read_bytes()[:4] == b"\0asm"
 
 
 def test_a_cache_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

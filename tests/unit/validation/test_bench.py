@@ -127,6 +127,31 @@ class Broken(Slow):
         return lambda tolerance: MethodRun(np.array([math.nan, 0.0]), None, None, 1e-3)
 
 
+class Dear(Slow):
+    """Takes hours, as it says."""
+
+    name = "dear"
+
+    def prepare(self, problem) -> Callable[[float], MethodRun]:
+        return lambda tolerance: MethodRun(np.array([0.0, 0.0]), None, None, 1e4)
+
+
+def test_a_dear_method_leaves_others_their_rounds(short):
+    dear, dear_too, ours = compare(short, (Dear(), OURS)).rows
+    assert (dear.runs, dear_too.runs, ours.runs) == (1, 1, bench_run.ROUNDS)
+
+
+def test_what_was_not_run_in_time_is_told_row_by_row(short, monkeypatch):
+    monkeypatch.setattr(bench_run, "FIRST_UNTIL", -1.0)
+    result = compare(short, (Dear(), Broken()))
+    assert not result.rows
+    assert [(row.method, row.why) for row in result.refusals] == [
+        (f"{name}, {tolerance}", "not run: the time was used up")
+        for tolerance in ("0.001", "1e-06")
+        for name in ("dear", "broken")
+    ]
+
+
 def test_a_method_that_hangs_is_given_up(short, monkeypatch):
     monkeypatch.setattr(bench_run, "LONGEST", 0.2)
     result = compare(short, (OURS, Slow()))

@@ -87,6 +87,12 @@ def test_ball_meets_the_table_once_per_period(ball, method, tolerance, allowed):
     assert len([s for s in run.switches or () if s.matters]) == 1
 
 
+def test_time_stepping_treats_two_walls():
+    """Plastic: once per period the particle is released by the left wall at its speed, in closed form."""
+    pair = problem("impact_pair_stick", 4 * math.pi)
+    assert error(Moreau().prepare(pair)(5e-4), (-0.5, 1.0)) < 1e-2
+
+
 def test_time_stepping_is_of_first_order(support):
     """A third of the step: at most a half of the error, and no third of a half, within what the events' places add."""
     runs = [error(Moreau().prepare(support)(step), SUPPORT) for step in (3e-3, 1e-3, 1e-4)]

@@ -10,6 +10,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from identification.calibration.calibrate import calibrate
+from identification.calibration.follow import follow
 from identification.calibration.log import model_log
 
 TRUE = {"e": 0.7, "A": 6e-3}
@@ -41,6 +42,19 @@ def test_ball_is_found_from_its_sound_alone(ball, hits, tmp_path):
     # 5 of 18 times go into the unknowns
     assert 0.5 * NOISE < line.rms < 1.4 * NOISE
     assert found.horizon is not None and found.horizon < 3.0
+
+
+def test_exact_times_give_an_exact_fit_and_are_followed_from_the_start_that_was_found(ball):
+    """23 impacts, from elsewhere than where the model starts by itself."""
+    elsewhere = {"x": 0.006, "v": -0.3}
+    times = np.array([event.time for event in simulate(ball, 3.0, parameters=TRUE, start=elsewhere).impacts])
+    log = model_log({"t_hit": times}, ball, events={"table": "t_hit"}, name="heard")
+    told = calibrate(ball, log, free=["e"], parameters={**TRUE, **elsewhere}, guesses=1, attempts=1)
+    assert told.residuals[0].rms == 0 and [one.misfit for one in told.minima] == [1.0]
+    found = calibrate(ball, log, free=["e"], parameters=TRUE, attempts=1)
+    assert [one.value for one in found.starts] == pytest.approx([0.006, -0.3], rel=1e-6)
+    (line,) = follow(found, ball, log).residuals
+    assert line.samples == 23 and line.rms < NOISE
 
 
 def test_event_times_beside_samples(ball, hits):

@@ -88,7 +88,11 @@ def test_the_command_reads_degrees_and_refuses_what_does_not_decay(tmp_path) -> 
         fit_decays(written(tmp_path / "still.csv", time, np.sin(time)))
 
 
-def test_a_time_is_read_in_the_unit_that_the_file_states(tmp_path) -> None:
-    time, angle = swinging(0.5, pendulum=False, end=20.0)
+def test_a_time_is_read_in_the_unit_that_the_file_states_and_up_to_the_rest(tmp_path) -> None:
+    time, angle = swinging(0.5, pendulum=False, end=40.0)
     fit = fit_decays(written(tmp_path / "swing.csv", 1e3 * time, angle, "time [ms],angle [rad]"))
     assert fit["w0"].value == pytest.approx(W0, rel=1e-5)
+    # a log that goes on at rest is taken to two periods after its last swing
+    rests = time[np.argmax(angle == angle[-1])]
+    assert rests < 25
+    assert rests < fit.log().time[-1] < rests + 2 * 2 * np.pi / W0

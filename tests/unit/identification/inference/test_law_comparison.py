@@ -102,6 +102,31 @@ def test_held_out_logs_are_predicted_by_the_others() -> None:
     assert found.best.worse == 0
 
 
+def missed(problem: Curve, degree: int) -> np.ndarray:
+    """Sum of squares (k,) of each cluster by the polynomial of the other logs."""
+    sums = np.zeros(int(problem.cluster.max()) + 1)
+    design = problem.slope(np.zeros(degree))
+    for number in range(3):
+        values = np.linalg.lstsq(design[problem.log != number], problem.measured[problem.log != number], rcond=None)[0]
+        held = problem.log == number
+        np.add.at(sums, problem.cluster[held], (design[held] @ values - problem.measured[held]) ** 2)
+    return sums
+
+
+@pytest.mark.parametrize("joined, curve", [(False, 2.0), (True, 0.4)])
+def test_predictions_are_told_apart_by_their_scatter_from_slip_to_slip(joined: bool, curve: float) -> None:
+    line, parabola = (polynomials(white(8, 120), curve)[name] for name in ("line", "parabola"))
+    if joined:  # a law that sees two slips as one
+        line = replace(line, cluster=np.minimum(line.cluster, 10))
+    found = compare_problems({"line": line, "parabola": parabola}, "abc")
+    less, more = missed(line, 2), missed(parabola, 3)
+    scatter = 11 * np.var(less, ddof=1) + 12 * np.var(more, ddof=1) if joined else 12 * np.var(less - more, ddof=1)
+    score = next(one for one in found.scores if one.law != found.best.law)
+    sign = 1 if score.law == "line" else -1
+    # and the chance of the fits themselves, which makes it less
+    assert score.worse == pytest.approx(sign * (less.sum() - more.sum()) / np.sqrt(scatter), rel=0.02)
+
+
 def test_coloured_residuals_count_less() -> None:
     # values of a cluster that share most of their noise: ten say little more than one
     rng = np.random.default_rng(4)

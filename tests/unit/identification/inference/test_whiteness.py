@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import f
 
 from identification.inference.problem import Evaluation
-from identification.inference.whiteness import BINS, COURSE, whiteness
+from identification.inference.whiteness import BINS, COURSE, LogResiduals, SpeedResidual, Whiteness, whiteness
 
 pytestmark = pytest.mark.digits
 
@@ -69,6 +71,18 @@ def test_a_range_of_slip_speeds_that_is_missed_is_named() -> None:
     assert worst.slip == pytest.approx(float(np.mean(here.slip[fast])), rel=0.01)
     assert worst.deviations > 3 and worst.mean == pytest.approx(0.5, abs=0.15)
     assert f"{worst.slip:.3g} m/s" in found.warnings[0] and "stickslip laws" in found.warnings[0]
+
+
+def test_what_is_missed_is_told_by_the_most_telling_test() -> None:
+    # 0.0026998 is the chance of a normal variable beyond three deviations, on either side (printed tables)
+    logs = (LogResiduals("a", 90, 0.0, 1.0, 0.5), LogResiduals("b", 90, 0.0, 1.0, None))
+    repeats = LogResiduals("c", 90, 0.0, 1.0, 0.0026998)
+    slow, fast = SpeedResidual(0.1, 0.1, 1.4), SpeedResidual(0.2, -0.3, -4.2)
+    assert Whiteness((*logs, repeats), (slow,)).missed == pytest.approx(3.0, abs=1e-4)
+    assert Whiteness((*logs, repeats), (slow, fast)).missed == 4.2
+    assert Whiteness(logs, ()).missed == pytest.approx(0.67449, abs=1e-5)
+    assert Whiteness((), ()).missed == 0.0
+    assert 30 < Whiteness((replace(repeats, course=0.0),), ()).missed < 40
 
 
 def test_few_clusters_are_not_judged() -> None:

@@ -6,6 +6,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,12 @@ def test_a_start_from_exact_data_is_near(name: str, scale: float) -> None:
     np.testing.assert_allclose(law.value(SLIP, found), law.value(SLIP, q), atol=0.04)
 
 
+def test_a_part_of_a_law_that_no_parameter_scales_is_not_sought() -> None:
+    law = find_law("Coulomb+viscous")
+    raised = replace(law, value=lambda speed, q: 0.2 + law.value(speed, q))
+    assert raised.start(SLIP, 0.6 + 0.5 * SLIP) == pytest.approx([0.4, 0.5], rel=1e-12)
+
+
 def test_what_mu_does_not_tell_starts_at_its_default() -> None:
     law, q = find_law("LuGre"), np.array([0.65, 0.35, 15.0, 5e5, 40.0])
     assert list(law.start(SLIP, law.value(SLIP, q))[3:]) == [2e5, 100.0]
@@ -111,6 +118,12 @@ def test_rising_friction_is_warned_of(name: str) -> None:
     (said,) = law.warnings(q)
     assert said.startswith("mu_s = 0.3 is less than mu_k = 0.4: ")
     assert f"which the {name} law does not mean" in said and "Coulomb+viscous" in said
+
+
+def test_friction_at_rest_is_a_parameter_of_the_laws_that_are_flat_there() -> None:
+    named = {name: law.names[law.at_rest] for name, law in slip_laws().items() if law.at_rest is not None}
+    falling = dict.fromkeys(("Conti", "Tustin", "Conti+viscous", "Stribeck+viscous"), "mu_s")
+    assert named == {"Coulomb": "mu", "Coulomb+viscous": "mu", **falling}
 
 
 def test_an_unknown_law_is_refused_with_the_nearest() -> None:

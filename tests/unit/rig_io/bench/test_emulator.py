@@ -150,6 +150,7 @@ def test_one_seed_is_one_bench() -> None:
     settings = Emulation("a", duration=2.0)
     first, again, other = emulate(settings, 7), emulate(settings, 7), emulate(settings, 8)
     second = emulate(settings, 7, number=1)
+    np.testing.assert_allclose(first.time, np.arange(2001) / 1000, rtol=0, atol=1e-12)
     for name in first.columns:
         np.testing.assert_array_equal(first.column(name), again.column(name))
         assert not np.array_equal(first.column(name), other.column(name))

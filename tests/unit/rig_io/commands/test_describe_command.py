@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,9 @@ from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
 from identification.commands.application import app
+from rig_io.description.answers import Answers
+from rig_io.description.draft import draft
+from rig_io.description.figure import columns_figure
 from rig_io.readers import csv_log
 
 WIDE = CliRunner(env={"COLUMNS": "400"})  # paths stay on one line
@@ -32,6 +36,8 @@ def test_the_fit_that_is_proposed_takes_a_decay_of_another_folder_where_there_is
     assert shown.split("Fit:")[1].split() == ["stickslip", "fit", str(logs)]
     again = ["describe", str(other), "--like", str(logs), "--set", "w:run.csv=unknown", "--kind", "run.csv=stick-slip"]
     shown = WIDE.invoke(app, again).output
+    assert "run.csv: stick-slip (as said)" in shown and "laser [mm]" not in shown
+    assert re.search(r"laser +laser +mm +\d+ %", shown)  # what nobody was asked about is shown
     assert shown.split("Fit:")[1].split() == ["stickslip", "fit", str(other), str(decay)]
 
 
@@ -41,3 +47,12 @@ def test_a_figure_that_exists_stays_and_nothing_is_described(tmp_path: Path) -> 
     done = CliRunner().invoke(app, ["describe", str(path), "--figure", str(figure)])
     assert isinstance(done.exception, StickslipError) and "exists already" in str(done.exception)
     assert figure.read_text() == "mine" and not (tmp_path / "datapackage.json").exists()
+
+
+def test_a_figure_names_each_column_with_its_role_and_unit(tmp_path: Path) -> None:
+    path = swing(tmp_path / "run.csv")
+    path.write_text(path.read_text().replace("laser [mm]", "Kanal"))
+    columns = columns_figure(draft([path], Answers(columns={"Kanal": "none"})).logs).axes
+    assert [axis.get_title(loc="left").split(",")[0] for axis in columns] == ["t: time", "Kanal: no role"]
+    assert [axis.get_ylabel() for axis in columns] == ["s", "?"]
+    assert np.asarray(columns[0].lines[0].get_ydata())[-1] == 3.999

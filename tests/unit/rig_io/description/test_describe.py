@@ -1,4 +1,4 @@
-"""What columns are, by name and content; answers as people write them; sidecars that contradict their logs."""
+"""What columns are, by name and content; answers, questions, and sidecars that contradict their logs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.measured import read_measured
-from rig_io.description import quantities
 from rig_io.description.answers import Answers, from_file, from_options
 from rig_io.description.draft import draft, package_of, write
 from rig_io.description.names import named
@@ -43,57 +42,6 @@ def test_other_names_speak_for_nothing(name: str) -> None:
     assert max(named(name).values(), default=0.0) < 0.6
 
 
-QUANTITIES = {
-    "0.0548±0.0003": (0.0548, 0.0003),
-    "0.0548 ± 0.0003 kg m²": (0.0548, 0.0003),
-    "548 ± 3 kg*cm^2": (0.0548, 0.0003),
-    "0,0548 +- 0,0003": (0.0548, 0.0003),
-    "0.0548(3)": (0.0548, 0.0003),
-    "0.0548 ± 0.5 %": (0.0548, 0.000274),
-    "5.48e-2(3) kg.m2": (0.0548, 0.0003),
-    "0.0548": (0.0548, None),
-    "0.0548 ± unknown": (0.0548, None),
-    "unknown": (None, None),
-    "unbekannt": (None, None),
-}
-
-
-@pytest.mark.parametrize(("text", "expected"), QUANTITIES.items())
-def test_quantities_as_people_write_them(text: str, expected: tuple[float | None, float | None]) -> None:
-    found = quantities.quantity(text, "kg*m^2", "J")
-    for one, true in zip((found.value, found.deviation), expected, strict=True):
-        assert one == (None if true is None else pytest.approx(true, rel=1e-12))
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("a lot", "no number"),
-        ("3 N", "cannot be converted"),
-        ("3 ± -1", "an uncertainty of -1"),
-        ("3 blink", "unknown unit"),
-    ],
-)
-def test_what_is_no_quantity_is_named(text: str, message: str) -> None:
-    with pytest.raises(StickslipError, match=rf"J.*{message}"):
-        quantities.quantity(text, "kg*m^2", "J")
-
-
-def test_instruments_as_people_write_them() -> None:
-    assert quantities.laser("0.01 ± 0.00002 m/V, 5 V", "laser") == {
-        "gain": 0.01,
-        "gain_deviation": pytest.approx(0.002),
-        "zero": 5.0,
-    }
-    assert quantities.laser("10 mm/V at 4,98 V", "laser")["zero"] == 4.98
-    assert quantities.laser("-10 mm/V, unknown", "laser") == {"gain": -0.01, "gain_deviation": None, "zero": None}
-    assert quantities.encoder("1000 x4", "encoder") == {"pulses_per_revolution": 1000, "quadrature": True}
-    assert quantities.encoder("512, 16 bit", "encoder")["counter_bits"] == 16
-    for wrong in ("0", "1000.5", "many"):
-        with pytest.raises(StickslipError, match="is no encoder"):
-            quantities.encoder(wrong, "encoder")
-
-
 def bench_log(rows: int = 4000) -> dict[str, np.ndarray]:
     """Columns of a log of two seconds' swings, under any names."""
     time = 0.001 * np.arange(rows)
@@ -123,6 +71,32 @@ def test_content_alone_tells_the_roles(tmp_path: Path) -> None:
     index = np.arange(len(log["time"]), dtype=float)
     found = roles(written(tmp_path, "", [index, log["time"], log["laser"], log["encoder"], log["drive"]]))
     assert list(found.values()) == [None, "time", "laser", "encoder_count", "drive0_count"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "role"), [("V", "laser"), ("mm", "laser"), ("deg", "angle"), ("N", "load0"), ("kPa", None)]
+)
+def test_the_unit_tells_what_swings(tmp_path: Path, unit: str, role: str | None) -> None:
+    log = bench_log()
+    path = written(tmp_path, f"time [s];channel 1 [{unit}]", [log["time"], log["laser"]])
+    assert roles(path)["channel 1"] == role
+
+
+def test_edge_times_without_a_unit_are_in_that_of_the_clock(tmp_path: Path) -> None:
+    log = bench_log()
+    ticks = 1e3 * log["time"]
+    edges = np.maximum.accumulate(np.where(np.diff(log["encoder"], prepend=0) != 0, ticks - 0.3, 0.0))
+    path = written(tmp_path, "Zeit [ms];Geber;Flanke", [ticks, log["encoder"], edges])
+    column = draft([path], Answers()).logs[0].files[0].columns[2]
+    assert (column.role, column.unit) == ("encoder_edge_time", "ms")
+    assert column.guessed["unit"] == "that of 'Zeit'"
+
+
+def test_a_movement_that_dies_away_without_a_drive_is_a_free_decay(tmp_path: Path) -> None:
+    time = bench_log()["time"]
+    for size, kind in ((np.exp(-time), "free-decay"), (1.0, "stick-slip")):
+        path = written(tmp_path, "t [s];Geber", [time, np.floor(40 * size * np.cos(12 * time))])
+        assert draft([path], Answers()).logs[0].kind == kind
 
 
 def test_a_counter_that_wraps_and_time_in_other_units(tmp_path: Path) -> None:
@@ -252,6 +226,11 @@ def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
     assert read_log(described).time[-1] == pytest.approx(3.999)
 
 
+def test_one_unit_in_two_spellings_is_no_contradiction(described: Path) -> None:
+    changed(described, lambda r: r["schema"]["fields"][1].update(unit="volt"))
+    assert read_log(described).column("laser") == pytest.approx(bench_log()["laser"])
+
+
 def test_what_a_column_is_as_an_input_stays_when_it_is_described_again(described: Path) -> None:
     changed(described, lambda r: r["schema"]["fields"][1].update(hold=True, variable="q"))
     write(draft([described], SAID))
@@ -350,7 +329,7 @@ def test_guesses_are_marked_until_they_are_confirmed(tmp_path: Path) -> None:
     assert [q.key for q in questions(made)] == ["columns", "J", "k", "c", "r", "N0"]
     write(made)
     with pytest.warns(
-        UserWarning, match=r"the role of 'Zeit'.* guessed; confirm it: stickslip describe FILES --confirm"
+        UserWarning, match=r"the role of 'Zeit'.* are guessed; confirm it: stickslip describe FILES --confirm"
     ):
         read_log(path)
     write(draft([path], Answers(confirm=True)))
@@ -407,5 +386,5 @@ def test_a_rule_is_proposed_for_files_that_need_each_other_and_for_no_other(tmp_
     (tmp_path / "run_laser.csv").write_text("laser [V]\n" + "\n".join(f"{np.sin(t):.6g}" for t in time) + "\n")
     paths = sorted(tmp_path.glob("*.csv"))
     (log,) = draft(paths, Answers()).logs
-    assert (log.rule, len(log.files)) == ("columns", 2)
+    assert (log.rule, len(log.files), log.name) == ("columns", 2, "run")
     assert [log.rule for log in draft(paths[1:], Answers()).logs] == [None]

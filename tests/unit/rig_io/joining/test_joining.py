@@ -148,10 +148,12 @@ def test_files_of_one_recorder_are_put_in_order() -> None:
 
 def test_times_of_day_pass_midnight_between_files() -> None:
     time = np.arange(100) / RATE
-    before = replace(table("a", time=86399.9 + time, laser=time), stamps=("time",))
-    after = replace(table("b", time=time, laser=time), stamps=("time",))
-    run = joined([before, after], "time", {}).table
-    np.testing.assert_allclose(np.diff(run.columns["time"]), 0.001, atol=1e-9)
+    parts = [
+        replace(table(name, time=begin + time, laser=time), stamps=("time",))
+        for name, begin in (("a", 86399.8), ("b", 86399.9), ("c", 0.0), ("d", 0.1))
+    ]
+    run = joined(parts, "time", {}).table
+    np.testing.assert_allclose(run.columns["time"], 86399.8 + np.arange(400) / RATE, rtol=0, atol=1e-9)
 
 
 def test_what_is_not_said_is_asked() -> None:

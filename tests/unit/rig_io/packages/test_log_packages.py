@@ -184,6 +184,13 @@ def test_a_package_refuses_names_it_cannot_keep(tmp_path: Path) -> None:
         write_package(tmp_path / "file" / "p", [a_log()])
 
 
+@pytest.mark.parametrize(("title", "shown"), [("", "logs-of-may"), ("Paper on rubber", "Paper on rubber")])
+def test_a_package_without_a_title_is_called_by_its_folder(tmp_path: Path, title: str, shown: str) -> None:
+    folder = write_package(tmp_path / "Logs of May", [a_log()], title=title)
+    content = json.loads((folder / "datapackage.json").read_text())
+    assert (content["name"], content["title"]) == ("logs-of-may", shown)
+
+
 def test_the_sidecar_is_a_valid_data_package(package: Path) -> None:
     frictionless = pytest.importorskip("frictionless", reason="the frictionless validator is not installed")
     report = frictionless.validate(str(package / "datapackage.json"))

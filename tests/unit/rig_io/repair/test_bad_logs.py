@@ -192,6 +192,13 @@ def test_joined_runs_are_split(tmp_path: Path) -> None:
     np.testing.assert_allclose(two.time - two.time[0], second["time"], atol=1e-8)
 
 
+def test_a_clock_that_stands_and_falls_is_refused_for_its_repeats(tmp_path: Path) -> None:
+    lines = as_text({name: values[:100] for name, values in recording().items()})
+    stuck = cells(lines, list(range(100)), "time", ["5"] * 50 + ["3"] * 50)
+    with pytest.raises(StickslipError, match=r"line 3 repeats the time 5 .*--repair duplicates"):
+        read(tmp_path, stuck)
+
+
 def test_gaps_split_and_jitter_keeps_the_true_times(tmp_path: Path) -> None:
     true = {name: np.delete(values, np.s_[1000:1100]) for name, values in recording().items()}
     jitter = np.random.default_rng(0).uniform(-2e-4, 2e-4, len(true["time"]))
@@ -245,12 +252,30 @@ def test_an_excursion_of_a_count_is_held(tmp_path: Path) -> None:
     assert log.breaks == ()
 
 
+def test_a_count_that_leaps_in_the_first_samples_takes_the_value_after(tmp_path: Path) -> None:
+    true = recording()
+    lines = cells(as_text(true), [0, 1, 2], "drive0_count", ["900", "901", "902"])
+    with pytest.warns(StickslipWarning, match=r"3 samples were held at the count beside, the first on line 2"):
+        log = read(tmp_path, lines)
+    expected = np.concatenate([np.full(3, true["drive0_count"][3]), true["drive0_count"][3:]])
+    np.testing.assert_array_equal(log.column("drive0_count"), expected)
+
+
 def test_a_count_that_leaps_for_good_splits_the_log(tmp_path: Path) -> None:
     raw = recording()
     raw["drive0_count"][2000:] += 50
     with pytest.warns(StickslipWarning, match=r"'drive0_count' leaps by 50 on line 2002 and stays there"):
         log = read(tmp_path, as_text(raw))
     assert log.breaks == (2000,) and len(log.pieces()) == 2
+
+
+def test_a_quick_shaft_is_believed(tmp_path: Path) -> None:
+    """At 60 rad/s ten edges pass within a tick, which no counter has lost."""
+    true = recording()
+    true["drive0_count"] = np.floor(60 * true["time"] * 1000 / (2 * np.pi))
+    log = read(tmp_path, as_text(true))
+    same_columns(log, true)
+    assert log.warnings == ()
 
 
 def test_a_number_cut_off_at_the_end_is_no_count(tmp_path: Path) -> None:

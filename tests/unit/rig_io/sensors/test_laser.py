@@ -68,6 +68,17 @@ def test_the_range_clips_and_the_clipped_samples_are_known() -> None:
     assert 0.2 < beyond.mean() < 0.7
 
 
+def test_readings_that_pile_up_at_an_end_are_clipped_even_where_no_range_is_stated() -> None:
+    fine = replace(IDEAL, resolution=1e-5)
+    beyond = 1 - 2 / np.pi * np.arcsin(np.arcsin(0.02 / 0.125) / 0.3)  # share of the time
+    for laser, share in ((replace(fine, range=0.02), beyond), (fine, 0.0)):
+        log = seen(laser)
+        unstated = replace(laser.calibration, lowest=-np.inf, highest=np.inf)
+        clipped = laser_clipped(replace(log, calibration=Calibration(laser=unstated)))
+        np.testing.assert_array_equal(clipped, laser_clipped(log))
+        assert clipped.mean() == pytest.approx(share, abs=0.02)
+
+
 def test_a_wrong_gain_is_named() -> None:
     log = seen(IDEAL)
     wrong = replace(log, calibration=Calibration(laser=replace(IDEAL.calibration, gain=1.0)))

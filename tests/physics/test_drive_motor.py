@@ -23,6 +23,16 @@ def test_the_speed_droops_critically_damped():
 def test_the_speed_follows_a_ramp_with_its_lag():
     motor = Fmu.open(built("drive_motor"))
     T, rate = 0.05, 0.2
-    ramp = Signal(np.array([0.0, 2.0]), np.array([0.5, 0.5 + 2.0 * rate]))
+    knots = np.array([0.0, 0.5, 1.5, 2.0])
+    ramp = Signal(knots, 0.5 + knots * rate)
     run = simulate(motor, 2.0, parameters={"T": T}, inputs={"w_set": ramp, "F": 0.0}, start={"w": 0.5})
+    assert run["w_set"] == pytest.approx(0.5 + run.time * rate, abs=1e-15)
     assert run["speed"][-1] == pytest.approx(0.5 + rate * (2.0 - 2.0 * T), abs=1e-12)
+
+
+def test_each_input_follows_its_own_signal():
+    motor = Fmu.open(built("drive_motor"))
+    speed, force = Signal([0.0, 1.0, 2.0], [0.5, 0.6, 0.5]), Signal([0.0, 0.5, 2.0], [0.0, 3.0, 1.0])
+    run = simulate(motor, 2.0, inputs={"w_set": speed, "F": force})
+    for name, signal in (("w_set", speed), ("F", force)):
+        assert run[name] == pytest.approx(np.interp(run.time, signal.time, signal.value), abs=1e-14)

@@ -115,6 +115,19 @@ def test_thin_contact_with_a_compliant_wall_is_seen() -> None:
     assert run.events[0].time == pytest.approx(5.0 - 1e-3 * math.sqrt(math.log(2.0)), abs=1e-14)
 
 
+@pytest.mark.parametrize("unit", [2.0**-12, 2.0**12])
+def test_slow_and_quick_motions_take_the_same_steps(unit: float) -> None:
+    """The motion of seconds, with all times so many times as long."""
+
+    def swing(s: float) -> Any:
+        values = {"width": 0.1 * s, "t0": 5.0 * s, "k": s**-2, "F": s**-2}
+        return simulate(fmu("pulse"), 10.0 * s, parameters=values, start={"x": 1.0}, output_times=[10.0 * s])
+
+    known, other = swing(1.0), swing(unit)
+    assert other.steps == known.steps
+    assert other["x"][-1] == pytest.approx(known["x"][-1], abs=1e-13)
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_thin_pulse_gives_its_impulse(width: float) -> None:
     run = simulate(fmu("pushed"), 10.0, parameters={"width": width}, output_times=[10.0])

@@ -73,6 +73,9 @@ def test_a_floor_at_the_origin_is_judged_by_the_flight(ball):
     assert run["v"][0] == pytest.approx(2.5)
     with pytest.raises(StickslipError, match="penetrated"):
         simulate(ball, 0.1, parameters=values, start={"x": -1e-13, "v": -5.0})
+    # the same where it flies away for good
+    run = simulate(ball, 0.1, parameters=values | {"g": -9.81}, start={"x": -1.4e-16, "v": 5.0})
+    assert run["x"][-1] == pytest.approx(0.5 + 9.81 * 0.1**2 / 2)
 
 
 def test_an_input_may_be_set_while_a_body_rests_where_its_wall_is():

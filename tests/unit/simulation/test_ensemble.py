@@ -205,6 +205,9 @@ def test_targets_hold_what_comes_inside_them():
         inside = motion.points[0] + (rays / np.sqrt(np.einsum("ik,ij,jk->k", rays, form, rays))).T * 0.999
         ends = system.make(Jobs(inside, transient=400)).ends
         assert ends == pytest.approx(np.tile(motion.points[0], (200, 1)), abs=1e-6)
+        # such a motion is followed no farther
+        met = system.make(Jobs(inside, transient=400, targets=targets))
+        assert met.orbits.tolist() == [targets.orbits[number]] * 200 and met.steps.max() == targets.passes[number]
 
 
 def test_runs_end_as_they_should():

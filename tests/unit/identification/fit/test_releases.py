@@ -76,6 +76,7 @@ def test_holds_over_two_decades_tell_the_growth(held: FrictionFit) -> None:
     assert abs(seen.growth - B) < 3 * seen.growth_deviation < 0.01
     assert any("Breakaway ages: it grows by" in warning for warning in held.warnings)
     assert fmu_parameters(held)["b0"] == seen.growth
+    assert "b0" not in fmu_parameters(replace(held, breakaway=replace(seen, growth=None)))
     again = FrictionFit.from_json(held.to_json())
     assert again.breakaway == seen
     assert any("let go at" in said for said in _certainty(held))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from foreign_bench import foreign_logs, with_drawn_constants
 from oracle.bench import Bench
+from scipy.integrate import solve_ivp
 
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
@@ -118,6 +119,39 @@ def test_derivatives_are_those_of_the_residuals(plain: FrictionFit) -> None:
         for row, after, before in zip(rows, ahead, behind, strict=True):
             expected = (after.residual - before.residual) / 2e-6
             np.testing.assert_allclose(row.local[:, place], expected, atol=1e-2 * np.max(np.abs(expected)))
+
+
+def torques(slips: Slips, guess: Guess, number: int) -> Callable[[float, np.ndarray], list[float]]:
+    """Speed and acceleration in one slip, s after its begin."""
+    rig, segment = slips.rig(guess), slips.segments[number]
+    lasts, (drive,) = segment.time[-1] - segment.start_time, segment.drives
+
+    def rates(time: float, state: np.ndarray) -> list[float]:
+        turning = rig.r * np.interp(segment.start_time + time, drive.time, drive.value)
+        mu = float(slips.curve.value(guess.coefficients, segment.sign * (turning - rig.R * state[1])))
+        pushed = guess.unexplained[number] @ np.cos(np.pi * np.arange(MODES) * time / lasts)
+        torque = rig.R * rig.N * (segment.sign * mu + pushed)
+        return [state[1], (torque - rig.c * state[1] - rig.k * state[0]) / rig.J]
+
+    return rates
+
+
+def test_slips_are_followed_as_by_another_integrator(plain: FrictionFit) -> None:
+    """Under a torque that changes much while they last."""
+    solved = plain.solved
+    assert solved is not None and isinstance(solved.problem, ShootingProblem)
+    slips = Slips(solved.problem.ready, solved.problem.segments[:3], SpeedBasis(0.13), (), ())
+    starts = np.array([start.at(solved.solution.values) for start in solved.problem.starts[:3]])
+    guess = Guess(np.linspace(0.6, 0.4, COEFFICIENTS), starts, np.full((3, MODES), 0.05))
+    ends = [motion[:, -1] for motion in slips.run(guess)]
+    for number, segment in enumerate(slips.segments):
+        lasts = segment.time[-1] - segment.start_time
+        expected = solve_ivp(torques(slips, guess, number), (0.0, lasts), starts[number], rtol=1e-8, atol=1e-10)
+        # a coarse step of the fourth order, of angles of 0.2 rad and speeds of 1 rad/s
+        assert [end[number] for end in ends] == pytest.approx(expected.y[:, -1], abs=1e-5)
+    # those with more that is shared have derivatives of their own at the same guess
+    assert slips.rows(guess)[0].shared.shape[1] == COEFFICIENTS
+    assert slips.under((), ("gain",)).rows(guess)[0].shared.shape[1] == COEFFICIENTS + 1
 
 
 def test_a_torque_that_no_term_explains_is_said() -> None:

@@ -6,6 +6,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,12 @@ def test_a_start_from_exact_data_is_near(name: str, scale: float) -> None:
     found = law.start(SLIP[1:], law.value(SLIP[1:], q))
     assert found.shape == q.shape
     np.testing.assert_allclose(law.value(SLIP, found), law.value(SLIP, q), atol=0.04)
+
+
+def test_a_part_of_a_law_that_no_parameter_scales_is_not_sought() -> None:
+    law = find_law("Coulomb+viscous")
+    raised = replace(law, value=lambda speed, q: 0.2 + law.value(speed, q))
+    assert raised.start(SLIP, 0.6 + 0.5 * SLIP) == pytest.approx([0.4, 0.5], rel=1e-12)
 
 
 def test_what_mu_does_not_tell_starts_at_its_default() -> None:

@@ -88,8 +88,9 @@ def test_friction_at_rest_holds_what_the_terms_of_each_direction_say():
 
 
 def test_the_machine_of_a_recipe_is_identified_by_instruments_as_any_other():
-    asked = ["inverse", "axis", str(AXIS), "--held-out", str(AXIS), "--cutoff", "30", "--json"]
-    fit = json.loads(CliRunner().invoke(app, [*asked, "--method", "instruments"]).stdout)
+    asked = ["inverse", "axis", str(AXIS), "--held-out", str(AXIS), "--parallel-cutoff", "30", "--json"]
+    fit = json.loads(CliRunner().invoke(app, asked).stdout)
+    assert fit["method"] == "instruments"
     assert [one["name"] for one in fit["parameters"]] == [*TRUTH]
     for one, value in zip(fit["parameters"], TRUTH.values(), strict=True):
         assert abs(one["value"] - value) < 3 * one["standard_deviation"] < 0.15 * abs(value)

@@ -124,6 +124,9 @@ def test_it_is_run_beside_logs_window_by_window(arm: Mechanism, saved: Path):
     assert not found.given_up and len(found.ends) == 19
     begins = np.append(0, found.ends[:-1] + 1)
     assert np.array_equal(found.simulated[begins], found.measured[begins])
+    # what is left of a joint's motion, over that motion
+    left = np.sqrt(np.mean((found.simulated - found.measured) ** 2, axis=0)) / np.std(found.measured, axis=0)
+    assert [one.relative for one in found.joints] == pytest.approx(left)
     assert found.measured[:, 0] == pytest.approx(np.interp(found.time, one.time, one.position[:, 0]), abs=0.01)
     parameters = [replace(p, value=2 * p.value) if p.name == "J2" else p for p in fit.parameters]
     (wrong,) = machine_runs(arm, replace(fit, parameters=tuple(parameters)), [one], window=0.5)

@@ -124,6 +124,15 @@ def test_the_gradient_of_the_averaged_force_is_exact(logs: str, request: pytest.
     assert law.changeover is None or np.abs(gradient[:, 6]).max() > 1.0
 
 
+def test_the_search_for_both_laws_begins_near_them(together: list[RigLog]) -> None:
+    ready = pool(together, allow_no_stick=True)
+    segments = long_enough(ready.segments, 0.25)
+    logs_of = [ready.log_number(s) for s in segments]
+    these = two_discs.joint_equations(segments, logs_of, ready.values, ready.natural_period)
+    found = two_discs.first_guess(these, joint_law(find_law("Conti"), "together"))
+    assert found == pytest.approx(TRUTH, rel=0.3)
+
+
 @pytest.mark.parametrize("logs", ["together", "sequential", "overlapping"])
 def test_both_laws_and_the_changeover_are_found_without_a_guess(logs: str, request: pytest.FixtureRequest) -> None:
     ready = pool(request.getfixturevalue(logs), allow_no_stick=True)

@@ -142,15 +142,20 @@ def test_a_near_miss_is_no_stick_and_a_stick_cut_short_is_one() -> None:
     assert words == ["stick on {0}", "stick on {0} -> {1}", "stick on {1}"]
 
 
-def test_steady_sliding_has_an_angle_and_a_damping() -> None:
-    model = fitted_model(made_fit())
+@pytest.mark.parametrize("bristles", [{}, {"sigma0": 2e5, "sigma1": 100.0}])
+def test_steady_sliding_has_an_angle_and_a_damping(bristles: dict[str, float]) -> None:
+    """Bristles in front of the law change neither."""
+    fit = made_fit()
+    more = tuple(replace(fit["mu_s"], name=name, value=value) for name, value in bristles.items())
+    fit = replace(fit, law="LuGre" if bristles else "Conti", parameters=(*fit.parameters, *more))
+    model = fitted_model(fit)
     found = model.sliding({"disc0": 3.0})
     assert found is not None
     law = (0.65 - 0.35) / (1 + 15 * 0.06 * 3.0) + 0.35
     slope = -(0.65 - 0.35) * 15 / (1 + 15 * 0.06 * 3.0) ** 2
     assert found.angle == pytest.approx(0.125 * 5.0 * law / 2.62, rel=1e-9)
     assert found.damping == pytest.approx(0.055 + 0.125**2 * 5.0 * slope, rel=1e-6)
-    assert isinstance(motion(model, {"disc0": 3.0}), Rest)
+    assert bristles or isinstance(motion(model, {"disc0": 3.0}), Rest)
 
 
 def test_parameters_of_the_fmu_from_a_fit() -> None:

@@ -23,7 +23,7 @@ from identification.model_check.portraits import PHASES, Portrait, PortraitCompa
 from identification.model_check.table import bifurcation_sentences, comparison_report
 from identification.report.family_figure import family_figure
 from identification.report.page import page, write_report
-from identification.report.residual_figure import correlations
+from identification.report.residual_figure import correlations, residual_figure
 from identification.report.rig_page import RigFindings
 
 TURN = 2 * np.pi * np.arange(PHASES) / PHASES
@@ -205,6 +205,16 @@ def test_ids_of_an_inline_figure_have_its_prefix() -> None:
     assert all(name.startswith("one-") for name in re.findall(r'\bid="([^"]*)"', svg))
     assert 'aria-label="what &quot;it&quot; shows"' in svg
     assert "<metadata" not in svg and "width=" not in svg[: svg.index(">")]
+
+
+def test_the_figure_of_residuals_without_their_order_has_means_by_slip_speed_alone() -> None:
+    (axes,) = residual_figure(findings().fit, None).axes
+    (means,) = (line for line in axes.lines if line.get_marker() == "o")
+    assert np.asarray(means.get_xdata()).tolist() == [0.05, 0.1]
+    assert np.asarray(means.get_ydata()).tolist() == [0.01, 0.2]
+    # a mean of 4 standard errors leaves zero, one of half of one does not
+    ends = [tuple(segment[:, 1]) for one in axes.containers for segment in one.lines[2][0].get_segments()]  # type: ignore[attr-defined]
+    assert [low < 0 < high for low, high in ends] == [True, False]
 
 
 def test_correlation_of_residuals_stays_within_clusters() -> None:

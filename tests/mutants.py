@@ -268,6 +268,8 @@ class Judge:
                 spent += _cpu_time() - begin
                 continue
             outcome = self._altered(mutant, text, test, choice.order, START + SLOW * choice.seconds)
+            if outcome.failed == trial.DIED:  # which a busy machine can do too
+                outcome = self._altered(mutant, text, test, choice.order, START + SLOW * choice.seconds)
             if native and trial.UNCOMPILED in outcome.why:
                 return "uncompiled", "", tried
             if outcome.failed and (outcome.timed_out or "::" not in outcome.failed or self._passes(outcome.failed)):

@@ -98,7 +98,7 @@ class Store:
         except (OSError, ValueError, KeyError):
             provenance, root = False, None
         if not provenance:
-            raise StickslipError(f"'{path}' exists already and is no store of runs. Choose another name.")
+            raise StickslipError(f"'{path}' is no store of runs. Choose another name.")
         return cls(path, root)
 
     def stage(self, jobs: Jobs) -> Stage:
@@ -121,14 +121,10 @@ class Store:
         ]
 
     def _log(self, name: str) -> Log:
-        """A log: beside the arrays of the store, and in one of them once that is finished."""
+        """A log: beside the arrays of the store, or in one of them, where finishing has put it."""
         path, packed = self.path / f"{name}.log", self.path / name / CHUNK
         with _disk(self.path):
-            if self.finished:
-                path = packed
-            elif packed.is_file() and not path.is_file():  # by a process that was killed as it finished
-                os.replace(packed, path)
-            self._logs[name] = Log(path)
+            self._logs[name] = Log(packed if packed.is_file() and not path.is_file() else path)
         return self._logs[name]
 
     def finish(self, result: Any) -> None:
@@ -137,15 +133,17 @@ class Store:
             return
         with _disk(self.path):
             for name, log in self._logs.items():
-                if not log.numbers:
+                if not len(log):
                     continue
                 log.sort()
-                size = log.path.stat().st_size
+                loose, packed = self.path / f"{name}.log", self.path / name / CHUNK
+                os.replace(log.path, loose)  # where a process that was killed as it finished had packed it
+                size = loose.stat().st_size
                 self._root.create_array(
                     name, shape=(size,), chunks=(size,), dtype="uint8", compressors=None, overwrite=True
                 )
-                (self.path / name / CHUNK).parent.mkdir(exist_ok=True)
-                os.replace(log.path, self.path / name / CHUNK)
+                packed.parent.mkdir(exist_ok=True)
+                os.replace(loose, packed)
             result.assign_attrs({PROVENANCE: self._root.attrs[PROVENANCE]}).to_zarr(
                 self.path, mode="a", zarr_format=3, consolidated=False
             )
@@ -180,6 +178,9 @@ class Log:
     def numbers(self) -> list[int]:
         """Those of the records that there are, ascending."""
         return sorted(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
 
     def __contains__(self, number: int) -> bool:
         return number in self._places
@@ -234,7 +235,7 @@ class Stage:
     @property
     def count(self) -> int:
         """How many chunks are there."""
-        return len(self._log.numbers) - 1
+        return len(self._log) - 1
 
     def has(self, k: int) -> bool:
         """Whether a chunk is there."""

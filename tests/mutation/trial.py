@@ -30,6 +30,7 @@ LIBRARIES = (
     *("fmpy", "tomlkit", "typer", "rich.console", "rich.table", "jinja2", "platformdirs", "threadpoolctl", "pint"),
     *("matplotlib.figure", "lmfit", "xml.etree.ElementTree", "http.server", "multiprocessing", "coverage"),
 )
+DIED = "died"  # what a trial has failed by that left no record
 MEMORY = 8 << 30  # bytes of a process
 UNCOMPILED = "The C compiler failed"  # what the toolchain says of C that is none
 
@@ -149,7 +150,7 @@ def run(
     try:
         record = json.loads((folder / "record.json").read_text("utf-8"))
     except (OSError, ValueError):
-        return Outcome("died", (folder / "output").read_text("utf-8", "replace")[-2000:])
+        return Outcome(DIED, (folder / "output").read_text("utf-8", "replace")[-2000:])
     return Outcome(record["failed"], record["why"], False, record["seconds"], tuple(record["failures"]))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import resource
 import signal
@@ -139,6 +140,30 @@ def test_a_log_that_is_cut_keeps_what_was_whole(numbers, cut, seed, tmp_path_fac
     sorted_log = Log(path)
     assert [(number, sorted_log.get(number)) for number in sorted_log.numbers] == sorted(kept.items())
     assert path.stat().st_size == sum(Log.HEAD.size + len(text) for text in kept.values())
+
+
+def test_what_is_killed_as_it_finishes_is_finished_later(whole, tmp_path, monkeypatch):
+    store, replace = tmp_path / "run.zarr", os.replace
+    packed: list[Path] = []
+
+    def failing(source: Path, target: Path) -> None:
+        if "c" in Path(target).parts[-2:]:
+            packed.append(Path(target))
+        if len(packed) > 2:
+            raise KeyboardInterrupt
+        replace(source, target)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("fmu_models.families.store.os.replace", failing)
+        mapped(store=store)
+    assert len(stored_runs(store)) == len(stored_runs(whole))
+    mapped(store=store, resume=True)
+    assert content(store) == content(whole)
+
+
+def test_runs_of_what_is_no_store_are_refused(tmp_path):
+    with pytest.raises(StickslipError, match="is no store of runs"):
+        stored_runs(tmp_path / "nothing.zarr")
 
 
 @pytest.mark.nightly

@@ -14,6 +14,8 @@ means of a quasi-periodic motion converge faster than any power of its length.
 Source: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017).
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 

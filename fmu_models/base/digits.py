@@ -1,5 +1,7 @@
 """How many digits a measured number deserves: two significant digits of its standard deviation decide, everywhere."""
 
+from __future__ import annotations
+
 import math
 
 SIGNIFICANT = 2  # digits of a standard deviation

@@ -1,5 +1,7 @@
 """A TOML file whose faults can be named by their line."""
 
+from __future__ import annotations
+
 import difflib
 import math
 import re

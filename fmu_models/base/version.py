@@ -1,5 +1,7 @@
 """Version of this suite."""
 
+from __future__ import annotations
+
 
 def version() -> str:
     """The version of the installed distribution."""

@@ -1,5 +1,7 @@
 """The command of an analysis, derived from its declaration."""
 
+from __future__ import annotations
+
 import ast
 import inspect
 from collections.abc import Callable

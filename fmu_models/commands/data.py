@@ -1,5 +1,7 @@
 """Command that lists and copies what comes along: scenes, recipes, systems, example logs."""
 
+from __future__ import annotations
+
 import shutil
 from pathlib import Path
 from typing import Annotated

@@ -1,5 +1,7 @@
 """Command that builds the manual and opens it."""
 
+from __future__ import annotations
+
 import shutil
 import time
 from pathlib import Path

@@ -1,5 +1,7 @@
 """Command that makes a page in which a model moves."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated
 

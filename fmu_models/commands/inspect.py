@@ -1,5 +1,7 @@
 """Command that tells what an FMU is."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated
 

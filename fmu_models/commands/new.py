@@ -1,5 +1,7 @@
 """Commands that write a small file to begin with, and its test."""
 
+from __future__ import annotations
+
 import json as json_files
 import keyword
 import re

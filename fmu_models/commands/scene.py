@@ -1,5 +1,7 @@
 """Command about scenes: list, show, run, and say what they leave out."""
 
+from __future__ import annotations
+
 import dataclasses
 from pathlib import Path
 from typing import Annotated, Any

@@ -3,6 +3,8 @@
 x <- x - J(x)^-1 r(x);   while |r| is not smaller there, the step is halved, a few times at most
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 

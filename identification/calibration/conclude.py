@@ -5,6 +5,8 @@ whitened by an autoregression for each series, and the solution is found again; 
 rows is the check.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np

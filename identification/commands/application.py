@@ -1,5 +1,7 @@
 """All commands of `stickslip`, one file each, which imports what it needs when it is called."""
 
+from __future__ import annotations
+
 import copy
 import os
 import sys

@@ -1,5 +1,7 @@
 """Command that finds parameters of any model from measured series."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Sequence
 from pathlib import Path

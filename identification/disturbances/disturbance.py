@@ -1,5 +1,7 @@
 """A disturbance, declared once."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """What the result of a fit says of its logs: segments, residuals by speed, sensors."""
 
+from __future__ import annotations
+
 from dataclasses import fields
 
 import numpy as np

@@ -3,6 +3,8 @@
 tau = gain Y theta    theta by least squares from the other logs
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A machine to be identified, with what reads its logs."""
 
+from __future__ import annotations
+
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence

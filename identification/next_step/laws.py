@@ -3,6 +3,8 @@
 How laws are compared: `inference.comparison`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

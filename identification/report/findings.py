@@ -1,5 +1,7 @@
 """Everything that a report of a fit shows, gathered."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 
 from fmu_models.base.errors import StickslipError

@@ -1,5 +1,7 @@
 """The columns a rig log may hold: name, unit and meaning, once."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 

@@ -1,5 +1,7 @@
 """HDF5: the vectors of one group (or of a table in it) as columns, with their attribute ``unit`` or ``units``."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Any
 

@@ -3,6 +3,8 @@
 Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`.
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Comparisons as a table, JSON, CSV and one page that needs nothing but itself."""
 
+from __future__ import annotations
+
 import csv
 import math
 import platform

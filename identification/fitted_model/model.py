@@ -115,7 +115,7 @@ class FittedModel(Shown):
         from fmu_models.simulation.run import simulate
 
         before = transient * self.natural_period
-        times = before + step * np.arange(round(duration / step) + 1)
+        times = before + step * np.arange(max(round(duration / step), 1) + 1)
         trajectory = simulate(
             self.fmu,
             float(times[-1]),

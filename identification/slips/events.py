@@ -148,4 +148,4 @@ def _loading(time: np.ndarray, values: np.ndarray, valley: int, peak: int) -> fl
     start, end = (valley + round(share * (peak - valley)) for share in STICK)
     if end - start < 4:
         return float("nan")
-    return float(np.polyfit(time[start:end], values[start:end], 1)[0])
+    return float(np.polyfit(time[start:end] - time[start], values[start:end], 1)[0])

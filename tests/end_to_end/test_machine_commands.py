@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_log import FRICTION
 
 from rig_io.readers.csv_log import write
 
@@ -31,14 +32,8 @@ Fc = "coulomb"
 [friction]
 compare = ["Coulomb", "Coulomb+viscous"]
 """
-SLIPS = """title = "saw"
-[signals.time]
-column = "time"
-unit = "s"
-[signals.friction]
-column = "f"
-unit = "1"
-[slips]
+SLIPS = f"""title = "saw"
+{FRICTION}[slips]
 mass = 0.1
 """
 

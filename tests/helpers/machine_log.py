@@ -35,6 +35,16 @@ unit = "m/s2"
 column = "F"
 unit = "N"
 """
+# friction over weight alone, as slips are told from
+FRICTION = """
+[signals.time]
+column = "time"
+unit = "s"
+
+[signals.friction]
+column = "f"
+unit = "1"
+"""
 LINEAR = """
 [terms]
 M = "inertia"

@@ -125,11 +125,13 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
                                      : fall_from_bound(j->depth[c], sign, known, order, h);
     }
     if (contact_is_settling(r, c)) return settling(r, c, h);
-    if (contact_yields(c) && way_rests(r, j, c, order, h)) return -1.0;
     if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h);
-    if (r->at.state[c] == CONTACT_STICK) return fall_of_margin(r, j, c, known, order, h);
-    const double fall = fall_of(j->slip[c], sign, known, order, h);
-    return fall >= 0.0 && rests_by_others(r, j, c, order, h) ? -1.0 : fall;
+    const int held = r->at.state[c] == CONTACT_STICK;
+    const double fall = held ? fall_of_margin(r, j, c, known, order, h) : fall_of(j->slip[c], sign, known, order, h);
+    if (fall < 0.0) return -1.0;
+    const int rests = (contact_yields(c) && way_rests(r, j, c, order, h))
+                      || (!held && rests_by_others(r, j, c, order, h));
+    return rests ? -1.0 : fall;
 }
 
 double location_cut(Run *r, int order, double h, double exact)

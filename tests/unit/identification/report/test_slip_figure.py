@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from machine_log import recipe_of
+from machine_log import FRICTION, recipe_of
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
@@ -17,16 +17,8 @@ from identification.slips.events import SlipEvents
 from identification.slips.statistics import SlipStatistics, slip_statistics
 from rig_io.readers.csv_log import write
 
-RECIPE = """title = "a saw"
-
-[signals.time]
-column = "time"
-unit = "s"
-
-[signals.friction]
-column = "f"
-unit = "1"
-
+RECIPE = f"""title = "a saw"
+{FRICTION}
 [slips]
 smoothing = "5 ms"
 """

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from machine_log import coloured, recipe_of
+from machine_log import FRICTION, coloured, recipe_of
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
@@ -27,16 +27,8 @@ M, K, V = 0.5, 50.0, 0.01  # kg, N/m, m/s
 MU_S, MU_K = 0.6, 0.45
 STEP = 1e-3  # s
 PERIOD = 2 * np.pi * np.sqrt(M / K)
-RECIPE = """title = "slider"
-
-[signals.time]
-column = "time"
-unit = "s"
-
-[signals.friction]
-column = "f"
-unit = "1"
-
+RECIPE = f"""title = "slider"
+{FRICTION}
 [slips]
 mass = "0.5 kg"
 stiffness = 50
@@ -183,6 +175,12 @@ def test_the_model_of_a_log_of_few_samples_is_smoothed_over_three_of_them(tmp_pa
         model = fit_slip_model(statistics)
         assert model is not None
         assert (model.mu_s, model.mu_k) == pytest.approx((MU_S, MU_K), rel=near)
+
+
+def test_the_loading_is_the_same_whenever_a_log_was_taken():
+    time, saw = np.arange(20 * 220) / 1024, np.tile(np.r_[np.linspace(0, 0.2, 200), np.linspace(0.2, 0, 20)], 20)
+    begun, later = (find_slips([(start + time, saw)], 1 / 1024, 0.005).loading for start in (0.0, 2.0**30))
+    assert len(begun) > 15 and later == pytest.approx(begun, rel=1e-9, nan_ok=True)
 
 
 def test_a_log_with_hardly_a_sample_in_stick_says_nothing_of_the_loading(tmp_path):

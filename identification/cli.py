@@ -1,7 +1,5 @@
 """The entry point of the command: ready for an interrupt before anything else is imported."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

@@ -14,8 +14,6 @@ means of a quasi-periodic motion converge faster than any power of its length.
 Source: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

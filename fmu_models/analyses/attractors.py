@@ -6,8 +6,6 @@ the exact derivatives; how far out it still falls is tried on steps of the syste
 has come inside stays inside.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

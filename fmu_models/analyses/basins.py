@@ -13,8 +13,6 @@ Every start is run by itself, so that the result does not depend on who makes wh
 attractors.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -7,8 +7,6 @@ They are smooth special points of the branch of a motion. A motion that has bran
 through it: the flip belongs to the shorter motion.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

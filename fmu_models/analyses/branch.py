@@ -1,7 +1,5 @@
 """The branch of a periodic motion, with what leaves it, and curves of what is special on it."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

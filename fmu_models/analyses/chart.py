@@ -12,8 +12,6 @@ until every cell beside another class has been run. What is narrower than the co
 a trace on it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar

@@ -6,8 +6,6 @@ every analysis has, ``execution`` says that its runs can be kept, and the axes a
 folder is an analysis if it sets ``ANALYSIS``; its name is that of the command and of the kind.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

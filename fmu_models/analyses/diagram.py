@@ -5,8 +5,6 @@ where Newton's method solves for it; what repeats itself after no period that wa
 of two frequencies, or one that is not there yet, which the sign of the largest exponent tells apart.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, ClassVar

@@ -1,7 +1,5 @@
 """The branch of an equilibrium, with the cycles that leave it, and curves of what is special on it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any
 

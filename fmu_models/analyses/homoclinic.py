@@ -14,8 +14,6 @@ stable cycle where it is negative, an unstable one where positive.
 Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 6.2, theorems 6.1 and 6.4.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass

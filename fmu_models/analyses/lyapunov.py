@@ -13,8 +13,6 @@ Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Sokal, Mon
 mechanics (1997), section 3 (the window of the autocorrelation).
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

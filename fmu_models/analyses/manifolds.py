@@ -15,8 +15,6 @@ Source: Krauskopf, Osinga, Growing 1D and quasi-2D unstable manifolds of maps, J
 (1998), for the distance between neighbours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

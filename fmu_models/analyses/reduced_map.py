@@ -12,8 +12,6 @@ tears. The curve is followed from a start by steps in x, both ways, until y goes
 Source: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), figure 10.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise

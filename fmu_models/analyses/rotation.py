@@ -8,8 +8,6 @@ the error. A motion that is locked repeats itself after q steps and p turns.
 Source: Das, Sander, Yorke, Measuring quasiperiodicity, EPL 114 (2016); Sander, Meiss, Physica D 411 (2020).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Poincaré sections: where one motion, or several, meet the section."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar

@@ -8,8 +8,6 @@
 Source: Welch, IEEE Transactions on Audio and Electroacoustics 15 (1967).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -11,8 +11,6 @@
 A cycle that passes its own section without a least number of turns that was looked for stays a set (``Cloud``).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

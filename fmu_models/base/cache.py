@@ -1,7 +1,5 @@
 """The user's cache: where it is, and the names of what is kept in it."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from pathlib import Path

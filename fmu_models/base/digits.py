@@ -1,7 +1,5 @@
 """How many digits a measured number deserves: two significant digits of its standard deviation decide, everywhere."""
 
-from __future__ import annotations
-
 import math
 
 SIGNIFICANT = 2  # digits of a standard deviation

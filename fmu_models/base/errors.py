@@ -1,7 +1,5 @@
 """The one error a user is meant to read, and the hint that goes with a misspelt name."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Iterable
 

@@ -10,8 +10,6 @@
 What a job prints goes to standard error; standard output carries the reports alone.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import queue

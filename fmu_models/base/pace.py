@@ -7,8 +7,6 @@ The end is told while the latter half and the latter quarter of the time agree o
 speeds (a quick fit before a long bootstrap) says nothing for a while instead of something wrong.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 

@@ -1,7 +1,5 @@
 """Frozen dataclasses from plain values, as `dataclasses.asdict` and JSON give them, held against their annotations."""
 
-from __future__ import annotations
-
 import collections.abc
 import dataclasses
 import types

@@ -5,8 +5,6 @@ sequence in one clears or forges what stands on the screen, a mark of direction 
 carriage return hides the line before it. They are written as Python and JSON write them: ``\\x1b``, ``\\u202e``.
 """
 
-from __future__ import annotations
-
 import json
 import unicodedata
 from collections.abc import Callable

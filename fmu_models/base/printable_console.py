@@ -1,7 +1,5 @@
 """A console of rich on which nothing that is printed is a command to the terminal, but rich's own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from rich.console import Console, ConsoleOptions, RenderableType

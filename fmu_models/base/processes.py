@@ -4,8 +4,6 @@ The children are servers of jobs (child_process.py). This guards against faults,
 whatever the user may.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import pickle

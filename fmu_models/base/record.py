@@ -1,7 +1,5 @@
 """Results as JSON has them: what a class names in ``RECORD``, or all fields of a dataclass, as plain values."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ In a checkout it is the folder ``data`` beside the packages, the manual ``docs``
 ``stickslip_data`` and ``stickslip_docs`` there.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 ROOM = Path(__file__).parents[2]

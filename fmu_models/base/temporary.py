@@ -8,8 +8,6 @@ The first such folder that a process makes somewhere removes those there whose l
 being held, under another name, so that no folder is ever seen without its owner.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import tempfile

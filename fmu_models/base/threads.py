@@ -4,8 +4,6 @@ Each item is one call, whoever makes it, and BLAS stays with one thread, so that
 share the work.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """A TOML file whose faults can be named by their line."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

@@ -18,8 +18,6 @@ through a fit; a context variable would not reach the threads that load models. 
 left anything there, so that trust in it cannot be narrower than the process.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

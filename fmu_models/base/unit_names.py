@@ -8,8 +8,6 @@
 pint itself would evaluate what it is given: 9**9**9 has no end.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Version of this suite."""
 
-from __future__ import annotations
-
 
 def version() -> str:
     """The version of the installed distribution."""

@@ -1,7 +1,5 @@
 """Expressions as plain C, for what is evaluated once: constants, bounds, magnitudes at one instant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Functions of the generated C: their heads, and how long ones are cut."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from itertools import accumulate, groupby

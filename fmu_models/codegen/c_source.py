@@ -4,8 +4,6 @@
 The text depends on the declaration alone: it is the same, byte for byte, in every process.
 """
 
-from __future__ import annotations
-
 import uuid
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache

@@ -6,8 +6,6 @@ names declared before. A declaration is read when it is asked for: a structure t
 stand beside it.
 """
 
-from __future__ import annotations
-
 import ctypes
 import re
 from functools import cache

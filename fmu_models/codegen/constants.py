@@ -1,7 +1,5 @@
 """Constants of the recurrences: parameters, what follows from them alone, and what is constant over one step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

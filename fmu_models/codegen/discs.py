@@ -6,8 +6,6 @@ coefficients: states, inputs, time, phases in proportion to time, and sums of th
 where they are expanded and not beyond (a Gauss curve, tanh, a high power); of sums only these parts count.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

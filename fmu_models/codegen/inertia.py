@@ -1,7 +1,5 @@
 """The C of W, G and the mass matrix, and tables of where they are not zero."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 

@@ -5,8 +5,6 @@ column stands for 1. Which entries can be other than zero is told here once: the
 mode in which forces hold a contact they may depend on all that the flow reads.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The rule of a map as C: the operations in the order in which NumPy makes those of the declared map."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

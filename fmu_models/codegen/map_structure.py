@@ -1,7 +1,5 @@
 """The variables of a map's FMU: its states are discrete outputs, which change at its time events alone."""
 
-from __future__ import annotations
-
 from fmu_models.codegen.model_structure import Unknown
 from fmu_models.codegen.variables import Variables
 from fmu_models.lowering.hybrid_system import HybridSystem

@@ -1,7 +1,5 @@
 """The XML files of an FMU, filled from templates: modelDescription.xml (FMI 2.0 and 3.0) and those beside it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from fmu_models.base.printable import printable

@@ -4,8 +4,6 @@ It is of two colours, with letters of fixed dots and without compression, so tha
 wherever it is drawn.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Sequence

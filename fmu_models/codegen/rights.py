@@ -3,8 +3,6 @@
 The engine inside every FMU is this suite's and keeps its licence; what the author says holds for the model.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """The lines of C that compute variations: derivatives of series along directions, linear in those of what they read."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field

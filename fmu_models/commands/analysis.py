@@ -1,7 +1,5 @@
 """The command of an analysis, derived from its declaration."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 from collections.abc import Callable

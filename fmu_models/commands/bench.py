@@ -1,7 +1,5 @@
 """Command that compares methods of integration."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

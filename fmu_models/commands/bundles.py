@@ -1,7 +1,5 @@
 """Options that several commands share, declared once: the fields of a dataclass."""
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 from collections.abc import Callable

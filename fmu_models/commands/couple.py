@@ -1,7 +1,5 @@
 """Command that simulates several FMUs as one system."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

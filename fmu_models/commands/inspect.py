@@ -1,7 +1,5 @@
 """Command that tells what an FMU is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

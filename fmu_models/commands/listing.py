@@ -1,7 +1,5 @@
 """What lists tell of models and maps, without importing them each time."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

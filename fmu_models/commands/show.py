@@ -1,7 +1,5 @@
 """Command that shows what a model is made of."""
 
-from __future__ import annotations
-
 from fmu_models.base import console
 from fmu_models.commands.arguments import Model
 

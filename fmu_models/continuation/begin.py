@@ -1,7 +1,5 @@
 """The motion that a branch begins at: from a start near it, or where a run from there settles."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any

@@ -9,8 +9,6 @@ Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 10.2; 
 surface, Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

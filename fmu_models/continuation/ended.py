@@ -1,7 +1,5 @@
 """What all that is followed over a parameter has: two ends, each with a reason; and what all branches have."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

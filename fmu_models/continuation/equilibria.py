@@ -16,8 +16,6 @@ Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006),
 Applied Bifurcation Theory (2004), chapters 5 and 10.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Motions beside a special, on the branches that leave a branch there."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node

@@ -7,8 +7,6 @@ A branch that ends, folds or loses its stability between two values is left righ
 than what one value does to it counts as lost: the values are too far apart there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise

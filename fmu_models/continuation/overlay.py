@@ -1,7 +1,5 @@
 """Branches through motions that a sweep has found, to be laid over its diagram."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Runs of a coupled system: all units integrated as one, or stepped one by one."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace

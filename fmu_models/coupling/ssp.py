@@ -4,8 +4,6 @@ Read are the components of the top system, its connections with their linear tra
 components and of the system, inline or in .ssv files, with their mappings, inline or in .ssm files.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

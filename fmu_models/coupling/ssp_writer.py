@@ -3,8 +3,6 @@
 Source: Modelica Association, System Structure and Parameterization 1.0 (2019), sections 5 (.ssd) and 6 (.ssv).
 """
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """One unit of a co-simulation: steps with its events inside, and puts itself back where it can."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from ctypes import byref, c_int32, c_void_p
 from typing import Any

@@ -10,8 +10,6 @@ start = { theta = 0.1 }
 inputs = { w1 = "speed.csv:w" } # a number, or a column of a log beside this file
 """
 
-from __future__ import annotations
-
 import os
 
 from fmu_models.base import shipped

@@ -1,7 +1,5 @@
 """Scripts, style and packed bytes as one page that asks the network for nothing, and such a page in a frame."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib

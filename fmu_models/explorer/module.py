@@ -1,7 +1,5 @@
 """The engine and one model as WebAssembly, built from the sources that an FMU of ours carries."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -5,8 +5,6 @@ of their own that the cluster makes again where a worker is lost. A worker check
 a temporary folder, and builds the library where the FMU has none for its machine.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import pickle

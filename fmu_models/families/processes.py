@@ -1,7 +1,5 @@
 """Chunks made by processes of this machine, for systems that make one run at a time; or in this one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool

@@ -4,8 +4,6 @@ The rules are those of engine/ensemble: a motion that repeats itself is recorded
 known orbit, leaves every bound or does not arrive is followed no farther.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol

@@ -9,8 +9,6 @@ A name that is harmless here but writes to a device or onto another file elsewhe
 refused on every platform: what opens on one machine opens on all.
 """
 
-from __future__ import annotations
-
 import re
 import stat
 import unicodedata

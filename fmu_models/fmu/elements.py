@@ -1,7 +1,5 @@
 """Names of the elements of an array variable, as columns of a table need them: ``A[2,1]``, counted from 1."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Sequence
 
 import numpy as np

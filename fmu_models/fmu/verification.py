@@ -1,7 +1,5 @@
 """Whether an FMU is what its model gives: built once more as it says of itself, and compared byte by byte."""
 
-from __future__ import annotations
-
 import os
 import zipfile
 from collections.abc import Iterator, Mapping

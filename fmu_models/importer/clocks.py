@@ -6,8 +6,6 @@ triggered input             where a signal that the user gives jumps up
 triggered output or local   when the FMU does
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

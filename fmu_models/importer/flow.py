@@ -5,8 +5,6 @@ The derivative follows the motion (importer/c/tangent.c). It is not known where 
 indicators change at once, or along a sliding motion; whoever needs it there takes differences of motions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Any FMU as raw function pointers for the master (importer/c), and the C structures of the contract."""
 
-from __future__ import annotations
-
 import ctypes
 import sys
 import weakref

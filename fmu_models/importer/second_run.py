@@ -4,8 +4,6 @@ A method of integration sees an FMU at the nodes of its steps alone. What lasts 
 may be missed, in silence; a second run with other and shorter steps tells, for all that lasts longer than its own gaps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 

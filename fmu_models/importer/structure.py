@@ -1,7 +1,5 @@
 """Structural parameters of an FMU 3.0, on which sizes of arrays depend: set once, before any run."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Runs of a sweep by the master: what is asked, and what comes of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 """Texts and bytes of an FMU are set before initialization and read at both ends of a run. Between these they are not
 looked at: the master steps over numbers alone."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Iterable, Mapping
 from ctypes import byref, c_char_p, c_int, c_size_t, c_uint32, c_void_p

@@ -1,7 +1,5 @@
 """Texts and bytes of an FMU (String, and Binary of FMI 3): which there are, and what they may be set to."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterable, Mapping
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """What a run of any FMU says of itself."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from fmu_models.fmu.fmu import Fmu

@@ -4,8 +4,6 @@ An FMU that qualifies (codegen/lane_tables.py) carries its tables as a header am
 ``c``. The engine of the FMU calls the stepper (engine/ensemble/lane_runs.c).
 """
 
-from __future__ import annotations
-
 import ctypes
 import threading
 import weakref

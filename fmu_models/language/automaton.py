@@ -9,8 +9,6 @@ typed. A ``Reset`` makes states jump where a switching function falls to zero.
 Source: Filippov, Differential equations with discontinuous right-hand sides (1988), chapter 2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NoReturn

@@ -1,7 +1,5 @@
 """What a declaration can get wrong, and the lesson each mistake is answered with."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 

@@ -1,7 +1,5 @@
 """What the slip speed and the gap of a contact can get wrong, and the lesson each mistake is answered with."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import sympy

@@ -1,7 +1,5 @@
 """What a declared contact is lowered to: one or several directions, each in factored form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple

@@ -14,8 +14,6 @@ A declared contact lowers to one or several of these (``dynamics``); a new decla
 here needs nothing else. The generated C has the numbers of the states and the properties of every contact from here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

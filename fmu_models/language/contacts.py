@@ -4,8 +4,6 @@ A contact with slip speed y (affine in the velocities v) acts on the body with t
 During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, up to the capacity of the law.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """What checks and lowering know of a declared body: its energies, contacts and outputs, whatever class holds them."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

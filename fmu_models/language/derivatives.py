@@ -4,8 +4,6 @@ SymPy's own ``diff`` walks through the whole expression for every symbol, and re
 has in common for each of them: its cost grows with the square of their number and beyond.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -7,8 +7,6 @@ every dimension.
 Units are read only when a model is declared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """What all set-valued friction laws without internal states have in common."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, fields

@@ -1,7 +1,5 @@
 """Expressions as numbers, each shared part once: what a check needs to know of them at some points."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping

@@ -18,8 +18,6 @@ Sources: Moreau, Unilateral contact and dry friction in finite freedom dynamics 
 restitution; Pfeiffer and Glocker, Multibody dynamics with unilateral contacts (1996), chapter 8, for Poisson's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NoReturn

@@ -5,8 +5,6 @@ the determinants of its upper left squares are positive (Sylvester). They are wr
 ``CLOSED_FORM`` coordinates; the engine watches the pivots of larger ones while it factors them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any

@@ -5,8 +5,6 @@ A law is a frozen dataclass whose fields are its parameters:
     mu: sympy.Expr = field(metadata=coefficient(0.5, "friction coefficient at any slip speed"))
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any

@@ -7,8 +7,6 @@ state may be an angle, known up to a modulus; its rule is written without taking
 differentiated.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ A quantity is a SymPy symbol, so it is used in expressions as it stands; it is a
 name in two models never collide.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Self
 

@@ -8,8 +8,6 @@ the lever arm of the normal force in units of the radius.
 Source: Johnson, Contact mechanics (1985), section 9.3, for the moment as a fraction of N r.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

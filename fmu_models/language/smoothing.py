@@ -7,8 +7,6 @@ it, it creeps at a fraction of the width. The equations become stiff as 1/width,
 model depend on the width, unlike those of the law itself.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field

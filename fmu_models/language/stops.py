@@ -11,8 +11,6 @@ stop acts on the body with -(d d'/dv)^T F. It lets go
 The second rule is that of a support without mass that relaxes at once when it is free.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol

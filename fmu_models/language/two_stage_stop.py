@@ -7,8 +7,6 @@ Each stage is a stop of its own that begins and lets go by the same rule; the fo
 Source: Shaw and Holmes, Journal of Sound and Vibration 90 (1983), for oscillators whose stiffness rises by stages.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Units of a declaration: every sum adds like to like, and energies, forces and outputs are what they say."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import sympy

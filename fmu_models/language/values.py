@@ -1,7 +1,5 @@
 """Values for parameters, checked at the door."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Iterable, Mapping

@@ -17,8 +17,6 @@ The terms of T come from d(v dT/dv - T)/dt = v (dU/dq + forces) - dT/dt; they va
 quadratic in v and does not know the time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a lowered system says, as equations for people: expressions and the words between them."""
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.contact_dynamics import ContactDynamics

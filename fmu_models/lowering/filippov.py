@@ -17,8 +17,6 @@ reset from one, flow knows no sign:   W along the jump, grad h' W = 1, lambda >=
 Source: Filippov, Differential equations with discontinuous right-hand sides (1988), section 2.4.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

@@ -5,8 +5,6 @@ is left of the expressions, and code is generated for the rest: a term with the 
 a sum of constants is one constant.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Collection, Mapping
 from typing import Any

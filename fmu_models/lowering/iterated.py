@@ -1,7 +1,5 @@
 """A declared map as a system whose states rest, and jump by the rule at equal times."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import sympy

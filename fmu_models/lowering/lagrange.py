@@ -6,8 +6,6 @@ The inverse of M is written out as long as it is small: blocks of two coordinate
 parameters alone. Else M itself goes into the generated code and is factored there (engine/model/mass_matrix.h).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any

@@ -1,7 +1,5 @@
 """From a declaration to the one factored form that code is generated from."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterable
 from typing import Any

@@ -14,8 +14,6 @@ Source: Lichtenberg and Lieberman, Regular and Stochastic Motion (1983), section
 as in Newton's impact law v+ = -gamma v- + (1 + gamma) times the speed of the wall.
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.maps import Map

@@ -9,8 +9,6 @@ bifurcation; the stable one flips at a = 3 (1 - b)^2/4, and the motion of period
 Source: Henon, A two-dimensional mapping with a strange attractor, Communications in Mathematical Physics 50 (1976).
 """
 
-from __future__ import annotations
-
 from fmu_models.language.maps import Map
 from fmu_models.language.quantities import Parameter, State
 

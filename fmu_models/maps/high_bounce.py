@@ -13,8 +13,6 @@ Source: Holmes, The dynamics of repeated impacts with a sinusoidally vibrating t
 (1982).
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.maps import Map

@@ -9,8 +9,6 @@ exponent is ln 2. Two values lead to each, so there is no inverse.
 Source: May, Simple mathematical models with very complicated dynamics, Nature 261 (1976).
 """
 
-from __future__ import annotations
-
 from fmu_models.language.maps import Map
 from fmu_models.language.quantities import Parameter, State
 

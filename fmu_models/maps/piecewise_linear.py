@@ -18,8 +18,6 @@ Source: Leine and van Campen, Bifurcation phenomena in non-smooth dynamical syst
 A/Solids 25 (2006), equations (25), (26); Fig. 19 has a = 5/4 and r = 1.
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.contacts import Requirement

@@ -10,8 +10,6 @@ division by two is exact. Two values lead to each, so there is no inverse.
 Source: Collet and Eckmann, Iterated Maps on the Interval as Dynamical Systems (1980).
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.maps import Map

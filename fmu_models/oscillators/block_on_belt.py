@@ -14,8 +14,6 @@ Source: the scaled single-contact oscillator of Casini, Giannini, Vestroni, Nonl
     | 1     | 100    | 0.5      | 9.81 | 0.65 | 0.35 | 15     | 0.1         |
 """
 
-from __future__ import annotations
-
 from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Output
 from fmu_models.language.laws.conti import Conti

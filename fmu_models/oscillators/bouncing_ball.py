@@ -20,8 +20,6 @@ Source: Holmes, The dynamics of repeated impacts with a sinusoidally vibrating t
 ball with a sinusoidally vibrating table revisited, Nonlinear Dynamics 10 (1996).
 """
 
-from __future__ import annotations
-
 import math
 
 import sympy

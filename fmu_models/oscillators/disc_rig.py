@@ -20,8 +20,6 @@ dynamics, Nonlinear Dynamics 46 (2006): equations (1), (2) with sgn(v) written o
 The paper gives no normal forces; N = 4.905 N (a dead weight of 0.5 kg) is assumed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import sympy

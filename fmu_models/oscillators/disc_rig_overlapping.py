@@ -10,8 +10,6 @@ Source: Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006), section 2.1 (d
 values: alpha = 0.1 rad, w0 = 0.6 rad/s and w1 = 1 rad/s are assumed.
 """
 
-from __future__ import annotations
-
 from fmu_models.language.quantities import Parameter
 from fmu_models.oscillators.disc_rig import disc, rig, theta
 

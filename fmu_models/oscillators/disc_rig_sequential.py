@@ -17,8 +17,6 @@ With theta_s = 0 and c = 0.055 N m s/rad the motion stays on disc 1, hence the d
 come to rest on disc 1, from starts near theta = 0.1 rad.
 """
 
-from __future__ import annotations
-
 from fmu_models.language.quantities import Parameter
 from fmu_models.oscillators.disc_rig import disc, rig, theta
 

@@ -18,8 +18,6 @@ equations (1) to (11): (3) free, (4) in contact, (8) and (9) which of them holds
 The defaults are those of Table 1; the default start lies on its periodic motion, since rest leads there only slowly.
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt

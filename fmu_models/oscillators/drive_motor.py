@@ -9,8 +9,6 @@ takes speed and rate of the drive for given, so that neither may jump with the f
 Source: linear characteristic of a regulated drive of second order; its constants are assumed.
 """
 
-from __future__ import annotations
-
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import Input, Parameter, State

@@ -16,8 +16,6 @@ Source: Fermi, On the origin of the cosmic radiation, Physical Review 75 (1949);
 and adiabatic behavior of particles accelerated by periodic forces, Physical Review A 5 (1972).
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.contacts import Requirement

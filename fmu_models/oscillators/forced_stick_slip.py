@@ -16,8 +16,6 @@ Of its 1/2-subharmonic resonance the motion at the default frequency and start i
 sticks for 0.675 s of it.
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.contacts import Friction

@@ -19,8 +19,6 @@ and (2) and the conversion. Reference parameters of section 3:
     | 0.2  | 0.01  | 300 | 0.9 | 0.35 to 0.43, figures 5 to 15    | 0   |
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh

@@ -4,8 +4,6 @@
 matters after very slow entries only: no motion and no threshold of the paper changes.
 """
 
-from __future__ import annotations
-
 from fmu_models.oscillators.hinge_clearance import hinge
 
 MODEL = hinge("hinge_clearance_clamped", release="force")

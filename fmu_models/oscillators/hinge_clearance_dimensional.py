@@ -13,8 +13,6 @@ bilateral restraint impact vibration system, equations (1), (2) and (8). The pap
 defaults are assumed, such that the scaled ones are the paper's (zeta 0.2, delta 0.01, k0 300, f 0.429).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -14,8 +14,6 @@ middle of the cavity.
 Source: Masri and Caughey, On the stability of the impact damper, Journal of Applied Mechanics 33 (1966).
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.contacts import Requirement

@@ -14,8 +14,6 @@ Source: Bapat, Popplewell and McLachlan, Stable periodic motions of an impact-pa
 (1983).
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.contacts import Requirement

@@ -10,8 +10,6 @@ Source: Leine and van Campen, Bifurcation phenomena in non-smooth dynamical syst
 A/Solids 25 (2006), equation (2); Fig. 1 has mu = -1 and mu = 1.
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.automaton import Automaton, Switch

@@ -11,8 +11,6 @@ Source: Leine and van Campen, Bifurcation phenomena in non-smooth dynamical syst
 A/Solids 25 (2006), equations (8) to (13); Fig. 4 has mu = -1, 0 and 1.
 """
 
-from __future__ import annotations
-
 from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.quantities import Parameter, State
 

@@ -11,8 +11,6 @@ Source: Leine and van Campen, Bifurcation phenomena in non-smooth dynamical syst
 A/Solids 25 (2006), equation (14); Figs. 5 and 6 have eps = 20. (The "mu = -0.05" below Fig. 5 is -0.005.)
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.automaton import Automaton

@@ -10,8 +10,6 @@ A proposal of this project: the literature on the Fermi oscillator at hand (Luo 
 no equations for it. Values chosen here; frequencies of the springs in a ratio that does not repeat soon.
 """
 
-from __future__ import annotations
-
 import sympy
 
 from fmu_models.language.automaton import Automaton, Switch

@@ -21,8 +21,6 @@ Hz. The defaults are its values. The default start lies on its periodic motion, 
 edge and the woodpecker is farthest back.
 """
 
-from __future__ import annotations
-
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Output
 from fmu_models.language.impacts import Impact, Newton

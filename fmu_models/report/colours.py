@@ -1,7 +1,5 @@
 """Colours of all pictures."""
 
-from __future__ import annotations
-
 # Okabe and Ito: told apart by all kinds of eyes
 COLOURS = (
     *("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#999999"),

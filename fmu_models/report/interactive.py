@@ -1,8 +1,6 @@
 """Families of motions as one page that needs nothing but itself: zoom, the parameters under the cursor, and, on a
 click, the motion of that place in a frame."""
 
-from __future__ import annotations
-
 import html
 import importlib.util
 import json

@@ -6,8 +6,6 @@ Sphinx runs in a process of its own upon a copy of the sources, since pages that
 among them. A site appears under its name when it is whole.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

@@ -1,7 +1,5 @@
 """What a scene computes, held against its kind and its model: keys, names, units, ranges."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

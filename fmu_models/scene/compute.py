@@ -1,7 +1,5 @@
 """What a scene computes, through its FMU, and how that compares with what is known of it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Mapping

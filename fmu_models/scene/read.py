@@ -1,7 +1,5 @@
 """Scenes from files: checked against their model once, and kept until file or model change."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -5,8 +5,6 @@
 A backend knows a section by its points, and by the four questions of ``SectionQuestions``.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The level of an oscillator: its states where one of them crosses it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

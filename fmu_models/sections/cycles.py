@@ -5,8 +5,6 @@ that happens again in the same state; a coordinate upon which nothing depends ne
 rate of a state vanishes, or at an event, just before it or after it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -11,8 +11,6 @@ is refined to a fixed point, and a dip of it towards zero is followed to its bot
 leaves no trace at its ends is not seen.
 """
 
-from __future__ import annotations
-
 import bisect
 import itertools
 import math

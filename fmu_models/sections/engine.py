@@ -1,7 +1,5 @@
 """The engine in an FMU of ours, and its exact lanes, as backends: whole families of runs in one call."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

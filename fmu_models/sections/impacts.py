@@ -1,7 +1,5 @@
 """The contact of an oscillator: its states right after the contact begins, or ends."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

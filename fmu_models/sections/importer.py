@@ -6,8 +6,6 @@ rates where it offers none. Where they are not known (an event that moves the st
 they are central differences of steps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace

@@ -3,8 +3,6 @@
 x <- x - J(x)^-1 r(x);   while |r| is not smaller there, the step is halved, a few times at most
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ step of Newton's method is at right angles to the flow f:
     [  f(x)^T        0    ] [dT] = [    0     ]
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

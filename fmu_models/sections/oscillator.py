@@ -4,8 +4,6 @@ What a point is stands in ``point``. Derivatives are exact, events on the way in
 neighbour meets earlier or later they are those on the section.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from typing import Any, Self

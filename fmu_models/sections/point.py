@@ -4,8 +4,6 @@ A point is the states, the speeds of entry that stops remember (0 where they are
 of time, the phase of the forcing in turns. What nothing forces has no phase.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping, Sequence

@@ -10,8 +10,6 @@ section,
     slope = (D s)_x - x' (D s)_q / q'
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self

@@ -8,8 +8,6 @@ another one gives ``step`` and gets ``run`` for it, step by step; the FMUs of th
 one call of their engine.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self

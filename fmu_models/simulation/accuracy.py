@@ -21,8 +21,6 @@ A motion that is chaotic, or grazes, may part from its companions: then the esti
 statistics of the run mean anything.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence

@@ -10,8 +10,6 @@ contradicts the state that its contact has in the run.
 What is narrower than the points are apart, and far from any of them, is not seen: that is what the steps must exclude.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

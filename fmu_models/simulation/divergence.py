@@ -7,8 +7,6 @@ friction, impacts and stops that remember the speed of their entry do. The integ
 formula in a variable whose ends are flat, so that forces that begin with a root do no harm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """The C structures of engine/ensemble, and the call that makes many runs."""
 
-from __future__ import annotations
-
 import ctypes
 import dataclasses
 from collections.abc import Sequence

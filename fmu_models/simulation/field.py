@@ -6,8 +6,6 @@ No step is made: the engine is started at the point, which chooses the contact s
 lies on a wall onto it), and is asked for its rates there.
 """
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

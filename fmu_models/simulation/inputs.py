@@ -8,8 +8,6 @@ lambda t: 0.4 + 0.1 * t     a function of the time in s, sampled until straight 
 Signal                      as it is
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -5,8 +5,6 @@ the start does not count; neither does a level that is touched only. Where an im
 jump across, the crossing is the event, and the states are those after it.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import weakref

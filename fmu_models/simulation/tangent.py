@@ -1,7 +1,5 @@
 """Exact derivatives of the end of a motion with respect to where it began and to parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

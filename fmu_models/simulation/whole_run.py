@@ -1,7 +1,5 @@
 """The calls that make a whole run: what is asked of an instance, and what it gives."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ not installed, that of the system, which builds for this machine alone. Processe
 same time each write their own file and rename it.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The platforms FMUs are built for: on each of them for all, because the compiler brings every target along."""
 
-from __future__ import annotations
-
 import platform
 import re
 from collections.abc import Sequence

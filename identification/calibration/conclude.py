@@ -5,8 +5,6 @@ whitened by an autoregression for each series, and the solution is found again; 
 rows is the check.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -6,8 +6,6 @@ at a tolerance tight enough that the steps' own errors cancel: at 1e-8 the same 
 halves holds a jump, as of a sample that an impact passes, the other half is the derivative.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

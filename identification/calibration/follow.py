@@ -4,8 +4,6 @@ A free run over the whole log; of a chaotic motion one run after another, each n
 start of its own, since noise at the start decides what comes later. No window joins the next.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

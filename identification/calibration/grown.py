@@ -5,8 +5,6 @@ start states, held near their first values by weak priors that fade as more even
 what the events so far have told predicts the next ones far better than any guess, also where the motion is chaotic.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ noise. A segment begins where most guesses of the parameters say that no contact
 such samples where the parabola leaves least: not at an impact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What is asked of a calibration: settings, and the free runs of its logs with their unknowns."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -6,8 +6,6 @@ less often; what decides is the scan: guesses in a box about the first values ar
 predictions from nodes of the data, without any optimization (Bock's multiple shooting begins at the best of these).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -4,8 +4,6 @@ An FMU of this suite carries exact tangents through its events (fmu_models.simul
 model are differenced (`differenced`).
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

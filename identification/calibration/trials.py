@@ -4,8 +4,6 @@ A row of numbers says what is to be made, another what came of it. The problem t
 there anew from what it was made from (`Subject`); who makes which row does not show.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 from dataclasses import replace

@@ -3,8 +3,6 @@
 segments that meet:  C_p dp + C_s ds = 0,    ds = -C_s^+ C_p dp + N w,    N the null space of C_s
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 

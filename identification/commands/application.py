@@ -1,7 +1,5 @@
 """All commands of `stickslip`, one file each, which imports what it needs when it is called."""
 
-from __future__ import annotations
-
 import copy
 import os
 import sys

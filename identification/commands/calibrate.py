@@ -1,7 +1,5 @@
 """Command that finds parameters of any model from measured series."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from pathlib import Path

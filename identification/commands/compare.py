@@ -1,7 +1,5 @@
 """Command that compares the fitted model with measurements."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """Command that says what brings an oscillator to rest."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

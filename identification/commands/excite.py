@@ -1,7 +1,5 @@
 """Command that designs a motion which shows the parameters of a declared machine."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

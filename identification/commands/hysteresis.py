@@ -1,7 +1,5 @@
 """Command that says which law with memory loops of force over displacement ask for."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated

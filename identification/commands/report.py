@@ -1,7 +1,5 @@
 """Command that reports on a fit in one page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

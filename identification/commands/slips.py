@@ -1,7 +1,5 @@
 """Command that finds slip events in a log and compares their statistics with a model."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

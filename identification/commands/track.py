@@ -1,7 +1,5 @@
 """Command that follows states and slowly changing parameters of any model along a log."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,8 +1,6 @@
 """mu (1 + sum_n g_n (theta - theta_0)^n), theta the angle of the body, n = 1, 2, 3; theta_0 in the middle of the
 slips."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

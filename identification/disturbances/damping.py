@@ -1,7 +1,5 @@
 """c (1 + c2 |omega|): drag that grows with the square of the speed, as that of air does."""
 
-from __future__ import annotations
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DAMPING, DisturbanceTerm, Effect
 

@@ -1,7 +1,5 @@
 """A disturbance, declared once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

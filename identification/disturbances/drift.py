@@ -5,8 +5,6 @@ Where drives all turn one way, o_1 is only known to be of the size of the drift 
 a free decay too.
 """
 
-from __future__ import annotations
-
 from types import ModuleType
 from typing import Any
 

@@ -1,8 +1,6 @@
 """w (1 + sum_n e_n cos(n phi) + f_n sin(n phi)): the encoder of the drive is eccentric (n = 1) or oval (n = 2), so that
 the disc does not turn as it shows."""
 
-from __future__ import annotations
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DRIVE
 from identification.disturbances.turn import harmonics, too_little_turned, turn_terms

@@ -1,7 +1,5 @@
 """The laser shows sin(theta) + b theta^2 over R: its beam does not meet the arm at a right angle."""
 
-from __future__ import annotations
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import LASER, DisturbanceTerm, Effect
 from identification.measurement.disc_motion import angle_sensor

@@ -1,8 +1,6 @@
 """The laser shows sin(theta) of an instant before, over R: later by more than its calibration says, or more and more so
 because its clock runs at another rate."""
 
-from __future__ import annotations
-
 from types import ModuleType
 from typing import Any
 

@@ -1,8 +1,6 @@
 """N (1 + a (F_N/mean(F_N) - 1)): the force of a load cell. It is no disturbance that is sought: where logs have it,
 friction follows it."""
 
-from __future__ import annotations
-
 from identification.disturbances.term import DisturbanceTerm, Effect
 from identification.inference.problem import Prior
 

@@ -1,7 +1,5 @@
 """N (1 + sum_n a_n cos(n phi) + b_n sin(n phi)), phi the angle of the drive by its counter, n = 1, 2."""
 
-from __future__ import annotations
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.turn import NORMAL_FORCE, too_little_turned, turn_terms
 

@@ -1,7 +1,5 @@
 """As `normal_force`, with amplitudes a_n, b_n of each log: the counter of the drive was reset between them."""
 
-from __future__ import annotations
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.turn import NORMAL_FORCE, too_little_turned, turn_terms
 from identification.measurement.pooled import Pool

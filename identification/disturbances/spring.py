@@ -1,7 +1,5 @@
 """k (1 + k3 theta^2): a spring that stiffens or softens as it is turned."""
 
-from __future__ import annotations
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import SPRING, DisturbanceTerm, Effect
 

@@ -1,7 +1,5 @@
 """The terms of disturbances for pooled logs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Changes of the normal force with the angle of the drive: run-out of a disc once per turn, of a bent shaft twice."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,8 +1,6 @@
 """mu (1 + sum_n h_n (exp(-t/T_n) - mean)), t since the log began, T_n = 4 and 16 s: together they stand for any time
 constant from 3 to 25 s. The law is that of the mean over a log."""
 
-from __future__ import annotations
-
 from types import ModuleType
 from typing import Any
 

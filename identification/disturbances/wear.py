@@ -1,7 +1,5 @@
 """mu (1 + s_i + t_i u), i the number of the log and u the share of it that is gone, from -1/2 to 1/2; s_1 = 0."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from identification.disturbances.disturbance import Disturbance

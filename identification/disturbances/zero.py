@@ -1,8 +1,6 @@
 """Angle sensors show theta + z. What they show too much counts as friction k z/(R N), whichever way the disc slips:
 drives that all turn one way do not tell it from mu."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from identification.disturbances.disturbance import Disturbance

@@ -8,8 +8,6 @@
 The runs of the model take time in proportion to the stiffness.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -8,8 +8,6 @@ has the scatter of the sticks, whatever sensors make it, and what law and consta
 together. Where the law is wrong its mu(0) is, and levels beyond it say nothing of age: only their growth does.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

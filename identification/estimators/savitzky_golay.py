@@ -8,8 +8,6 @@ polynomial is one-sided, are noisier by a known factor and weighted accordingly.
 eqs. (27), (28).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

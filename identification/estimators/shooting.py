@@ -9,8 +9,6 @@ micro-slip) does not enter, so that no model of it is needed; multiple shooting:
 Inverse Problems in Differential and Integral Equations, 95; one segment per slip, since slips are short.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The problem of shooting segments, made of logs: what a sensor showed and how noisily, drives, models, unknowns."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -10,8 +10,6 @@ d, and catches up with what it lost by then; to first order in d the motion is t
 by x^2. Its estimate is linear in the noise, and may be below 0; that of x is pushed up by any noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

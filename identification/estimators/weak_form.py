@@ -10,8 +10,6 @@ Messenger & Bortz (2021), Multiscale Model. Simul. 19, 1474; whitening as in the
 110.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from weakref import WeakKeyDictionary

@@ -12,8 +12,6 @@ unevenness too fast for its encoder makes contacts let go early, so that cycles 
 by some -20 %). Residuals beyond the noise say so.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Windows of the weak form: the bump that averages, and the whitening of windows that overlap."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from identification.measurement.pooled import RigValues

@@ -6,8 +6,6 @@ moves; what is left of their uncertainty goes together (J and k as one). Slips a
 that the model misses something: what they say of the constants is then its error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

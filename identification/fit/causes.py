@@ -1,7 +1,5 @@
 """Which disturbances a fit of one driving disc takes up: those that its slips show without any law, or those named."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

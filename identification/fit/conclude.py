@@ -6,8 +6,6 @@ they are taken as given (their covariance joins the noise), and the constants of
 apart).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ releases of sticks say hold them (`free_friction.curve`). So values and deviatio
 is run with them for what else a fit says.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -19,8 +19,6 @@ Source: Hoeting, Madigan, Raftery & Volinsky (1999), Bayesian model averaging: a
 (weights by BIC, section 4.1).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ stated of them as priors; so the posterior holds what the intervals of a fit hol
 instruments, constants) without taking any of it as linear.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

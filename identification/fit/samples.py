@@ -1,7 +1,5 @@
 """Friction as it was measured, disc by disc, for figures: local values, not those of the estimator."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the result of a fit says of its logs: segments, residuals by speed, sensors."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

@@ -5,8 +5,6 @@
 What other monomials add to the efforts is in the base parameters that took them up, so the motion is the fit's.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Mapping

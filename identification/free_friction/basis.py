@@ -5,8 +5,6 @@
 with s_0 = 1 and s_9 = 0: the b_i are positive, and their sum is one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -10,8 +10,6 @@ which gives the first values by non-negative least squares; the fit is that of t
 to where it sticks. Source: Kelly, Fundamentals of Mechanical Vibrations (2000), section 3.7, for the first two terms.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ fit = identify_hysteresis(["damper.csv"])
 print(fit.summary())
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Laws that start from the sliders of a log: each with its declaration, its parameters and where a search begins."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial

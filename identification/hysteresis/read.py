@@ -1,7 +1,5 @@
 """Logs of force against displacement from files of any kind: which column is what, in which unit, which way round."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -9,8 +9,6 @@ Non-negative least squares over columns that are known beforehand.
 Source: Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ Source: Kuensch (1989), Ann. Statist. 17, 1217 (blocks); Davison & Hinkley (1997
 (strata).
 """
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable, Iterator

@@ -3,8 +3,6 @@
 All of it follows from a `Problem` and its `Solution`, so that every estimator says the same things in the same way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

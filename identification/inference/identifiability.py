@@ -8,8 +8,6 @@ almost unseen. What is held by priors is projected out first, as far as the prio
 Source: Brun, Reichert, Kuensch (2001), Water Resour. Res. 37, 1015, equations (11), (12).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ Sources: Venzon & Moolgavkar (1988), Appl. Statist. 37, 87; Raue et al. (2009), 
 Rotnitzky & Jewell (1990), Biometrika 77, 485 (scaling by the sandwich).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

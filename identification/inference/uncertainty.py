@@ -11,8 +11,6 @@ share of the samples); Liang & Zeger (1986), Biometrika 73, 13; Bell & McCaffrey
 (jackknife form of the clustered one).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 SHARE = 0.05  # of the samples: lags of Newey and West

@@ -10,8 +10,6 @@ clusters, so that colour cannot raise them:
 Sources: Ljung & Box (1978), Biometrika 65, 297; Hotelling (1931), Ann. Math. Statist. 2, 360.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

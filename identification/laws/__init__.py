@@ -1,7 +1,5 @@
 """Friction laws that can be fitted: those of ``fmu_models/language/laws`` and the user's own."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from pathlib import Path

@@ -4,8 +4,6 @@ Parameters are named after their disc: mu_s0, mu_k0, p0, mu_s1, mu_k1, p1; the c
 last where the angle decides which disc touches.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

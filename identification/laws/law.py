@@ -1,7 +1,5 @@
 """A friction law to be fitted: the functions of its declaration, and where a search for its parameters starts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any

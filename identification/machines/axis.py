@@ -5,8 +5,6 @@
 Each term is linear in its parameter, so the columns of the machine's regressor are those of the terms.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final

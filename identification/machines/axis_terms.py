@@ -6,8 +6,6 @@
 Source of the form: Khalil, Dombre, Modeling, Identification and Control of Robots (2002), chapter 12.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum

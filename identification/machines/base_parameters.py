@@ -7,8 +7,6 @@ Source: Gautier (1991), J. Robotic Systems 8, 485 (by QR); here by Gram-Schmidt 
 pivots.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@
 Rows of joints at rest say of a delay what friction makes of them: they are left out.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Friction laws of coefficients as laws of friction force, which a log of efforts shows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

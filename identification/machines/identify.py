@@ -14,8 +14,6 @@ Sources: Janot, Vandanjon, Gautier (2014), IEEE Trans. Control Syst. Technol. 22
 Carrillo (2018), Control Eng. Practice 74, 155.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -6,8 +6,6 @@
 A law is a function of the joint's own velocity.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -6,8 +6,6 @@ Products are multiplied out only as far as parameters reach; what holds none sta
 grows with the number of links.
 """
 
-from __future__ import annotations
-
 from collections.abc import Set
 from functools import reduce
 

@@ -3,8 +3,6 @@
 tau = gain Y theta    theta by least squares from the other logs
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A machine to be identified, with what reads its logs."""
 
-from __future__ import annotations
-
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence

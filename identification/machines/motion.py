@@ -11,8 +11,6 @@ Sources: Gautier (1997), ICRA, 2278 (parallel decimation); Janot, Vandanjon, Gau
 85.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

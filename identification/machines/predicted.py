@@ -1,7 +1,5 @@
 """Efforts of logs by a fit's values, beside those that were measured: both after the low-pass of the fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

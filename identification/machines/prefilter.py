@@ -11,8 +11,6 @@ Sources: Brunot, Janot, Young, Carrillo (2018), Control Eng. Practice 74, 155 (p
 (1953), Ark. Mat. 2, 423.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A declared machine and its logs: columns named after its coordinates and efforts, or mapped to them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 """How well efforts are predicted, joint by joint: in the logs of a fit, in parts that it has not seen, in others; how
 far the simulated machine comes from its logs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

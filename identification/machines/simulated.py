@@ -6,8 +6,6 @@ held near the measured motion (q_m, v_m) by w, or free (w = 0). Runge-Kutta of o
 Coulomb friction is smoothed over `SMOOTH` of the usual speed, which an instrument may be and a prediction notes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -8,8 +8,6 @@ machine that slides throughout the two estimates differ by less than the deviati
 Source: Hausman (1978), Econometrica 46, 1251 (two estimates, one of which is consistent under both hypotheses).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

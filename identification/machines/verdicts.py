@@ -1,7 +1,5 @@
 """What to think of the fit of a machine, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ of the encoder are the noise; being fixed, each line is one cluster. Left uncorr
 the friction coefficients one to one, and 5 ms of delay move p by 25 %.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

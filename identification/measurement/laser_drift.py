@@ -8,8 +8,6 @@ misplaced, but always by the same, and the laser's gain counts for the same at e
 pass is the laser. Whether it drifts is judged by means over natural periods, which are independent: F, and BIC.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ The offset of encoder to laser moves slowly: by what a gain or a delay of the la
 next. A count that is lost moves it by a whole pitch at once, and for good.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 SURE = 0.25  # of a pitch: how near to a whole number of them a jump is

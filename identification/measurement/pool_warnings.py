@@ -1,7 +1,5 @@
 """What is said of logs that are pooled."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from identification.inference.problem import Prior

@@ -4,8 +4,6 @@ One drive speed leaves mu_k and p nearly collinear; logs at three speeds pooled 
 path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Sequence
 from itertools import combinations
 from typing import TypeVar

@@ -11,8 +11,6 @@ Source: disc_rig paper, section 3.3 (the small protuberance before sticking); Ca
 Lischinsky, IEEE Trans. Autom. Control 40 (1995), equations (2), (3) for a slip of one sign, inertia left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ derivative of another signal, then perhaps filtered. What is to be found in them
 its reader, to what the reference of the manual says of them.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ there. Decimation filters by a Chebyshev low-pass of order 8 (0.05 dB, edge at 0
 keeps every n-th sample, counted back from the last. Every regressor goes through the same filter as the effort.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cache

@@ -6,8 +6,6 @@ stick has entered. While the disc sticks to one of two driving discs it turns wi
 the other, and the force that holds it is unknown: such samples say nothing of either law and are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What the logs of a pool state of the rig and its sensors, and how well."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -10,8 +10,6 @@ No model of the motion enters, so that sticks and switches stay as sharp as they
 order, of memory s_y/s_u, and every estimator whitens by it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

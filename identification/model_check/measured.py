@@ -3,8 +3,6 @@
 Unlike the logs of a fit these need no stick: above the bifurcation the disc slides steadily, and that is a result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from fmu_models.base.errors import StickslipError

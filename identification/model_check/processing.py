@@ -1,7 +1,5 @@
 """From a recorded or simulated motion to its portrait: smoothed, cut into cycles, averaged; when it has settled."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise

@@ -3,8 +3,6 @@
 How laws are compared: `inference.comparison`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The page of a calibration: values, logs beside the model, and the model with sliders within the intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

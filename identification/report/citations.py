@@ -1,7 +1,5 @@
 """What to cite with a result."""
 
-from __future__ import annotations
-
 from fmu_models.base.version import version
 from identification.fit.result import FrictionFit
 from identification.machines.machine_fit import MachineFit

@@ -1,7 +1,5 @@
 """Everything that a report of a fit shows, gathered."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from fmu_models.base.errors import StickslipError

@@ -1,7 +1,5 @@
 """One page with everything that the fit of a machine says, and the machine run beside its logs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

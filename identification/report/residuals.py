@@ -1,7 +1,5 @@
 """The residuals of a fit, found again from its logs: the estimator is run once more."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

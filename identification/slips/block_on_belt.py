@@ -8,8 +8,6 @@ falls from mu_s to mu_k within a small part of the greatest slip speed,
 since statistics say nothing of the fall's shape.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from typing import Any

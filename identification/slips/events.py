@@ -11,8 +11,6 @@ Source of the measurement: Colas, Pustelnik, Oliver, Abry, Geminard, Vidal, Nonl
 dynamics characterization, Physical Review E.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

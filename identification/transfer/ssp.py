@@ -1,7 +1,5 @@
 """Fitted values as an SSP 1.0 parameter set (.ssv), and the rig as a whole SSP (.ssp): FMU, structure and that set."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

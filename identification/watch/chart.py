@@ -8,8 +8,6 @@ w = 0.2, L = 3 and K = 0.5, H = 5 a bench in order is called changed once in som
 CUSUM a small step. Source: Montgomery, Introduction to Statistical Quality Control, chapter 9.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

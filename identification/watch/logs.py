@@ -1,7 +1,5 @@
 """New logs of a watched folder: found once their size rests, described as the first, fitted alone."""
 
-from __future__ import annotations
-
 import hashlib
 import warnings
 from collections.abc import Mapping, Sequence

@@ -10,8 +10,6 @@ that speed varied by less than 1 %.
 A program of holds stops the drive and starts it again, as tests of ageing do: RUN s of turning, a hold, RUN s, ...
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ Sensors are those of the paper with the standard faults; what is left out is as 
 speeds which the scene holds are inputs again.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -3,8 +3,6 @@
 The evidence for a role is a number from 0 to 1 with a reason; 0 forbids it, whatever the name says.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A sidecar in the making: the logs as they were read, what is proposed, said and still open."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The logs that are to be described, and what a sidecar that is there already knows of such logs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

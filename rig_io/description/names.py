@@ -1,7 +1,5 @@
 """What the name of a column says of its role, in English, German, French, Italian and Spanish."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 

@@ -1,7 +1,5 @@
 """Answers as people write them: "0.0548 ± 0.0003 kg m²", "0,0548(3)", "2.62 +- 0.5 %", "1000 x4", "unknown"."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What cannot be known from the logs: one question after the other, each with the form of its answer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from fmu_models.base.errors import StickslipError

@@ -4,8 +4,6 @@ Name and content count as independent witnesses: 1 - (1 - name)(1 - content); co
 role that is not more likely than not is not proposed: a wrong proposal is worse than none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Runs as they were recorded: what is proposed and said of their columns, how files belong together, of what kind."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -9,8 +9,6 @@ jackknife over blocks of time, which holds for coloured noise. A second shift th
 signal repeats itself: refused.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 

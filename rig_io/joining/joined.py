@@ -5,8 +5,6 @@ time      one recorder that began a new file: rows are appended, in the order of
 clocks    two recorders: see `rig_io.joining.clocks`
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

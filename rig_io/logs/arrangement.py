@@ -7,8 +7,6 @@
 | overlapping | theta <= alpha   | theta >= -alpha   | alpha           |
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Literal
 

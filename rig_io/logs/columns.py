@@ -1,7 +1,5 @@
 """The columns a rig log may hold: name, unit and meaning, once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

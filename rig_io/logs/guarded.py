@@ -2,8 +2,6 @@
 it, or make it ask for more memory than there is. Columns come back through a file, which costs no second copy.
 """
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import logging

@@ -1,7 +1,5 @@
 """Packed logs: one file in a gzip or zip archive, unpacked beside nothing that is the user's."""
 
-from __future__ import annotations
-
 import gzip
 import shutil
 import tempfile

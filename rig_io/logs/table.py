@@ -1,7 +1,5 @@
 """A table of numbers as a reader found it in a file, and what a reader is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

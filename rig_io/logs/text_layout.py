@@ -5,8 +5,6 @@ Lines above the table, a header of names, a line of units and the rows are told 
 cells that are numbers, then the one that gives more cells.
 """
 
-from __future__ import annotations
-
 import codecs
 import re
 from collections import Counter

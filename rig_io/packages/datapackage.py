@@ -1,7 +1,5 @@
 """Packages of logs on disk: CSV files and the ``datapackage.json`` that describes them."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """What the sidecar says of the columns of a log's files: the role of each, its unit, and what is still a guess."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What the sidecar says of how a column was measured, for a model that is held against it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Any log as columns over time, for inputs of runs and for what runs are held against."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ Its keys: ``PACKAGE_KEYS``, ``LOG_KEYS``, ``QUANTITY_KEYS``, ``EXPERIMENT_KEYS``
 Every function that reads takes ``where``, with which its errors begin.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

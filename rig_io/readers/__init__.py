@@ -1,7 +1,5 @@
 """Kinds of log files, one file each, with the reader as ``READER``; a new one is found by itself."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

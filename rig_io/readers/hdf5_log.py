@@ -1,7 +1,5 @@
 """HDF5: the vectors of one group (or of a table in it) as columns, with their attribute ``unit`` or ``units``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

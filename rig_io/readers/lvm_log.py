@@ -1,7 +1,5 @@
 """LVM (LabVIEW's text files): headers of ``key<separator>value`` ended by a mark, then the rows of one segment."""
 
-from __future__ import annotations
-
 import codecs
 import re
 import warnings

@@ -4,8 +4,6 @@ Single numbers (gains, rates) are kept apart from the columns. A struct stands f
 has no units: they come from ``datapackage.json``.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path

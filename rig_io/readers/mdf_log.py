@@ -1,7 +1,5 @@
 """MDF 3 and 4 (vehicles' recorders): the signals of one channel group, with its master channel as ``time``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from fmu_models.base.errors import StickslipError

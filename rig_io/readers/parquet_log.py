@@ -1,7 +1,5 @@
 """Parquet and Feather (Arrow): every column of numbers; stamps become seconds; metadata of a field may state a unit."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """XLSX and ODS: one sheet, a header of names (``name [unit]``, or a row of units below) above rows of numbers."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Iterable, Sequence
 from datetime import date, datetime, time

@@ -1,7 +1,5 @@
 """TDMS (National Instruments): the channels of one group; a waveform's clock becomes the column ``time``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

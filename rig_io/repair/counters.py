@@ -5,8 +5,6 @@ step beyond what the shaft can do is a glitch: an excursion that comes back with
 before it, one that stays has lost or gained edges, and the log is split there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -3,8 +3,6 @@
 A unit of another dimension is found by its name; one of the same dimension only by the size of the numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A table as a reader found it, and the checks all formats share: units, sizes, numbers, whole counts, the clock."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Instruments, one file each: from a true motion to raw readings, and from a log to angles and speeds."""
 
-from __future__ import annotations
-
 from rig_io.sensors.angle import disc_angle
 from rig_io.sensors.encoder import Edges, Encoder, edges, encoder_angle, encoder_edges
 from rig_io.sensors.laser import Laser, laser_angle, laser_clipped, laser_displacement

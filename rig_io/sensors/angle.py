@@ -1,7 +1,5 @@
 """The disc's angle from whatever a log holds."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rig_io.logs.log import RigLog

@@ -3,8 +3,6 @@
 laser [V] = zero + rounded(clip((1 + gain_error) R sin(angle(t - latency)) + noise)) / gain
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Load cell of a driving disc: normal force with an error of its gain, and noise."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

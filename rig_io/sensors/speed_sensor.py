@@ -3,8 +3,6 @@
 Shown is (1 + gain_error) speed(t - latency) + offset + noise; of the border the speed of R sin(angle).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -6,8 +6,6 @@ real time:     pitch over the last interval between edges, held until the next e
 mid-interval:  pitch over each interval between edges, dated at its middle; offline, exact to second order
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from fmu_models.base.errors import StickslipError

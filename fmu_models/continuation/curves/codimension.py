@@ -13,8 +13,6 @@ Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 8.1, 
 Piecewise-smooth Dynamical Systems (2008), chapter 9, for those where a motion touches something.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 

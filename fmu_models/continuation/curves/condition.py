@@ -9,8 +9,6 @@
 The gradient of a determinant or a rank is a difference of exact derivatives; that of a miss is exact.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace

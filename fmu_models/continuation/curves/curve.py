@@ -1,7 +1,5 @@
 """A special point as a curve in two parameters, as it was found; ``curves/trace.py`` says how."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise

@@ -6,8 +6,6 @@ from the side with it             the condition and v = target, the target shrin
                                   square, far below the errors
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

@@ -9,8 +9,6 @@ point of codimension 2, which is located by Brent's method and named.
 Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 8.1, 9.1, 10.4.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -19,8 +19,6 @@ derivative of the rates, A q = i omega q:
 Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 3.5, 5.4.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

@@ -10,8 +10,6 @@ After a rigid touch M+ grows as the inverse of the speed, and there is no such h
 Source: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), equations (5), (6), (13).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -11,8 +11,6 @@ leaves the surface comes back at once, and counts as an eigenvalue of minus infi
 closed contact. A coordinate upon which nothing depends has the eigenvalue zero, and stays where it is.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

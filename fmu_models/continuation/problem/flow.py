@@ -1,7 +1,5 @@
 """What a branch of an oscillator is followed of: the periodic motions of a strobe."""
 
-from __future__ import annotations
-
 import math
 import weakref
 from collections.abc import Iterable, Mapping, Sequence

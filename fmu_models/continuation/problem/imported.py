@@ -6,8 +6,6 @@ has a minimum between events, its gradient by differences of motions too, on one
 How near motions are is measured, by one of ten times the tolerance.
 """
 
-from __future__ import annotations
-
 import copy
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ by differences of its rates; those by parameters are differences of rates that k
 is near.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """What a branch of a declared map is followed of: its cycles."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -9,8 +9,6 @@ Where the rates are continuous the branch either goes on or turns: then two equi
 jump there is no equilibrium beyond. The Jacobians on both sides are limits, and the eigenvalues between them a set.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

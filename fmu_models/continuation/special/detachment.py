@@ -9,8 +9,6 @@ the sleeve of a woodpecker comes to rest at the end of each swing, and where it 
 of the parameter. So polynomials in them, and no tangent, go to zero.
 """
 
-from __future__ import annotations
-
 from itertools import islice, pairwise
 
 import numpy as np

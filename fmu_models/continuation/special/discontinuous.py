@@ -16,8 +16,6 @@ least value is h > 0. The point has v = h = 0.
 No derivative is ever taken at the point: there the event has none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product

@@ -7,8 +7,6 @@
 A run that begins beside the motion is wrong by the multiplier times as much after one period.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import log, log10
 

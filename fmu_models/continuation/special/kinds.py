@@ -4,8 +4,6 @@ At a smooth point a multiplier passes +1, -1 or, in a pair, the circle: its test
 normal form follow from that. A new kind is a row, and a file beside this one that locates it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Where an event is lost along a branch, from the side that has it, and the limit of its multipliers there."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node, extrapolated, look, solved

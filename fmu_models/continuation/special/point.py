@@ -1,7 +1,5 @@
 """What all special points of a branch have, of motions and of equilibria."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -12,8 +12,6 @@ differ by more than where they begin, and are not of a shorter period, each is t
     and Newton's method with the speed of the first of them as border the motion itself (discontinuous.py).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial

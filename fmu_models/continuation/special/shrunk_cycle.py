@@ -4,8 +4,6 @@ An equilibrium is a fixed point of the motion over any time. Over a fixed share 
 are exp(lambda t), of modulus 1 at the Hopf point: a simple root, where the cycle itself only tends to it.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

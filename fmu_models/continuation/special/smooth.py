@@ -9,8 +9,6 @@ Their functions of the arclength are brought to zero by Brent's method, every va
 method has found. At a branch point that method fails; its function is interpolated from motions around.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any

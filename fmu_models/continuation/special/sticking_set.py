@@ -7,8 +7,6 @@ From an equilibrium inside it is walked along e, both ways, until an indicator f
 linear to rounding. Over the parameter it is begun from the middle of the one before, until its length is zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 

@@ -1,7 +1,5 @@
 """A branch of equilibria followed in one direction, over the switching surfaces that it meets."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,8 +9,6 @@ repeat  step    predict along the tangent, correct at right angles to it; longer
 until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -6,8 +6,6 @@ from there back to where it was; where no such point is found, or
 nothing near it, it goes on from where the step has led.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Whether two motions are the same one, begun at another phase or another period of the forcing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace

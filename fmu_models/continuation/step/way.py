@@ -1,7 +1,5 @@
 """What has been passed on a branch or a curve: motions, and specials between them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Changes of the word that lie ahead of a motion of a branch: which comes next, and a motion beyond it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -10,8 +10,6 @@ Source: Wen, Method for random vibration of hysteretic systems, Journal of the E
 (1976).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ Acoustics, Stress and Reliability in Design 108 (1986); Foliente, Hysteresis mod
 systems, Journal of Structural Engineering 121 (1995), equations (12) to (17).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ x way, lambda force along it, which acts on the body with (dx/dq)^T lambda. It i
 so that a way that turns ends the yielding, and nothing else of the engine knows of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple

@@ -7,8 +7,6 @@ sigma stiffness at rest, F_c sliding force. Its small loops drift: it does not f
 Source: Dahl, Solid friction damping of mechanical vibrations, AIAA Journal 14 (1976), exponent 1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

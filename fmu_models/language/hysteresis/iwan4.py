@@ -11,8 +11,6 @@ with the stiffness of its cell and its force at full slip.
 Source: Segalman, A four-parameter Iwan model for lap-type joints, Journal of Applied Mechanics 72 (2005).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import sympy

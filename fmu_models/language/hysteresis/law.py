@@ -6,8 +6,6 @@ x way, F force that resists it. A law is made of numbers and parameters alone; i
 knows their names and the unit of the way.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ Source: Iwan, A distributed-element model for hysteresis and its steady-state dy
 Mechanics 33 (1966); Goldfarb and Celanovic (1997), IEEE Control Systems 17, for the name.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

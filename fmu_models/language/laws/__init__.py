@@ -1,7 +1,5 @@
 """Contact laws: one file each, with the class as ``LAW``. ``coulomb`` is the smallest to copy for a new one."""
 
-from __future__ import annotations
-
 from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any

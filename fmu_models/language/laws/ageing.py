@@ -11,8 +11,6 @@ Source: Dieterich, Time-dependent friction in rocks, Journal of Geophysical Rese
 mu_0 + A log10(1 + B t); slip by equation (2) of Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self, final

@@ -5,8 +5,6 @@
 Source: the smoothing that papers on discontinuous supports compare the switch model with.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import final
 

@@ -9,8 +9,6 @@ Source: Casini, Giannini, Vestroni, Experimental evidence of non-standard bifurc
 dynamics, Nonlinear Dynamics 46 (2006), equation (2).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import final
 

@@ -8,8 +8,6 @@ as in ``conti``.
 Source: equation (2) of Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006), with the viscous part added.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, final
 

@@ -8,8 +8,6 @@ v slip speed, lambda friction force along positive slip, N normal force, mu fric
 Source: Coulomb, Theorie des machines simples (1785).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import final
 

@@ -8,8 +8,6 @@ as in ``coulomb``.
 Source: Coulomb, Theorie des machines simples (1785), with the viscous part added.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, final
 

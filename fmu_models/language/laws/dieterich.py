@@ -12,8 +12,6 @@ Source: Dieterich, Modeling of rock friction 1, Journal of Geophysical Research 
 state variable friction laws, Journal of Geophysical Research 88 (1983), whose names of the constants are used.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self, final
 

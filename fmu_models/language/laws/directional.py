@@ -10,8 +10,6 @@ of Control 4 (1998), section 2: friction against speed "is often asymmetrical"; 
 Vestroni, Nonlinear Dynamics 46 (2006), for either direction.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, final
 

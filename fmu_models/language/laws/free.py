@@ -12,8 +12,6 @@ Source: logistic steps in ln y in place of B-splines, whose sum is one too: de B
 (1978), chapter 9.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import ClassVar, final

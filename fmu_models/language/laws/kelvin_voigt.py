@@ -8,8 +8,6 @@ the body still leaves: a stop that cannot pull needs release="force".
 Source: Voigt's model; the support of an oscillator with a discontinuous support.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -10,8 +10,6 @@ Source: Lankarani, Nikravesh, A contact force model with hysteresis damping for 
 Journal of Mechanical Design 112 (1990), equation (22).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

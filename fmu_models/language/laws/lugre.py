@@ -10,8 +10,6 @@ Source: Canudas de Wit, Olsson, Astrom, Lischinsky, A new model for control of s
 Transactions on Automatic Control 40 (1995), equations (2) to (4), without viscous friction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace

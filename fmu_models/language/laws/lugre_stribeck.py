@@ -10,8 +10,6 @@ Source: Canudas de Wit, Olsson, Astrom, Lischinsky, A new model for control of s
 Transactions on Automatic Control 40 (1995), equations (2) to (6).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, final
 

@@ -8,8 +8,6 @@ v_c alone, that is hardly.
 Source: Ruina, Slip instability and state variable friction laws, Journal of Geophysical Research 88 (1983).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, final
 

@@ -11,8 +11,6 @@ Source: equation (4) of Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of 
 methods for the control of machines with friction, Automatica 30 (1994), after Bo and Pavelescu (1982).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, final
 

@@ -9,8 +9,6 @@ Source: Leine, van Campen, Bifurcation phenomena in non-smooth dynamical systems
 25 (2006), equation (16), after Yoshitake and Sueoka (2000).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import inf
 from typing import final

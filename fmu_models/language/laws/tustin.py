@@ -9,8 +9,6 @@ Source: Tustin (1947), in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey o
 compensation methods for the control of machines with friction, Automatica 30 (1994).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import final
 

@@ -1,7 +1,5 @@
 """What a scene may compute: every analysis, and one file each with a kind of its own as ``KIND``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from fmu_models.analyses.declaration import ANALYSES

@@ -1,7 +1,5 @@
 """The kind of a scene that an analysis is, derived from its declaration."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -2,8 +2,6 @@
 second parameter on the first curve of folds at the second value of the first axis; "cusp_1_NAME": where a curve has a
 cusp."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

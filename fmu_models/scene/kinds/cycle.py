@@ -4,8 +4,6 @@ Results: `period`, `events`, `<state>_min`, `<state>_max`, `<contact>_stick` (sh
 at rest `events` = 0.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What every kind of computation takes and gives."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Results: `<state>` at its start, `period`, `stable`, `multiplier1` (modulus), `multiplier1_real`, and so on.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

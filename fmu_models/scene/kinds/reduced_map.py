@@ -1,8 +1,6 @@
 """The section of the strobe's map over the state of ``axes``, all others the same after a period as before, and its
 fixed points."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from fmu_models.analyses.declaration import STATES

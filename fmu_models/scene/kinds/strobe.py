@@ -3,8 +3,6 @@
 Results: `points` (different ones at the end), `period`, `<state>`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Work-precision diagram: error against wall time and against right-hand sides, as SVG."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

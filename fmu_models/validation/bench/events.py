@@ -1,7 +1,5 @@
 """Events found by a method against those of the reference: which are missing, and how far off the others are."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """From a scene or a model to the one problem that every method gets."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -8,8 +8,6 @@ A run that takes too long is given up by what it has done (products, steps, righ
 took: which runs a reference rests on depends neither on the machine nor on its load.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ Python's allocator, numpy's arrays included, hands out in one further run; compi
 not seen.
 """
 
-from __future__ import annotations
-
 import math
 import signal
 import statistics

@@ -1,7 +1,5 @@
 """The methods that a comparison runs, in the order of its tables."""
 
-from __future__ import annotations
-
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.validation.methods.event_runge_kutta import EventRungeKutta
 from fmu_models.validation.methods.event_taylor import EventTaylor

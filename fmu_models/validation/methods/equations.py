@@ -11,8 +11,6 @@ folded to numbers first and compiled by SymPy's ``lambdify`` with common subexpr
 pays no more than Python must.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any

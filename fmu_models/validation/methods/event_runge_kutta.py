@@ -5,8 +5,6 @@ The model decides what happens at an event; the master finds it, by the indicato
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), for DOPRI5 and DOP853.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

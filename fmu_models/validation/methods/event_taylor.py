@@ -4,8 +4,6 @@ Source: Jorba and Zou, A software package for the numerical integration of ODEs 
 Experimental Mathematics 14 (2005), for order and step.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

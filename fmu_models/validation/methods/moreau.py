@@ -15,8 +15,6 @@ Sources: Moreau, Unilateral contact and dry friction in finite freedom dynamics 
 methods for nonsmooth dynamical systems (2008), chapter 10.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final

@@ -1,7 +1,5 @@
 """What every method gets and gives: a problem with numbers, and a run with its cost."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Source: Fehlberg, Low-order classical Runge-Kutta formulas with stepsize control
 SciPy has no such method; it is here because the switch model was published with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -6,8 +6,6 @@ Source: Virtanen et al., SciPy 1.0, Nature Methods 17 (2020); Hairer, Norsett, W
 Equations I (1993), for DOP853.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final

@@ -1,7 +1,5 @@
 """Event times of methods that go over a boundary without stopping: the sides are looked at after every step."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -13,8 +13,6 @@ Source: Van de Vrande, van Campen, de Kraker, An approximate analysis of dry-fri
 smoothing procedure, Nonlinear Dynamics 19 (1999), for arctan.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final

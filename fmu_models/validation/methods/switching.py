@@ -20,8 +20,6 @@ until the end. What it leaves to the engine: impacts of several contacts at once
 bounces, stick shared by contacts.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass

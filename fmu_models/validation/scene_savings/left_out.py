@@ -1,7 +1,5 @@
 """What a scene leaves out of its model, and why."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

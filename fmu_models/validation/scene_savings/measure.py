@@ -4,8 +4,6 @@ Building and starting are timed in processes of their own, as a user meets them:
 the first result. Runs are timed in pairs, one of each in turn.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import statistics

@@ -7,8 +7,6 @@ its friction  slip: |lambda| = mu lambda_N; stick: no slip, |lambda| <= mu lambd
 switch        on the side that it says; sliding: h = 0
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -6,8 +6,6 @@ the layers of stiff laws are; stretches that it does not resolve are cut in four
 Source: Takahasi and Mori, Double exponential formulas for numerical integration (1974).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -5,8 +5,6 @@ the contacts, a hair off them and on two at once; drives stop, reverse, become e
 to other units. A new model is covered without writing anything.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Which cases of stress are run: by name of the model, by pattern, a quick choice, or drawn at random."""
 
-from __future__ import annotations
-
 import fnmatch
 
 from fmu_models import oscillators

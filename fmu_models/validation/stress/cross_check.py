@@ -18,8 +18,6 @@ The comparison ends where its error has become HORIZON times the motion: beyond,
 event are left out: a jump that is late by little is no error of the state.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -10,8 +10,6 @@ At a sample (time, states, inputs, contact states, contact forces) of a run they
 each relative to the sum of the magnitudes of its terms, less what rounding of the states alone makes of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What a declaration promises beside its equations: mirrored motions, and areas that impacts shrink by e squared."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

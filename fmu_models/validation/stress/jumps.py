@@ -4,8 +4,6 @@ A contact is entered, hit or changes its side where its depth, slip speed or swi
 one contact without friction, with nothing else at its wall, must turn the speed u- of its gap into -e u-.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -12,8 +12,6 @@ Whether a draw is possible is read from the declaration, never asked of the engi
 be refused. All numbers have six digits, so that a command line repeats a case to the last bit.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping
 

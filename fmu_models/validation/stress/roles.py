@@ -6,8 +6,6 @@ amplitude, the factor of the time in it a frequency; what is left of a gap is it
 its parameters are. A scaled model has the same roles, though all its units are "1".
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass

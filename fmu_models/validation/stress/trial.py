@@ -1,7 +1,5 @@
 """One run of a case: within an allowance of engine steps, at a step tolerance, from a nudged start, in other units."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

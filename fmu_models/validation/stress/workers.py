@@ -3,8 +3,6 @@
 A child that dies, or does not answer in time, is a failed cell of that case, and another child takes its place.
 """
 
-from __future__ import annotations
-
 import operator
 import os
 from collections.abc import Callable, Iterator, Sequence

@@ -4,8 +4,6 @@ Source: the FMPy project (github.com/CATIA-Systems/FMPy); Hindmarsh et al., SUND
 Software 31 (2005), for CVode.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

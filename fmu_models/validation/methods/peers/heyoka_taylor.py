@@ -7,8 +7,6 @@ Source: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynamics
 Notices of the Royal Astronomical Society 504 (2021).
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
+from fmu_models.base.record import record
 from fmu_models.base.shown import Pictured
 from identification.calibration.result import SeriesResidual
 from identification.inference.whiteness import COLOURED
@@ -107,6 +107,4 @@ class Course(Pictured):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only."""
-        plain = dataclasses.asdict(dataclasses.replace(self, measured={}))
-        del plain["measured"]
-        return {"type": KIND, **plain, "sentences": self.sentences}
+        return {"type": KIND, **record(self), "sentences": self.sentences}

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
@@ -44,9 +45,12 @@ STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
 
 
 @dataclass(frozen=True, eq=False)
-class FamilyComparison(Pictured):
+class FamilyComparison(Pictured, Recorded):
     """A family in order of the drive speed that varies. varied: its disc; hopf: rad/s, predicted speed above which
     steady sliding is stable (None: not one); notes: what was left out, and why."""
+
+    RECORD = ("passed", "varied", "hopf_speed=hopf", "bifurcations", "comparisons=members", "meaning", "notes")
+    meaning = MEANING
 
     members: tuple[PortraitComparison, ...]
     varied: str
@@ -82,18 +86,6 @@ class FamilyComparison(Pictured):
         return all(member.passed for member in self.members) and all(
             bifurcation.passed is not False for bifurcation in self.bifurcations
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON (the curves left out)."""
-        return {
-            "passed": self.passed,
-            "varied": self.varied,
-            "hopf_speed": self.hopf,
-            "bifurcations": [bifurcation.to_dict() for bifurcation in self.bifurcations],
-            "comparisons": [member.to_dict() for member in self.members],
-            "meaning": MEANING,
-            "notes": list(self.notes),
-        }
 
 
 def compare_families(

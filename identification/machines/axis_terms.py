@@ -49,9 +49,9 @@ class Kind:
     shape: Callable[[Any, Any], Any]
     sliding_unit: str | None
     turning_unit: str
-    needs: str | None
     meaning: str
-    positive: bool = False
+    needs: str | None = "velocity"
+    positive: bool = True
 
     @property
     def friction(self) -> bool:
@@ -82,63 +82,44 @@ class Term:
         return KINDS[self.kind].turning_unit if turning else KINDS[self.kind].sliding_unit
 
 
-def _friction_kind(
-    column: str, part: Part, shape: Callable[[Any, Any], Any], units: tuple[str, str], meaning: str
-) -> Kind:
-    return Kind(column, part, shape, *units, "velocity", meaning, positive=True)
-
-
 _FORCE, _VISCOUS = ("N", "N m"), ("N s/m", "N m s/rad")
 # shapes by direction are polynomials in the sign, zero at rest
 KINDS: Mapping[str, Kind] = {
-    "inertia": Kind(
-        "q''", Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "acceleration", "inertia", positive=True
-    ),
-    "viscous": _friction_kind("q'", Part.DISSIPATION, lambda q, v: v**2 / 2, _VISCOUS, "viscous friction"),
-    "viscous+": _friction_kind(
-        "max(q', 0)", Part.DRY, lambda v, s: v * (1 + s) / 2, _VISCOUS, "viscous friction, forwards"
-    ),
-    "viscous-": _friction_kind(
-        "min(q', 0)", Part.DRY, lambda v, s: v * (1 - s) / 2, _VISCOUS, "viscous friction, backwards"
-    ),
-    "quadratic": _friction_kind(
-        "q' abs(q')", Part.DRY, lambda v, s: s * v**2, ("N s2/m2", "N m s2/rad2"), "quadratic friction"
-    ),
-    "coulomb": _friction_kind("sgn(q')", Part.DRY, lambda v, s: s, _FORCE, "Coulomb friction"),
-    "coulomb+": _friction_kind(
-        "max(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 + s) / 2, _FORCE, "Coulomb friction, forwards"
-    ),
-    "coulomb-": _friction_kind(
-        "min(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 - s) / 2, _FORCE, "Coulomb friction, backwards"
-    ),
-    "coulomb-arctan": _friction_kind(
+    "inertia": Kind("q''", Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "inertia", needs="acceleration"),
+    "viscous": Kind("q'", Part.DISSIPATION, lambda q, v: v**2 / 2, *_VISCOUS, "viscous friction"),
+    "viscous+": Kind("max(q', 0)", Part.DRY, lambda v, s: v * (1 + s) / 2, *_VISCOUS, "viscous friction, forwards"),
+    "viscous-": Kind("min(q', 0)", Part.DRY, lambda v, s: v * (1 - s) / 2, *_VISCOUS, "viscous friction, backwards"),
+    "quadratic": Kind("q' abs(q')", Part.DRY, lambda v, s: s * v**2, "N s2/m2", "N m s2/rad2", "quadratic friction"),
+    "coulomb": Kind("sgn(q')", Part.DRY, lambda v, s: s, *_FORCE, "Coulomb friction"),
+    "coulomb+": Kind("max(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 + s) / 2, *_FORCE, "Coulomb friction, forwards"),
+    "coulomb-": Kind("min(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 - s) / 2, *_FORCE, "Coulomb friction, backwards"),
+    "coulomb-arctan": Kind(
         "atan(q'/speed)",
         Part.SMOOTHED,
         lambda p, width: Arctan(Coulomb(sympy.pi / 2, p), width),
-        _FORCE,
+        *_FORCE,
         "Coulomb friction times 2/pi, smoothed",
     ),
-    "coulomb-tanh": _friction_kind(
+    "coulomb-tanh": Kind(
         "tanh(q'/speed)",
         Part.SMOOTHED,
         lambda p, width: Tanh(Coulomb(sympy.S.One, p), width),
-        _FORCE,
+        *_FORCE,
         "Coulomb friction, smoothed",
     ),
-    "offset": Kind("1", Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, None, "offset of the effort"),
+    "offset": Kind(
+        "1", Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, "offset of the effort", needs=None, positive=False
+    ),
     "gravity": Kind(
         "g sin(q)",
         Part.POTENTIAL,
         lambda q, v: -GRAVITY * sympy.cos(q),
         None,
         "kg m",
-        "position",
         "mass times its distance",
-        positive=True,
+        needs="position",
     ),
-    "stiffness": Kind(
-        "q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True
-    ),
+    "stiffness": Kind("q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "stiffness", needs="position"),
 }
 TERM_KEYS = {"term": "its name", "speed": 'over which a smoothed term turns, m/s or rad/s, `"0.01 rad/s"`'}
 FRICTION_KEYS = {

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.calibration.grown import signs_of
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes
 from identification.calibration.problem import Segment, SegmentProblem
-from identification.calibration.unknowns import Scaled
+from identification.calibration.unknowns import Scaled, signs_of
 from identification.calibration.untold import CERTAIN, column_norms
 from identification.inference.levenberg import levenberg
 from identification.inference.problem import SOFT, Problem, Solution, Unknown

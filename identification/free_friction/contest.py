@@ -23,10 +23,9 @@ import numpy as np
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.basis import COEFFICIENTS
 from identification.free_friction.curve import OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
 from identification.free_friction.evidence import Evidence
-from identification.free_friction.result import FreeFriction
+from identification.free_friction.result import COEFFICIENTS, FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
 from identification.inference.uncertainty import autocorrelation
 from identification.measurement.pooled import Pool

@@ -17,8 +17,7 @@ from fmu_models.base.registry import Reference
 from fmu_models.language.mechanism import Mechanism
 from identification.inference.lmfit_exchange import NOTHING
 from identification.inference.problem import identifier
-from identification.machines.axis import CARRIED, declared_axis
-from identification.machines.axis_terms import Model, Term, check_terms, read_model
+from identification.machines.axis import CARRIED, Model, Term, check_terms, declared_axis, read_model
 from identification.machines.base_parameters import base_parameters
 from identification.machines.identify import METHODS, solve_machine
 from identification.machines.inverse import identify_machine

@@ -16,7 +16,7 @@ from made import formats
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.toml_document import Document
 from identification.inference.problem import Solution, solve
-from identification.machines.axis_terms import read_model
+from identification.machines.axis import read_model
 from identification.machines.base_parameters import base_parameters
 from identification.machines.by_recipe import inverse_dynamics, motions_of, recipe_machine
 from identification.machines.problem import machine_problem

@@ -190,14 +190,9 @@ def _across(problem: Problem, soft: Solution) -> np.ndarray:
 
 def begun(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
     """The unknowns of the free run that begins as the segments do."""
-    return np.concatenate([x[: problem.shared], _first_starts(problem, x)])
-
-
-def _first_starts(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
-    """Start states of the logs, as far as they are unknown."""
     begins = [n for n, one in enumerate(problem.segments) if n == 0 or problem.segments[n - 1].log != one.log]
     places = problem.starts[begins]
-    return x[places[places >= 0]]
+    return np.concatenate([x[: problem.shared], x[places[places >= 0]]])
 
 
 def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:

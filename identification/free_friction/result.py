@@ -153,11 +153,7 @@ class FreeFriction(Shown):
 
     def departures(self, law: Callable[[np.ndarray], np.ndarray]) -> list[Departure]:
         """Where the form of a law leaves the band of the whole curve. Its level may be off by one factor, which is that
-        of the constants of the rig.
-
-        Args:
-            law: friction coefficient by slip speed (n,), m/s.
-        """
+        of the constants of the rig. law: friction coefficient by slip speed (n,), m/s."""
         speed, curve, deviation = self.speed, self.coefficient, self.form_deviation
         seen = speed >= self.least
         weight = np.where(seen, deviation**-2, 0.0)

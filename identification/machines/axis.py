@@ -44,9 +44,6 @@ class Part(Enum):
     SMOOTHED = "friction law of p and the speed over which it turns"
 
 
-FRICTION = (Part.DISSIPATION, Part.DRY, Part.SMOOTHED)
-
-
 @dataclass(frozen=True)
 class Kind:
     """A kind of term. column: of the effort over its parameter p, as the reference of the manual says it; part, shape:
@@ -61,11 +58,6 @@ class Kind:
     meaning: str
     needs: str | None = "velocity"
     positive: bool = True
-
-    @property
-    def friction(self) -> bool:
-        """Whether the term belongs to the friction law."""
-        return self.part in FRICTION
 
     @property
     def smoothed(self) -> bool:

@@ -21,8 +21,7 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
-from identification.machines.base_parameters import base_parameters
-from identification.machines.regressor import Regressor, effort_inputs, regressor_of
+from identification.machines.regressor import Regressor, base_parameters, effort_inputs, regressor_of
 
 if TYPE_CHECKING:
     import pandas

@@ -13,12 +13,11 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Input
 from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
-from identification.machines.base_parameters import Base, base_parameters
 from identification.machines.doubts import effort_delay, moving, on_logs, pulled
 from identification.machines.identify import METHODS, Identified, least_squares, solve_machine
 from identification.machines.machine_fit import MachineFit, MachineParameter
 from identification.machines.motion import Cutoffs, MachineLog, motions
-from identification.machines.regressor import Regressor, regressor_of
+from identification.machines.regressor import Base, Regressor, base_parameters, regressor_of
 from identification.machines.rows import Rows, rows_of, together
 from identification.machines.scores import joint_scores
 from identification.machines.verdicts import Quality, verdicts

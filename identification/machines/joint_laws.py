@@ -18,12 +18,11 @@ from identification.inference.comparison import Comparing, LawComparison, compar
 from identification.inference.problem import Solution, Unknown, solve
 from identification.laws import find_law, slip_laws
 from identification.laws.law import FittableLaw
-from identification.machines.base_parameters import base_parameters
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog, Motion, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
-from identification.machines.regressor import SIGN, SLIP, regressor_of
+from identification.machines.regressor import SIGN, SLIP, base_parameters, regressor_of
 from identification.machines.rows import PARTS, Rows, check_excited, rows_of
 
 BY_DIRECTION = "Coulomb+viscous by direction"  # no function of slip speed alone

@@ -1,4 +1,4 @@
-"""A machine to be identified, with what reads its logs, and the one that a recipe declares, with the recipe's filters."""
+"""A machine to be identified, with what reads its logs; one that a recipe declares, with the recipe's filters."""
 
 from __future__ import annotations
 

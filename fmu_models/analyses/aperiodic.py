@@ -18,16 +18,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
-
-Vector = NDArray[np.float64]
 
 CHAOS, TORUS, CYCLE, NOT_DECIDED = "chaos", "torus", "cycle", "not decided"
 SURE = 5.0  # standard errors by which an exponent differs from zero

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fmu_models.analyses.attractors import UNDECIDED, claimed, index_of, targets_of
 from fmu_models.analyses.clouds import Cloud, assign_clouds
@@ -35,6 +35,7 @@ from fmu_models.analyses.unforced import (
     mirror_images,
     settle_flows,
 )
+from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -46,8 +47,6 @@ from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 INFINITE, FAILED = -2, -3  # labels beside UNDECIDED
 COARSE = 64  # starts that look for attractors first
@@ -82,9 +81,9 @@ class Basins(Pictured):
     model: str
     states: tuple[str, ...]
     axes: Mapping[str, Vector]
-    labels: NDArray[np.int64]
+    labels: Integers
     attractors: tuple[Attractor, ...]
-    steps: NDArray[np.int64]
+    steps: Integers
     failures: Mapping[tuple[int, ...], str]
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -276,7 +275,7 @@ def _mapped(
     )
 
 
-def _ended(rows: RunRows) -> NDArray[np.int64]:
+def _ended(rows: RunRows) -> Integers:
     """Labels of the runs that end without an attractor."""
     labels = np.full(len(rows.outcomes), UNDECIDED)
     labels[rows.outcomes == families.ESCAPED] = INFINITE
@@ -302,7 +301,7 @@ def _at(system: SectionSystem, attractors: Sequence[Attractor]) -> list[Periodic
 
 def _decide(
     runner: Runner, system: SectionSystem, rows: RunRows, attractors: list[Attractor], longest: int
-) -> NDArray[np.int64]:
+) -> Integers:
     """Labels of the runs that repeat themselves; motions that are not known yet are added."""
     labels = _ended(rows)
     indices = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))

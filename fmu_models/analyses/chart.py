@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
+from fmu_models.base.arrays import Flags, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -30,8 +31,6 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 WHAT = ("period", "impacts", "stick", "exponent", "attractor")
 UNKNOWN = -1
@@ -63,9 +62,9 @@ class Chart(Pictured):
     what: str
     axes: Mapping[str, Vector]
     classes: tuple[str, ...]
-    labels: NDArray[np.int64]
+    labels: Integers
     values: Vector
-    made: NDArray[np.bool_]
+    made: Flags
     failures: Mapping[tuple[int, int], str]
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -241,7 +240,7 @@ def _filled(
         fresh = _beside_another(coarse) & ~reached[np.ix_(*ticks)]
 
 
-def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
+def _beside_another(labels: NDArray[np.object_]) -> Flags:
     """Which cells have one of another class beside them, along either axis."""
     edges = np.zeros(labels.shape, bool)
     for grid, mark in ((labels, edges), (labels.T, edges.T)):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
+from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.branch import Branch
@@ -29,8 +30,6 @@ from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
 SETTLED = 1e-11
@@ -72,8 +71,8 @@ class Diagram(Pictured):
     values: Vector
     directions: tuple[str, ...]
     points: Vector
-    periods: NDArray[np.int64]
-    began: NDArray[np.int64]
+    periods: Integers
+    began: Integers
     exponents: Vector
     failures: Mapping[tuple[str, float], str]
     steps: int
@@ -294,7 +293,7 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
 
 
 def _failures(
-    rows: RunRows, order: NDArray[np.int64], values: Vector, directions: Sequence[str]
+    rows: RunRows, order: Integers, values: Vector, directions: Sequence[str]
 ) -> dict[tuple[str, float], str]:
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
     reasons = (rows.messages.get(int(i)) or families.OUTCOMES[int(rows.outcomes[i])] for i in bad)

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.base.arrays import Flags, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -31,8 +31,6 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 SPREAD = 1e-6  # of the size of each state: by so much the starts differ
 BATCHES = 1000  # of one motion, at most
@@ -261,7 +259,7 @@ def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     )
 
 
-def _mean(growth: Vector, weights: Vector, used: NDArray[np.bool_]) -> tuple[float, float]:
+def _mean(growth: Vector, weights: Vector, used: Flags) -> tuple[float, float]:
     """Growth (motions, batches) per weight over what is kept, and its standard error."""
     if not np.isfinite(growth[used]).all():
         return -np.inf, 0.0
@@ -297,7 +295,7 @@ def _memory(series: list[Vector]) -> float:
     return float(max(summed[within[0] if within.size else -1], 1.0 / WINDOW))
 
 
-def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int64], Transient | None]:
+def _changes(growth: Vector, times: Vector, batch: int) -> tuple[Integers, Transient | None]:
     """Per motion the batch from which on its growth is another one, 0 where it does not change; what it was before."""
     m, n = growth.shape
     begins = np.zeros(m, np.int64)

@@ -12,15 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import check_names, check_value
-
-Vector = NDArray[np.float64]
 
 STEPS, ACCURATE = 50, 1e-13
 
@@ -49,14 +47,14 @@ class Saddle:
         return np.array([self.fmu.size_of(name) for name in self.fmu.states])
 
     @cached_property
-    def _eigen(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def _eigen(self) -> tuple[Complex, Complex]:
         eigen: Any = np.linalg.eig(self.slopes)
         values, vectors = eigen
         order = np.argsort(-values.real)
         return values[order].astype(complex), vectors[:, order].astype(complex)
 
     @property
-    def values(self) -> NDArray[np.complex128]:
+    def values(self) -> Complex:
         """(n,) eigenvalues by falling real part, 1/s."""
         return self._eigen[0]
 

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,12 +14,12 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import welch
 from scipy.stats import chi2
 
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.families.jobs import Jobs
@@ -27,8 +27,6 @@ from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.trajectory import Trajectory
-
-Vector = NDArray[np.float64]
 
 NODES = 24  # of Gauss's rule on a panel
 PANELS = 0.25  # of the period of the highest line: longest panel

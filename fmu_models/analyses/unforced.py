@@ -18,9 +18,9 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.analyses.attractors import UNDECIDED, claimed, targets_of
+from fmu_models.base.arrays import Complex, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
@@ -31,8 +31,6 @@ from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked for, relative distance of equal points
 SPAN, SAMPLES = 1024, 4097  # steps of the strobe over which a cycle is sampled, and how finely
@@ -87,7 +85,7 @@ class LimitCycle(PeriodicMotion):
         return f"cycle of {self.time:.6g} s"
 
     @property
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """(n - 1,) largest modulus first."""
         return self.stability.eigenvalues
 
@@ -100,7 +98,7 @@ class LimitCycle(PeriodicMotion):
         """Whether points (k, n) of an attractor are its own."""
         return bool(self.absorbs(points[:1], 1).all())
 
-    def absorbs(self, starts: Vector, workers: int | None, **jobs: Any) -> NDArray[np.int64]:
+    def absorbs(self, starts: Vector, workers: int | None, **jobs: Any) -> Integers:
         """(m,) turns after which starts (m, n) have surely come to it; 0 if they have not."""
         runs = Jobs(starts, targets=self.targets, **{"transient": 4 * self.period, **jobs})
         rows = Runner(self.section, execution=Execution(workers=workers)).make(runs, quiet=True)
@@ -158,12 +156,7 @@ def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]
 
 
 def absorb(
-    attractors: Sequence[Any],
-    starts: Vector,
-    labels: NDArray[np.int64],
-    steps: NDArray[np.int64],
-    workers: int,
-    **jobs: Any,
+    attractors: Sequence[Any], starts: Vector, labels: Integers, steps: Integers, workers: int, **jobs: Any
 ) -> None:
     """Label the starts (m, n) without a label that come to the cycles among attractors, and add their turns to steps.
 
@@ -178,7 +171,7 @@ def absorb(
 
 
 def settle_flows(
-    system: Strobe, rows: RunRows, labels: NDArray[np.int64], attractors: list[Any], workers: int, **search: Any
+    system: Strobe, rows: RunRows, labels: Integers, attractors: list[Any], workers: int, **search: Any
 ) -> None:
     """Label the runs that have come to equilibria side by side or to cycles; those that are not known are added.
 

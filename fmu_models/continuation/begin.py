@@ -19,8 +19,7 @@ from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import EnsembleRuns
 from fmu_models.simulation.run import simulate
 
-# periods of a run that settles to its motion
-SETTLE = 400
+SETTLE = 400  # periods of a run that settles to its motion
 # a motion farther out than this goes to infinity, as the engine has it for runs over a section
 FAR = EnsembleRuns.bound
 

@@ -24,8 +24,7 @@ from fmu_models.continuation.step.same_motion import passes
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.sections.system import SectionSystem
 
-# special points of two branches that lie no further apart are one
-SAME = 1e-9
+SAME = 1e-9  # special points of two branches that lie no further apart are one
 
 
 def branch(system: SectionSystem, over: str, between: tuple[float, float], **options: Any) -> Branch:

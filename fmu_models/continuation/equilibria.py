@@ -38,8 +38,7 @@ from fmu_models.language.contact_kinds import STICK
 from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import check_names, check_value
 
-# condition number beyond which an equilibrium does not stand alone
-ALONE = 1e12
+ALONE = 1e12  # condition number beyond which an equilibrium does not stand alone
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:

@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
 from fmu_models.continuation.branch import Branch, follower_of
@@ -28,9 +28,7 @@ from fmu_models.continuation.special.sticking_set import StickingSet
 from fmu_models.continuation.step.equilibrium import AtSurface
 from fmu_models.continuation.step.way import Ends, Found, Ways, joined
 
-Complex = NDArray[np.complex128]
-# what a picture may show beside a state
-EIGENVALUES = "eigenvalues"
+EIGENVALUES = "eigenvalues"  # what a picture may show beside a state
 # what a meeting of motions is where they are equilibria
 MEETINGS = {
     **{"1:1 resonance": "Bogdanov-Takens", "fold-Neimark-Sacker": "fold-Hopf"},

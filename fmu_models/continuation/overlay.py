@@ -11,12 +11,9 @@ from fmu_models.continuation.branches import Branches, branch, spread
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.sections.strobe import Strobe
 
-# of a branch, in each direction: more do not show
-POINTS = 500
-# value of the parameter, period in steps of the section, and a point (n,)
-Motion = tuple[float, int, Vector]
-# of what the states span on a branch: a motion no further from it, between its points, is on it
-NEAR = 0.02
+POINTS = 500  # of a branch, in each direction: more do not show
+Motion = tuple[float, int, Vector]  # value of the parameter, period in steps of the section, and a point (n,)
+NEAR = 0.02  # of what the states span on a branch: a motion no further from it, between its points, is on it
 
 
 def branches_through(

@@ -27,11 +27,6 @@ class Crossing(FmuSection):
         Section(state, level, direction).check(fmu)
         self.state, self.level, self.direction = state, float(level), direction
 
-    @property
-    def dimension(self) -> int:
-        """The level binds one of the states; the phase counts instead where there is one."""
-        return len(self.fmu.states) - (not self.forced)
-
     def placed(self, starts: Vector) -> Vector:
         column = self.states.index(self.state)
         close = np.abs(starts[:, column] - self.level) <= ON_LEVEL * self.sizes()[column]

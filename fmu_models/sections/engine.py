@@ -20,8 +20,7 @@ from fmu_models.simulation.engine import Engine
 from fmu_models.simulation.ensemble import EnsembleRuns, Targets, make_runs
 from fmu_models.simulation.rows import RunRows, joined
 
-# steps in lanes in the time of one by the series, about
-PACE = 8
+PACE = 8  # steps in lanes in the time of one by the series, about
 
 
 @dataclass(eq=False)
@@ -101,20 +100,12 @@ class EngineBackend:
             starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
             periods=section.repeats(periods),
             patience=PATIENCE * np.where(periods > 0, periods, section.wait),
-            transient=jobs.transient,
-            rows=jobs.rows,
             weights=weights,
-            batch=jobs.batch,
-            follow=jobs.chain > 1,
-            resumed=jobs.resumed,
-            longest=jobs.longest,
-            settled=jobs.settled,
             known=_targets(section, jobs),
             along=_along(section, jobs) if jobs.derivatives else range(jobs.tangents),
-            flow=jobs.flow,
-            jacobians=jobs.derivatives,
             tolerance=section.tolerance,
             stepper=self.stepper(1 if jobs.chain > 1 else m),
+            **jobs.settings,
         )
 
 

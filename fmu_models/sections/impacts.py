@@ -31,11 +31,6 @@ class Impacts(FmuSection):
         check_names(fmu, "contact", {contact: None}, fmu.contacts)
         self.contact, self.ends = contact, ends
 
-    @property
-    def dimension(self) -> int:
-        """The contact binds one of the states to the phase."""
-        return len(self.fmu.states) - (not self.forced)
-
     def where(self) -> Where:
         return Where(KINDS.END if self.ends else KINDS.BEGIN, contact=self.contacts.index(self.contact))
 

@@ -15,6 +15,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families import stepwise
 from fmu_models.families.jobs import Jobs
@@ -24,12 +25,9 @@ from fmu_models.importer.flow import Flow, FlowDriver
 from fmu_models.sections.backend import Begin, SectionQuestions
 from fmu_models.simulation.rows import RunRows
 
-Vector = NDArray[np.float64]
-
 # of the size of a number of a point: change of a start for a central difference, which loses two thirds of the digits
 CHANGE = 1e-4
-# of one FMU at a time: more threads wait
-INSTANCES = 64
+INSTANCES = 64  # of one FMU at a time: more threads wait
 
 
 @dataclass(eq=False)
@@ -87,7 +85,7 @@ class ImporterBackend:
                     derivatives[i] = (exact * scale / scale[:, None])[:k, :k]
             except StickslipError as error:
                 ends[i], why[i] = np.nan, str(error)
-        return Step(section.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
+        return Step.without_contacts(section.wrapped(ends), derivatives, times, why)
 
     def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         return stepwise.run(section, jobs, stop)

@@ -11,15 +11,13 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
 from fmu_models.sections.system import SectionSystem, named_point
-from fmu_models.simulation.run import check_names, check_value
-
-Vector = NDArray[np.float64]
+from fmu_models.simulation.run import check_names, check_settings, check_value
 
 
 class FmuPoints(SectionSystem):
@@ -54,31 +52,19 @@ class FmuPoints(SectionSystem):
         return [("phase", index)] if self.forced else []
 
     @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(name for name, _ in self.columns)
-
-    @cached_property
-    def _contacts(self) -> tuple[str, ...]:
-        return tuple(self.fmu.contacts) if self.fmu.ours else ()
-
-    @cached_property
-    def _parameters(self) -> list[str]:
-        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
-
-    @cached_property
     def memories(self) -> list[str]:
         """Names of the speeds of entry that stops remember."""
         return self.fmu.memories if self.fmu.ours else []
 
-    @property
-    def states(self) -> tuple[str, ...]:
+    @cached_property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override] # computed once, as all below that are cached
         """Names of the numbers of a point."""
-        return self._names
+        return tuple(name for name, _ in self.columns)
 
-    @property
-    def contacts(self) -> tuple[str, ...]:
+    @cached_property
+    def contacts(self) -> tuple[str, ...]:  # type: ignore[override]
         """Names of the contacts."""
-        return self._contacts
+        return tuple(self.fmu.contacts) if self.fmu.ours else ()
 
     @property
     def forced(self) -> bool:
@@ -87,13 +73,13 @@ class FmuPoints(SectionSystem):
 
     @property
     def dimension(self) -> int:
-        """A level that nothing forces binds one of the states; memories follow from the way."""
-        return len(self.fmu.states)
+        """What nothing forces has one of its states bound by the section; memories follow from the way."""
+        return len(self.fmu.states) - (not self.forced)
 
-    @property
-    def parameters(self) -> Sequence[str]:
+    @cached_property
+    def parameters(self) -> Sequence[str]:  # type: ignore[override]
         """Parameters and inputs."""
-        return self._parameters
+        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
 
     def check(self, name: str, values: Vector) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
@@ -131,7 +117,7 @@ class FmuPoints(SectionSystem):
         return np.array([self.fmu.size_of(name) for name in self.states])
 
     @cached_property
-    def turns(self) -> Vector:  # type: ignore[override] # computed once
+    def turns(self) -> Vector:  # type: ignore[override]
         """The phase is one of whole turns."""
         return np.array([1.0 if name == "phase" else np.inf for name in self.states])
 
@@ -157,9 +143,7 @@ def _checked(
     fmu: Fmu, names: Sequence[str], constants: Mapping[str, float] | None, forcing: str | None, period: float | None
 ) -> dict[str, float]:
     values = dict(constants or {})
-    check_names(fmu, "parameter", values, names)
-    for name, value in values.items():
-        check_value(fmu, name, float(value))
+    check_settings(fmu, "parameter", values, names)
     if forcing is not None:
         check_names(fmu, "parameter", {forcing: None}, names)
         frequency = values.get(forcing, fmu.start_of(forcing))

@@ -15,6 +15,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.families import stepwise
@@ -22,8 +23,6 @@ from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 
 class SectionSystem(Shown, ABC):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from pathlib import Path
@@ -303,7 +303,7 @@ def _recording(path: str | os.PathLike[str]) -> Recording:
 
 def _read(file: Any) -> Recording:
     values, units, descriptions, arrays = {}, {}, {}, {}
-    for _, data in _datasets(file["values"]):
+    for data in file["values"].values():
         name, shape = str(data.attrs["name"]), data.shape[1:]
         elements = element_names(name, shape)
         values |= zip(elements, data[()].reshape(len(data), -1).T, strict=True) if shape else {name: data[()]}
@@ -326,7 +326,7 @@ def _read(file: Any) -> Recording:
         column.shape != time.shape or column.dtype.kind not in "fiub" for column in values.values()
     ):
         raise ValueError("every variable needs a number at each time")
-    pairs = {str(data.attrs["name"]): _read_texts(data) for _, data in _datasets(file.get("texts", {}))}
+    pairs = {str(data.attrs["name"]): _read_texts(data) for data in file.get("texts", {}).values()}
     texts = {name: (first, last) for name, (first, last) in pairs.items()}
     trajectory = Trajectory(time, values, units, events, steps, evaluations, method, arrays=arrays, texts=texts)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
@@ -338,13 +338,9 @@ def _read_provenance(group: Any) -> Provenance:
         if name in SETTINGS:
             settings[name] = {
                 str(data.attrs["name"]): _read_texts(data)[0] if data.shape else float(data[()])
-                for _, data in _datasets(group[name])
+                for data in group[name].values()
             }
         else:
             value = group.attrs[name]
             settings[name] = value if isinstance(value, str) else float(value)
     return Provenance(**settings)
-
-
-def _datasets(group: Any) -> Iterable[tuple[str, Any]]:
-    return group.items()

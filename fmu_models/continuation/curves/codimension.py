@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.continuation.curves.condition import Condition, Miss
 from fmu_models.continuation.normal_forms.cubic import coefficient
 from fmu_models.continuation.problem.node import Node, extrapolated, look, passing_test
@@ -45,14 +45,12 @@ _CUBIC = {kind.degenerate: name for name, kind in KINDS.items() if kind.degenera
 _RESONANCES = {"1:1 resonance": 1.0, "1:2 resonance": -1.0, "1:3 resonance": -0.5, "1:4 resonance": 0.0}
 # where the pair of a curve becomes real: beyond, its determinant vanishes at saddles
 REAL = ("1:1 resonance", "1:2 resonance", "Bogdanov-Takens")
-# of its values at both ends, as which a function is none where it vanishes
-HOLDS = 1e-3
+HOLDS = 1e-3  # of its values at both ends, as which a function is none where it vanishes
 # starts are displaced by squares of whole numbers times this, in u, and the speed of the event grows by whole numbers
 DEPTH, DEPTHS = 1e-9, (1, 2, 3, 4)
 
-Multipliers = NDArray[np.complex128]
-# of a motion on the curve and of its neighbour; nan where it is not known
-Function = Callable[[Node, Node], float]
+Multipliers = Complex
+Function = Callable[[Node, Node], float]  # of a motion on the curve and of its neighbour; nan where it is not known
 
 
 def functions(kind: str, condition: Condition) -> Mapping[str, Function]:

@@ -6,8 +6,8 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
@@ -36,7 +36,7 @@ class CurvePoint(Shown):
     parameters: Mapping[str, float]
     period: float
     state: Mapping[str, float]
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Curve(Ended):
     seconds: Vector
     points: Vector
     periods: Vector
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
     meetings: tuple[CurvePoint, ...]
     ends: tuple[tuple[str, str], tuple[str, str]]
     units: Mapping[str, str] = field(default_factory=dict)

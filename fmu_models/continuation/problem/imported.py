@@ -20,10 +20,8 @@ from fmu_models.sections.strobe import Strobe
 # the state of a contact of which nothing is known but that its indicator passes zero: its sign after an event may be
 # rounding
 PASSED = 1
-# of a parameter, for a central difference, which loses two thirds of the digits
-CHANGE = 1e-4
-# times the tolerance, for the motion that shows how near another one is
-COARSER = 10.0
+CHANGE = 1e-4  # of a parameter, for a central difference, which loses two thirds of the digits
+COARSER = 10.0  # times the tolerance, for the motion that shows how near another one is
 
 
 def indicator(i: int) -> str:

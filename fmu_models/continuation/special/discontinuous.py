@@ -29,15 +29,13 @@ from fmu_models.continuation.special.kinds import COMPLIANT_GRAZING, CORNER, RIG
 from fmu_models.continuation.step.same_motion import begun_at
 from fmu_models.language.contact_kinds import AWAY, STICK
 
-# the least value of a miss, in its change by a unit of u, from where the rest is linear
-LEAST_MISS = 1e-9
+LEAST_MISS = 1e-9  # the least value of a miss, in its change by a unit of u, from where the rest is linear
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # by which the speed of an event shrinks, from motion to motion, to see whether they come to a point; curvature may
 # take the event away half-way
 SHRINKS = (0.5, 0.8, 0.93)
-# how far beyond a point, in u, the motion is looked for that goes on by other events
-BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)  # how far beyond a point, in u, the motion is looked for that goes on by other events
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,8 @@ from fmu_models.continuation.special.discontinuous import LEAST_MISS, Touch, fro
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
 FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
-# motions through which a polynomial goes to the next one
-LAST = 4
-# by how much the limit of the motions, in u, may still change with the last one of them
-SETTLED = 1e-6
+LAST = 4  # motions through which a polynomial goes to the next one
+SETTLED = 1e-6  # by how much the limit of the motions, in u, may still change with the last one of them
 
 
 def from_event(start: Node, event: Passing) -> Touch:

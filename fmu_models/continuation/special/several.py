@@ -33,12 +33,9 @@ from fmu_models.continuation.special.discontinuous import (
 )
 from fmu_models.continuation.step.same_motion import images
 
-# misses are at once that are all so small, in their change by a unit of u
-TOGETHER = 1e-6
-# speeds of the impacts that a motion with all of them begins with
-SPEEDS = (1e-3, 3e-3, 1e-2)
-# letters of a word: which of the misses of a period become events
-Letters = tuple[tuple[int, ...], ...]
+TOGETHER = 1e-6  # misses are at once that are all so small, in their change by a unit of u
+SPEEDS = (1e-3, 3e-3, 1e-2)  # speeds of the impacts that a motion with all of them begins with
+Letters = tuple[tuple[int, ...], ...]  # letters of a word: which of the misses of a period become events
 
 
 def at_once(touch: Touch) -> list[Passing]:

@@ -13,12 +13,9 @@ from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
 from fmu_models.sections.strobe import Strobe
 
-# of the scales of the states: a cycle that is smaller is near its end
-SMALL = 1e-2
-# of the period, over which an equilibrium is looked at: not so much that multipliers come back to 1
-SHARE = 0.25
-# of the range of the parameter: the Hopf point is no farther from a small cycle
-NEAR = 1e-2
+SMALL = 1e-2  # of the scales of the states: a cycle that is smaller is near its end
+SHARE = 0.25  # of the period, over which an equilibrium is looked at: not so much that multipliers come back to 1
+NEAR = 1e-2  # of the range of the parameter: the Hopf point is no farther from a small cycle
 
 
 def amplitude(node: Node) -> float:

@@ -8,8 +8,8 @@ from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.trace import curve_of
@@ -55,8 +55,8 @@ class Special(SpecialPoint):
 
     period: float
     words: tuple[Word, Word]
-    multipliers: NDArray[np.complex128]
-    multipliers_with_event: NDArray[np.complex128] | None = None
+    multipliers: Complex
+    multipliers_with_event: Complex | None = None
     value_with_event: float = np.nan
     slope: float = np.nan
     touch: Touch | None = field(default=None, repr=False)

@@ -32,22 +32,16 @@ from fmu_models.language.contact_kinds import CHATTERING
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most
 FIRST, LONGEST, SHORTEST, HALVINGS = 0.01, 0.1, 1e-6, 14
-# least cosine between tangents of neighbours
-STRAIGHT = 0.95
-# how far a correction may lead, in parts of its step
-ASIDE = 0.2
-# states beyond so many times their scale, or their begin, are on their way to infinity
-LARGE = 50.0
+STRAIGHT = 0.95  # least cosine between tangents of neighbours
+ASIDE = 0.2  # how far a correction may lead, in parts of its step
+LARGE = 50.0  # states beyond so many times their scale, or their begin, are on their way to infinity
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
-# from this step on, in u, a test that may have been zero twice on the way is looked at nearer
-WARY = 1e-3
-# motions that are kept at once on the disk, at least
-PIECE = 16
+WARY = 1e-3  # from this step on, in u, a test that may have been zero twice on the way is looked at nearer
+PIECE = 16  # motions that are kept at once on the disk, at least
 # how far beyond its last motion, in parts of the range, a parameter is tried that may be out of its bounds
 BESIDE = 1e-4
-# so many short steps in a row that were cut by a change of the word that could not be found
-HIDDEN, SHORT = 4, 3e-5
+HIDDEN, SHORT = 4, 3e-5  # so many short steps in a row that were cut by a change of the word that could not be found
 
 
 def is_far(node: Node, begin: Node) -> bool:

@@ -10,10 +10,8 @@ import numpy as np
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved, tangent_of
 from fmu_models.continuation.problem.problem import Problem, Vector
 
-# how far along a branch, in u, its sense is looked up after a change of the phase
-NEXT = 1e-4
-# a branch that comes so near to a motion again has passed it
-CLOSED = 1e-6
+NEXT = 1e-4  # how far along a branch, in u, its sense is looked up after a change of the phase
+CLOSED = 1e-6  # a branch that comes so near to a motion again has passed it
 
 
 def turned(after: Problem, node: Node) -> Vector:

@@ -217,13 +217,11 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
         distances = system.difference(images[:, i] - motion.points[k])
         with np.errstate(invalid="ignore"):
             values = np.einsum("rsi,ij,rsj->rs", distances, forms[k], distances)
-            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(
-                axis=1
-            )
-    inside = np.flatnonzero(~falls)
-    return float(
-        radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6
-    )
+            fall = FALLS * min(1.0, _least_fall(forms[i], system))
+            falls &= (values <= (1.0 - fall) * radii[:, None] ** 2).all(axis=1)
+    # the first radius inside the last shell on which they do not all fall
+    first = int(np.flatnonzero(~falls).max(initial=-1)) + 1
+    return float(radii[first]) if first < len(radii) else 1e-6
 
 
 def _least_fall(form: Vector, system: SectionSystem) -> float:

@@ -148,13 +148,8 @@ class Basins(Pictured):
         return words
 
     def _contents(self) -> Mapping[str, Any]:
-        return {
-            "attractors": self.words,
-            "shares": self.shares,
-            "undecided": self.undecided,
-            "boundary": self.boundary,
-            "how": self.how or None,
-        }
+        shares = {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+        return {"attractors": self.words, **shares, "how": self.how or None}
 
 
 def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
@@ -212,19 +207,17 @@ def basins(
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
-        result = _mapped(runner, system, values, starts, most, longest)
-        runner.finish(result)
-    return result
+        return runner.finish(_mapped(runner, system, values, starts, most, longest))
 
 
 def _mapped(
     runner: Runner, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
 ) -> Basins:
     rows, shape = 2 * longest, tuple(len(value) for value in values.values())
-    jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
-    sample = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
+    stride = max(1, len(starts) // COARSE)
+    sample = Jobs(starts[stride // 2 :: stride], transient=most, rows=rows, longest=longest, settled=SETTLED)
     attractors: list[Attractor] = []
-    if len(sample):
+    if len(starts) > COARSE:
         _decide(runner, system, runner.make(sample, quiet=True), attractors, longest)
     periodic = _at(system, attractors)
     labels, steps = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
@@ -261,18 +254,9 @@ def _mapped(
     position = {old: new for new, old in enumerate(order)}
     labels = np.array([position.get(int(label), int(label)) for label in labels])
     ordered = tuple(attractors[i] for i in order)
-    return Basins(
-        system.name,
-        tuple(system.states),
-        values,
-        labels.reshape(shape),
-        ordered,
-        steps.reshape(shape),
-        failures,
-        system.how,
-        runner.provenance,
-        mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else (),
-    )
+    mirrored = mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else ()
+    decided = labels.reshape(shape), ordered, steps.reshape(shape), failures
+    return Basins(system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored)
 
 
 def _ended(rows: RunRows) -> Integers:
@@ -281,16 +265,6 @@ def _ended(rows: RunRows) -> Integers:
     labels[rows.outcomes == families.ESCAPED] = INFINITE
     labels[(rows.outcomes == families.BROKEN) | (rows.outcomes == families.LOST)] = FAILED
     return labels
-
-
-def _every(jobs: Jobs, stride: int) -> Jobs:
-    return Jobs(
-        jobs.starts[stride // 2 :: stride],
-        transient=jobs.transient,
-        rows=jobs.rows,
-        longest=jobs.longest,
-        settled=jobs.settled,
-    )
 
 
 def _at(system: SectionSystem, attractors: Sequence[Attractor]) -> list[PeriodicMotion]:

@@ -98,12 +98,7 @@ class Chart(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         counts = {name: int((self.labels == i).sum()) for i, name in enumerate(self.classes)}
-        return {
-            **{name: values for name, values in self.axes.items()},
-            "cells": counts,
-            "failed": len(self.failures),
-            "how": self.how or None,
-        }
+        return {**self.axes, "cells": counts, "failed": len(self.failures), "how": self.how or None}
 
 
 def chart(
@@ -150,9 +145,7 @@ def chart(
     cells = _Cells(what, system.start(start), transient, points, longest)
     plan = {"analysis": "chart", **vars(cells), "refine": refine, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
-        result = _charted(runner, system, cells, refine, values)
-        runner.finish(result)
-    return result
+        return runner.finish(_charted(runner, system, cells, refine, values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,14 +159,10 @@ class _Cells:
     longest: int
 
     def jobs(self, varied: Mapping[str, Vector], count: int) -> Jobs:
-        return Jobs(
-            np.tile(self.start, (count, 1)),
-            varied,
-            transient=self.transient,
-            rows=max(self.points, 2 * self.longest) if self.what != "exponent" else 1,
-            longest=0 if self.what in ("stick", "exponent") else self.longest,
-            settled=SETTLED,
-        )
+        rows = max(self.points, 2 * self.longest) if self.what != "exponent" else 1
+        longest = 0 if self.what in ("stick", "exponent") else self.longest
+        starts = np.tile(self.start, (count, 1))
+        return Jobs(starts, varied, self.transient, rows, longest=longest, settled=SETTLED)
 
 
 def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, values: Mapping[str, Vector]) -> Chart:
@@ -192,7 +181,7 @@ def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, 
             for i, cell in enumerate(cells[first:end]):
                 computed[cell] = results[i]
                 if chunk.outcomes[i] > families.ABSORBED:
-                    failures[cell] = chunk.messages.get(i) or families.OUTCOMES[int(chunk.outcomes[i])]
+                    failures[cell] = families.reason(chunk, i)
 
         runner.each(setup.jobs(varied, len(cells)), take)
 
@@ -204,9 +193,8 @@ def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, 
     for cell, (_, value) in computed.items():
         numbers[cell], chunk[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
-    return Chart(
-        system.name, setup.what, values, classes, indices, numbers, chunk, failures, system.how, runner.provenance
-    )
+    cells = classes, indices, numbers, chunk, failures
+    return Chart(system.name, setup.what, values, *cells, system.how, runner.provenance)
 
 
 def _in_order(label: str) -> tuple[Any, ...]:
@@ -271,13 +259,9 @@ def _classes(
     sound = rows.outcomes <= families.ABSORBED
     if quantity == "stick":
         sticking = rows.held.sum(axis=1) > 0.0
-        names = [
-            ", ".join(n for n, touched in zip(system.contacts, row, strict=True) if touched) or "none"
-            for row in sticking
-        ]
-        return [
-            (name if good else "", float(row.sum())) for name, row, good in zip(names, sticking, sound, strict=True)
-        ]
+        names = [", ".join(np.array(system.contacts, object)[row]) or "none" for row in sticking]
+        counts = sticking.sum(axis=1).tolist()
+        return [(n if good else "", float(count)) for n, count, good in zip(names, counts, sound, strict=True)]
     motions = claimed(system, rows, varied, longest=longest).motions
     classes: list[tuple[str, float]] = []
     for i, motion in enumerate(motions):

@@ -112,10 +112,7 @@ def _cloud(runner: Runner, system: SectionSystem, start: Vector) -> Cloud | None
         {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in set(half) for step in steps}
         for half in places
     )
-    filled = (
-        sum(cell in cells for cell in half) / len(half)
-        for half, cells in zip(places, (second_cells, first_cells), strict=True)
-    )
-    if min(filled) < FILLED:
+    halves = zip(places, (second_cells, first_cells), strict=True)
+    if min(sum(cell in cells for cell in half) / len(half) for half, cells in halves) < FILLED:
         return None
     return Cloud(points, size, frozenset(first_cells | second_cells), judged(runner, system, points[-1]))

@@ -93,10 +93,8 @@ class Manifolds(Pictured):
         import pandas
 
         columns = list(self.states)
-        frames = [
-            pandas.DataFrame(curve.points, columns=columns).assign(curve=i, kind=curve.kind)
-            for i, curve in enumerate(self.curves)
-        ]
+        tables = (pandas.DataFrame(curve.points, columns=columns) for curve in self.curves)
+        frames = [table.assign(curve=i, kind=self.curves[i].kind) for i, table in enumerate(tables)]
         return pandas.concat(frames, ignore_index=True)
 
     def _heading(self) -> str:

@@ -17,7 +17,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from fmu_models.families.store import Stage, Store
 from fmu_models.simulation.rows import RunRows, joined
 
 Take = Callable[[int, RunRows], Any]
+Result = TypeVar("Result", bound=Tabular)
 
 AHEAD = 4  # chunks per worker that are under way or wait for one before them
 TICK = 0.05  # s between looks at the progress
@@ -123,10 +124,11 @@ class Runner:
         if self.store is not None and isinstance(error, KeyboardInterrupt):
             error.add_note(f"Finished chunks are in '{self.store.path}'. Go on: --resume (in Python resume=True).")
 
-    def finish(self, result: Tabular) -> None:
-        """Keep what an analysis has found beside its runs."""
+    def finish(self, result: Result) -> Result:
+        """Store the result next to the runs it was computed from."""
         if self.store is not None:
             self.store.finish(result.to_xarray())
+        return result
 
     def make(self, jobs: Jobs, *, quiet: bool = False) -> RunRows:
         """All rows at once; ``quiet``: without a word of progress."""

@@ -20,6 +20,7 @@ import numpy as np
 from fmu_models.base.arrays import Vector
 from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
+from fmu_models.simulation.rows import RunRows
 
 # steps of a section in a chunk, about: some 50 ms of work; of one that is stored or travels: at least and at most,
 # and how many chunks there are between these
@@ -29,6 +30,11 @@ EARLY = 50  # steps after which a run that may end early has ended, as a rule
 # how a run ended
 FINISHED, SETTLED, ABSORBED, ESCAPED, LOST, BROKEN, STOPPED = range(7)
 OUTCOMES = ("finished", "settled", "absorbed", "to infinity", "section not met", "error", "stopped")
+
+
+def reason(rows: RunRows, i: int) -> str:
+    """Why a run ended early, or how it ended."""
+    return rows.messages.get(i) or OUTCOMES[int(rows.outcomes[i])]
 
 
 @dataclass(frozen=True)

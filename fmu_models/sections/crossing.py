@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.backend import PATIENCE, Begin
 from fmu_models.sections.oscillator import ON_LEVEL, FmuSection
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import PATIENCE, Begin, Vector
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.sections import Section
 

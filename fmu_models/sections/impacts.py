@@ -5,9 +5,8 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.backend import Begin
 from fmu_models.sections.oscillator import FmuSection
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import Begin, Vector
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.run import check_names
 

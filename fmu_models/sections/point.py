@@ -6,7 +6,9 @@ of time, the phase of the forcing in turns. What nothing forces has no phase.
 
 import copy
 import math
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -17,18 +19,50 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
 from fmu_models.sections.system import SectionSystem, named_point
+from fmu_models.simulation.ensemble import Where
 from fmu_models.simulation.run import check_names, check_settings, check_value
+from fmu_models.simulation.sections import Section
+
+# periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
+PATIENCE = 1000.0
+
+
+@dataclass(frozen=True)
+class Begin:
+    """What a motion from some states is beside them.
+
+    Attributes:
+        values: of parameters by name.
+        time, latest: s, its begin and its latest end.
+        section: where it ends before that.
+        period: s, of the forcing; 0: its begin is no number of a point.
+    """
+
+    values: Mapping[str, float]
+    time: float
+    latest: float
+    section: Section | None = None
+    period: float = 0.0
 
 
 class FmuPoints(SectionSystem):
-    """What is known of the points of an FMU before anything moves.
+    """What is known of the points of an FMU before anything moves, and what a backend asks about their section.
 
     Args:
         fmu, forcing, period, parameters: of ``FmuSection``.
 
+    Attributes:
+        tolerance: relative local error of a step.
+        strobes: whether the section is one of time.
+        wait: s, what counts as a period where nothing forces the motion.
+
     Raises:
         StickslipError: unknown names, values out of their range, a forcing without period.
     """
+
+    tolerance: float
+    wait: float = 1.0
+    strobes: bool = False
 
     def __init__(
         self, fmu: Fmu, forcing: str | None, period: float | None, parameters: Mapping[str, float] | None
@@ -137,6 +171,27 @@ class FmuPoints(SectionSystem):
             **self.fmu.settings(self.values),
             "start": states | {name: start[name] for name in self.memories if start[name] != 0.0},
         }
+
+    @abstractmethod
+    def where(self) -> Where:
+        """The section, as the engine is asked for it."""
+
+    @abstractmethod
+    def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        """The motion to the next meeting from a point, as the importer is asked for it."""
+
+    def placed(self, starts: Vector) -> Vector:
+        """Starts (m, n) brought onto the section where only rounding keeps them off it, as the engine does."""
+        return starts
+
+    def repeats(self, periods: Vector) -> Vector:
+        """(m,) what the engine takes for the period: that of a step of a strobe, that of the forcing of the others."""
+        return periods
+
+    def missed(self, period: float) -> str:
+        """The sentence that the section is not met, and how long it was waited for."""
+        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE * self.wait:g} s"
+        return f"the section is not met within {waited}"
 
 
 def _checked(

@@ -11,10 +11,9 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow
-from fmu_models.sections.backend import Begin
 from fmu_models.sections.importer import ImporterBackend
 from fmu_models.sections.oscillator import FmuSection
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import Begin, Vector
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.field import VectorField, is_forced

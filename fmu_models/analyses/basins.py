@@ -43,7 +43,7 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.periodic import PeriodicMotion
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
@@ -203,7 +203,7 @@ def basins(
     """
     system = seen(system)
     if isinstance(system, Strobe) and system.unforced and not system.autonomous:  # steps of no meaning to it
-        system = system.seen_by()
+        system = strobe_of(system)
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
     with Runner(system, plan, execution, progress) as runner:

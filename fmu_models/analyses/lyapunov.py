@@ -234,9 +234,10 @@ def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     zero = int(np.abs(values[order]).argmin()) if system.autonomous else None
     total = float(times[used].sum())
     shares = {name: float(rows.held[..., c][used].sum()) / total for c, name in enumerate(system.contacts)}
-    columns = (column[order] for column in (values, errors, per_time, per_time_errors))
-    lost = int((~np.isfinite(values)).sum())
-    return Exponents(*columns, system.unit, steps, zero, lost, shares, transient, system.how, model=system.name)
+    values, errors, per_time, per_time_errors = (c[order] for c in (values, errors, per_time, per_time_errors))
+    counts = system.unit, steps, zero, int((~np.isfinite(values)).sum())
+    columns = values, errors, per_time, per_time_errors
+    return Exponents(*columns, *counts, shares, transient, system.how, model=system.name)
 
 
 def _mean(growth: Vector, weights: Vector, used: Flags) -> tuple[float, float]:

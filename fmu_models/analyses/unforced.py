@@ -27,7 +27,7 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.stability import ON_CIRCLE, Stability
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
@@ -152,7 +152,7 @@ def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]
             f"'{system.name}' comes to no cycle from that start, so that it needs a period: give about how long it is "
             "(--period with --autonomous, period= with autonomous=True), or start elsewhere."
         )
-    return system.seen_by(period=cycle.time, autonomous=True), cycle.points[0]
+    return strobe_of(system, period=cycle.time, autonomous=True), cycle.points[0]
 
 
 def absorb(

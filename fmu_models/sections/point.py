@@ -95,8 +95,8 @@ class FmuPoints(SectionSystem):
         """Names of the numbers of a point."""
         return tuple(name for name, _ in self.columns)
 
-    @cached_property
-    def contacts(self) -> tuple[str, ...]:  # type: ignore[override]
+    @property
+    def contacts(self) -> tuple[str, ...]:
         """Names of the contacts."""
         return tuple(self.fmu.contacts) if self.fmu.ours else ()
 

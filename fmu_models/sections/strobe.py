@@ -26,6 +26,9 @@ SLOW = 1e-8  # of the fastest: what is slower stands still
 ROUNDING = 1e-12  # of the size of a state: what varies less does not move
 
 
+HOW = ("every", "period", "forcing", "autonomous")  # what tells strobes of one model apart
+
+
 class Strobe(FmuSection):
     """The states after each period.
 
@@ -52,14 +55,9 @@ class Strobe(FmuSection):
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
 
-    def seen_by(self, **how: Any) -> Strobe:
-        """The same motions by another strobe. how: ``every``, ``autonomous``, ``forcing`` and ``period`` of it."""
-        return Strobe(self.fmu, parameters=self.values, tolerance=self.tolerance, stepper=self.stepper, **how)
-
     def folded(self, times: int) -> Strobe:
         """So many steps of this one as one."""
-        how = {"forcing": self.forcing, "period": self.period, "autonomous": self.autonomous}
-        return self.seen_by(every=self.every * times, **how)
+        return strobe_of(self, **{name: getattr(self, name) for name in HOW} | {"every": self.every * times})
 
     @property
     def unforced(self) -> bool:
@@ -97,6 +95,12 @@ class Strobe(FmuSection):
 
     def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         return Begin(values, 0.0, self.every * period)
+
+
+def strobe_of(section: FmuSection, **how: Any) -> Strobe:
+    """The motions of another section by a strobe. how: ``every``, ``autonomous``, ``forcing`` and ``period`` of it."""
+    settings = {"parameters": section.values, "tolerance": section.tolerance, "stepper": section.stepper}
+    return Strobe(section.fmu, **settings, **how)
 
 
 def time_of_change(fmu: Fmu, values: Mapping[str, float]) -> float:

@@ -90,10 +90,8 @@ class ImportedProblem(FlowProblem):
             up, down = beside(j, 1.0), beside(j, -1.0)
             slopes = [(up - down) / 2.0]
             if not np.isfinite(slopes[0]):
-                slopes = [
-                    s * (4.0 * neighbour - beside(j, 2.0 * s) - 3.0 * value) / 2.0
-                    for s, neighbour in ((1, up), (-1, down))
-                ]
+                sides = (1, up), (-1, down)
+                slopes = [s * (4.0 * least - beside(j, 2.0 * s) - 3.0 * value) / 2.0 for s, least in sides]
             finite = [slope for slope in slopes if np.isfinite(slope)]
             if not finite:
                 return None
@@ -115,10 +113,7 @@ class ImportedProblem(FlowProblem):
         n = len(self.states)
         strobe = copy.copy(self._at(z))
         strobe.tolerance = COARSER * strobe.tolerance
-        coarse = Strobe(
-            strobe.fmu, every=strobe.every, forcing=strobe.forcing, period=strobe.period,
-            autonomous=strobe.autonomous, parameters=strobe.values, tolerance=strobe.tolerance,
-        ).step(z[None, :n])  # fmt: skip
+        coarse = strobe.folded(1).step(z[None, :n])
         matrix = seen.jacobian[:, : n + self.autonomous]
         missed = np.append(coarse.points[0] - z[:n] - seen.residual[:n], np.zeros(int(self.autonomous)))
         state = np.abs(np.linalg.solve(matrix, missed)).max()

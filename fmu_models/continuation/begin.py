@@ -55,11 +55,8 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
 def _placed(
     system: SectionSystem, problem: Problem, flow_problem: FlowProblem | None, point: Vector, value: float, settle: bool
 ) -> tuple[Problem, Vector]:
-    """The start, or where a run from it settles, and the problem at a phase where nothing holds.
-
-    Args:
-        flow_problem: The problem, if it tells of events.
-    """
+    """The start, or where a run from it settles, and the problem at a phase where nothing holds; ``flow_problem`` is
+    the problem, if it tells of events."""
     try:
         point = _settled(system, point) if settle else point
     except StickslipError as error:

@@ -67,12 +67,7 @@ class Branch(SolutionBranch):
     """
 
     COLUMNS: ClassVar = (
-        "{over}=values",
-        "{states}=points",
-        "period=periods",
-        "stable",
-        "multiplier{}=multipliers",
-        "word=texts",
+        *("{over}=values", "{states}=points", "period=periods", "stable", "multiplier{}=multipliers", "word=texts"),
     )
     RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
 

@@ -124,13 +124,8 @@ class SpecialEquilibrium(SpecialPoint):
         return _still(curve_of(self.kind, self.node, None, second, between, self.between, points))
 
     def _contents(self) -> dict[str, object]:
-        contents: dict[str, object] = {
-            "kind": self.kind,
-            self.parameter: self.value,
-            "criticality": self.criticality or None,
-        }
-        contents |= {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
-        return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        spectra = {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
+        return self._told({"criticality": self.criticality or None, **spectra})
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -151,14 +146,7 @@ class EquilibriumBranch(SolutionBranch):
         "eigenvalue{}=eigenvalues",
     )
     RECORD: ClassVar = (
-        "model",
-        "over",
-        "states",
-        "ends=named_ends",
-        "points=rows",
-        "special",
-        "intervals",
-        "cycles=cycle_ends",
+        *("model", "over", "states", "ends=named_ends", "points=rows", "special", "intervals", "cycles=cycle_ends"),
     )
 
     of: str
@@ -264,16 +252,14 @@ def _special(finding: Found, between: tuple[float, float], turned: bool) -> Spec
         return SpecialEquilibrium(kind=kind, eigenvalues=eigenvalues_of(node), **values)
     before, after = problem.eigenvalues(boundary.jacobian), None
     if boundary.jacobian_after is not None:
-        after = problem.eigenvalues(boundary.jacobian_after)
-        before, after = (after, before) if turned else (before, after)
+        sides = before, problem.eigenvalues(boundary.jacobian_after)
+        before, after = reversed(sides) if turned else sides
     return SpecialEquilibrium(
         kind=_kind(boundary),
         eigenvalues=before,
         eigenvalues_after=after,
-        crossings=boundary.crossings,
-        contact=boundary.contact,
-        turns=boundary.turns,
         boundary=boundary,
+        **{name: getattr(boundary, name) for name in ("crossings", "contact", "turns")},
         **values,
     )
 

@@ -76,9 +76,7 @@ def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tup
         raise StickslipError(f"{type(system).__name__} has no branches: name a map, or an oscillator at a section.")
     strobe = _strobe(system)
     points = {
-        (d, i): [
-            _at_phase_0(system, diagram.over, float(value), x) for x in diagram.points[d, i] if np.isfinite(x).all()
-        ]
+        (d, i): [_at_phase_0(system, diagram.over, value, x) for x in diagram.points[d, i] if np.isfinite(x).all()]
         for d in range(len(diagram.directions))
         for i, value in enumerate(diagram.values.tolist())
     }

@@ -33,11 +33,8 @@ def branches_through(
     interrupted = False
     every = system.every if isinstance(system, Strobe) else 1
     for value, period, point in motions:
-        if (
-            interrupted
-            or period > longest
-            or any(member.every == period * every and segments_near(member, value, [point]) for member in followed)
-        ):
+        same = (member for member in followed if member.every == period * every)
+        if interrupted or period > longest or any(segments_near(member, value, [point]) for member in same):
             continue
         section = system.at(**{over: value})
         if isinstance(section, Strobe):

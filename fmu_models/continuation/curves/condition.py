@@ -247,11 +247,8 @@ class Miss(Condition):
         """The miss at a value, wherever in the period it is: one that an event turns is seen at whichever of them."""
 
         def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-            least = min(
-                (miss for miss in seen.misses if miss.key == self.like.key),
-                key=lambda candidate: candidate.value,
-                default=None,
-            )
+            same = (miss for miss in seen.misses if miss.key == self.like.key)
+            least = min(same, key=lambda candidate: candidate.value, default=None)
             return None if least is None else (least.value - target, least.gradient)
 
         return border

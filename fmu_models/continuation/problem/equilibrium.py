@@ -184,11 +184,9 @@ def _held(j: Vector, sticks: int, closed: int, cyclic: list[int]) -> tuple[Vecto
     pins = np.where(of_coordinates, normals @ j.T, 0.0)
     _, shares, beside = np.linalg.svd(pins - (pins @ along.T) @ along)
     walls = beside[: int((shares > ZERO).sum())]
-    alone = (
-        len(walls) <= closed
-        and len(walls) + len(along) == k
-        and np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
-    )
+    if len(walls) > closed or len(walls) + len(along) != k:
+        return nothing, nothing, nothing
+    alone = np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
     return (normals, pins, walls) if alone else (nothing, nothing, nothing)
 
 

@@ -53,9 +53,7 @@ def _steadiest(values: list[Vector]) -> tuple[Vector, float] | None:
 
 def from_other_side(touch: Touch, node: Node) -> Touch | None:
     """The same point from a motion beyond it, whose tangent leads away; None if it is not found."""
-    begins = [
-        candidate for candidate in node.seen.misses if candidate.begins and candidate.contact == touch.miss.contact
-    ]
+    begins = [miss for miss in node.seen.misses if miss.begins and miss.contact == touch.miss.contact]
     for miss in sorted(begins, key=lambda candidate: abs(candidate.time - touch.miss.time)):
         try:
             opposite = from_vanishing(node.turned(), miss)

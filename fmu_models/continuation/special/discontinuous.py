@@ -141,9 +141,8 @@ def begun_after(node: Node, time: float) -> Node:
     not find it there."""
     length = node.seen.length
     passings = (mark.time for mark in (*node.seen.events, *node.seen.misses))
-    marks = sorted(
-        {0.0, length / 4, *(turn for passing in passings if (turn := (passing - time) % length) < length / 4)}
-    )
+    turns = ((passing - time) % length for passing in passings)
+    marks = sorted({0.0, length / 4, *(turn for turn in turns if turn < length / 4)})
     gap_start, end = max(pairwise(marks), key=lambda gap: gap[1] - gap[0])
     problem, z = node.problem.later(node.z, node.seen, (time + (gap_start + end) / 2) % length)
     return begun_at(node, problem, z)
@@ -216,10 +215,9 @@ def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
     """Change of u to the motion with an event that makes such a jump, to first order."""
     down = miss.gradient * node.scales
     size = float(np.linalg.norm(down[: len(node.problem.states)]))
+    matrix = np.vstack([_scaled(node.seen, node.scales), down / size])
     try:
-        solution: Any = np.linalg.solve(
-            np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth)
-        )
+        solution: Any = np.linalg.solve(matrix, -np.append(jump, depth))
         return solution
     except np.linalg.LinAlgError:
         raise Lost("the miss does not change along the branch") from None

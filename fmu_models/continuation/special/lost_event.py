@@ -26,16 +26,13 @@ def from_event(start: Node, event: Passing) -> Touch:
     )
     if np.abs(limit - before).max() > SETTLED:
         raise Lost("the event is not lost along the branch")
-    without = None
     for share in (1.0, 2.0, 4.0, 16.0):
         u = limit + _out_of_reach(last_event, last, limit, share)
         seen = look(last.problem, u * last.scales)
         if seen is not None and len(seen.word) < len(last.seen.word):
-            without = u, seen
             break
-    if without is None:
+    else:
         raise Lost("no run without the event is near")
-    u, seen = without
     pending = [candidate for candidate in seen.misses if not candidate.begins and candidate.slot != TIE]
     miss = min(event.begun_in(pending), key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:

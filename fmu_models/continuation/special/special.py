@@ -98,10 +98,8 @@ class Special(SpecialPoint):
         return self.node.state_at(turns)
 
     def _contents(self) -> dict[str, object]:
-        contents: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
-        contents |= {"criticality": self.criticality or None}
-        contents |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
-        return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        spectra = {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
+        return self._told({"period": self.period, "criticality": self.criticality or None, **spectra})
 
 
 def special_of(

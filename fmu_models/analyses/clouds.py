@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.aperiodic import Verdict, judged
+from fmu_models.analyses.aperiodic import AperiodicVerdict, judged
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
@@ -40,7 +40,7 @@ class Cloud(Shown):
     points: Vector
     size: Vector
     cells: frozenset[tuple[int, ...]]
-    verdict: Verdict
+    verdict: AperiodicVerdict
 
     RECORD: ClassVar = ("period", "points=sample", "kind=word", "exponent")
 

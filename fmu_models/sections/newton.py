@@ -16,7 +16,7 @@ LARGEST = 1e12
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class NewtonSearch:
     """Results of the guesses that were not lost.
 
     Attributes:
@@ -39,7 +39,7 @@ def newton(
     halvings: int = 0,
     until_settled: bool = False,
     scale: Callable[[Vector], Vector] | None = None,
-) -> Search:
+) -> NewtonSearch:
     """Solve r(x) = 0 from guesses (m, n).
 
     Args:
@@ -82,7 +82,7 @@ def newton(
         converged = _size(residuals) <= accuracy * scale(points)
         if until_settled:
             converged &= _size(step) <= accuracy * scale(points)
-    return Search(points, _size(residuals), converged)
+    return NewtonSearch(points, _size(residuals), converged)
 
 
 def _size(values: Vector) -> Vector:

@@ -39,7 +39,7 @@ TORUS_STEPS = 4096
 
 
 @dataclass(frozen=True)
-class Verdict(Shown):
+class AperiodicVerdict(Shown):
     """The verdict on an aperiodic motion.
 
     Attributes:
@@ -112,7 +112,7 @@ def _error(batches: Vector) -> float:
     return largest
 
 
-def judged(runner: Runner, system: SectionSystem, start: Vector) -> Verdict:
+def judged(runner: Runner, system: SectionSystem, start: Vector) -> AperiodicVerdict:
     """What the motion from a point (n,) is, on which it stays and does not repeat itself."""
     exponent, error = _largest(runner, system, start, 1)
     # of what nothing forces a cycle is as smooth as a torus: there the exponent must tell first
@@ -120,10 +120,10 @@ def judged(runner: Runner, system: SectionSystem, start: Vector) -> Verdict:
         exponent, error = _largest(runner, system, start, STAGES)
     sign = sign_of(exponent, error)
     if sign == "positive":
-        return Verdict(CHAOS, exponent, error)
+        return AperiodicVerdict(CHAOS, exponent, error)
     if system.autonomous and sign != "zero":
-        return Verdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
-    return Verdict(TORUS if _is_torus(runner, system, start) else NOT_DECIDED, exponent, error)
+        return AperiodicVerdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
+    return AperiodicVerdict(TORUS if _is_torus(runner, system, start) else NOT_DECIDED, exponent, error)
 
 
 def _largest(runner: Runner, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:

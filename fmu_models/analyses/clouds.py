@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fmu_models.analyses.aperiodic import Verdict, judged
+from fmu_models.analyses.aperiodic import AperiodicVerdict, judged
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.shown import Shown
@@ -38,7 +38,7 @@ class Cloud(Shown):
     points: Vector
     size: Vector
     cells: frozenset[tuple[int, ...]]
-    verdict: Verdict
+    verdict: AperiodicVerdict
 
     RECORD: ClassVar = ("period", "points=sample", "kind=word", "exponent")
 

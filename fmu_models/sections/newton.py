@@ -14,7 +14,7 @@ LARGEST = 1e12  # numbers larger than this are on their way to infinity
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class NewtonSearch:
     """Results of the guesses that were not lost.
 
     Attributes:
@@ -37,7 +37,7 @@ def newton(
     halvings: int = 0,
     until_settled: bool = False,
     scale: Callable[[Vector], Vector] | None = None,
-) -> Search:
+) -> NewtonSearch:
     """Solve r(x) = 0 from guesses (m, n).
 
     Args:
@@ -80,7 +80,7 @@ def newton(
         converged = _size(residuals) <= accuracy * scale(points)
         if until_settled:
             converged &= _size(step) <= accuracy * scale(points)
-    return Search(points, _size(residuals), converged)
+    return NewtonSearch(points, _size(residuals), converged)
 
 
 def _size(values: Vector) -> Vector:

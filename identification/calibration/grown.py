@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.calibration.problem import SegmentProblem, whole
-from identification.calibration.unknowns import BOX, Free, Scaled
+from identification.calibration.unknowns import BOX, FreeParameter, Scaled
 from identification.inference.levenberg import levenberg
 from identification.inference.problem import SOFT, Prior, Unknown
 
@@ -25,7 +25,7 @@ ROUGH = 1e-6  # relative
 
 
 def grown(
-    free_run: SegmentProblem, free: Sequence[Free], count: int, starts: int, generator: np.random.Generator
+    free_run: SegmentProblem, free: Sequence[FreeParameter], count: int, starts: int, generator: np.random.Generator
 ) -> list[tuple[SegmentProblem, np.ndarray]]:
     """Free runs with unknowns that meet all events, from the best of ``count`` guesses, up to ``starts`` of them; those
     that come furthest where none meets all."""
@@ -61,7 +61,7 @@ def signs_of(problem: SegmentProblem) -> np.ndarray:
     return np.where(one_sided, np.sign(low), 0.0)
 
 
-def _draw(problem: SegmentProblem, free: Sequence[Free], generator: np.random.Generator) -> np.ndarray:
+def _draw(problem: SegmentProblem, free: Sequence[FreeParameter], generator: np.random.Generator) -> np.ndarray:
     guess = problem.first.copy()
     guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
     guess[len(free) :] *= np.exp(BOX / 2 * generator.uniform(-1, 1, len(guess) - len(free)))

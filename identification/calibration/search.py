@@ -20,7 +20,7 @@ from identification.calibration.grown import grown
 from identification.calibration.nodes import local_motion, nodes_of, rolled
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.trials import Trials
-from identification.calibration.unknowns import Free
+from identification.calibration.unknowns import FreeParameter
 from identification.calibration.untold import telling
 
 GUESSES = 24
@@ -58,7 +58,7 @@ class Search:
         StickslipError: as `Runner`.
     """
 
-    def __init__(self, free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> None:
+    def __init__(self, free_run: SegmentProblem, free: Sequence[FreeParameter], plan: Plan) -> None:
         self.free, self.plan = free, plan
         self.generator = np.random.default_rng(plan.seed)
         self.trials = trials = Trials(free_run)
@@ -142,7 +142,9 @@ class Search:
 class _Scan:
     """Guesses that were scored: (score, unknowns of the free run and start states of the segments)."""
 
-    def __init__(self, runner: Runner, trials: Trials, free: Sequence[Free], generator: np.random.Generator) -> None:
+    def __init__(
+        self, runner: Runner, trials: Trials, free: Sequence[FreeParameter], generator: np.random.Generator
+    ) -> None:
         self.runner, self.trials, self.free, self.generator = runner, trials, free, generator
         self.scored: list[tuple[float, np.ndarray]] = []
 

@@ -39,7 +39,7 @@ FRICTION = (Part.DISSIPATION, Part.DRY, Part.SMOOTHED)
 
 
 @dataclass(frozen=True)
-class Kind:
+class TermKind:
     """A kind of term. column: of the effort over its parameter p, as the reference of the manual says it; part, shape:
     how it is declared; unit for a body that slides and for one that turns (None: has no such term); needs: signals;
     positive: a value below zero has no meaning."""
@@ -84,14 +84,14 @@ class Term:
 
 def _friction_kind(
     column: str, part: Part, shape: Callable[[Any, Any], Any], units: tuple[str, str], meaning: str
-) -> Kind:
-    return Kind(column, part, shape, *units, "velocity", meaning, positive=True)
+) -> TermKind:
+    return TermKind(column, part, shape, *units, "velocity", meaning, positive=True)
 
 
 _FORCE, _VISCOUS = ("N", "N m"), ("N s/m", "N m s/rad")
 # shapes by direction are polynomials in the sign, zero at rest
-KINDS: Mapping[str, Kind] = {
-    "inertia": Kind(
+KINDS: Mapping[str, TermKind] = {
+    "inertia": TermKind(
         "q''", Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "acceleration", "inertia", positive=True
     ),
     "viscous": _friction_kind("q'", Part.DISSIPATION, lambda q, v: v**2 / 2, _VISCOUS, "viscous friction"),
@@ -125,8 +125,8 @@ KINDS: Mapping[str, Kind] = {
         _FORCE,
         "Coulomb friction, smoothed",
     ),
-    "offset": Kind("1", Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, None, "offset of the effort"),
-    "gravity": Kind(
+    "offset": TermKind("1", Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, None, "offset of the effort"),
+    "gravity": TermKind(
         "g sin(q)",
         Part.POTENTIAL,
         lambda q, v: -GRAVITY * sympy.cos(q),
@@ -136,7 +136,7 @@ KINDS: Mapping[str, Kind] = {
         "mass times its distance",
         positive=True,
     ),
-    "stiffness": Kind(
+    "stiffness": TermKind(
         "q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "position", "stiffness", positive=True
     ),
 }

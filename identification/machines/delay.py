@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.inference.problem import Unknown
 from identification.machines.identify import Estimated, Identified, least_squares
-from identification.machines.motion import Motion, stacked
+from identification.machines.motion import JointMotion, stacked
 from identification.machines.rows import Rows, balanced
 
 SURE = 5.0  # deviations
@@ -24,7 +24,7 @@ def effort_delay(identified: Identified, moving: Rows, without: Estimated) -> tu
     regressor = identified.regressor
     values = identified.base.whole(without.values)
 
-    def rate(motion: Motion) -> np.ndarray:
+    def rate(motion: JointMotion) -> np.ndarray:
         efforts = regressor(motion.position, motion.velocity, motion.acceleration) @ values
         return np.gradient(efforts, motion.step, axis=0)
 

@@ -20,7 +20,7 @@ from identification.laws import find_law
 from identification.machines.base_parameters import base_parameters
 from identification.machines.force_law import BY_DIRECTION, ForceLaw, force_law
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import MachineLog, Motion, motions
+from identification.machines.motion import JointMotion, MachineLog, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
 from identification.machines.regressor import SIGN, SLIP, regressor_of
@@ -116,7 +116,7 @@ def _steady(rows: Rows) -> np.ndarray:
     return np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
 
 
-def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:
+def _by_direction(rows: Rows, pieces: Sequence[JointMotion], joint: int, unit: str) -> Rows:
     """Rows with friction of each direction in place of an offset, which is half the difference of both directions."""
     steady = _steady(rows)
     free = tuple(unknown for unknown, constant in zip(rows.unknowns, steady, strict=True) if not constant)

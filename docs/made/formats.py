@@ -34,9 +34,9 @@ from rig_io.logs import packed
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME
 from rig_io.logs.log import (
     RIG_UNITS,
-    Calibration,
     EncoderCalibration,
     Experiment,
+    InstrumentCalibrations,
     LaserCalibration,
     LoadCalibration,
     RigConstants,
@@ -164,7 +164,7 @@ def _sidecar() -> Iterator[str]:
     yield "## experiment\n\n" + _said(Experiment)
     yield _fields(Experiment)
     yield "`guessed`: what of it nobody has confirmed, and why it was guessed. Any other key is refused."
-    yield "## calibration\n\n" + _said(Calibration)
+    yield "## calibration\n\n" + _said(InstrumentCalibrations)
     for kind, instruments in KINDS_OF.items():
         yield f"### {instruments}\n\n" + _said(kind)
         yield _fields(kind)

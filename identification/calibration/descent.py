@@ -14,7 +14,7 @@ from identification.calibration.problem import Segment, SegmentProblem
 from identification.calibration.unknowns import Scaled, signs_of
 from identification.calibration.untold import CERTAIN, column_norms
 from identification.inference.levenberg import levenberg
-from identification.inference.problem import SOFT, Problem, Solution, Unknown
+from identification.inference.problem import SOFT, FitProblem, Solution, Unknown
 
 WHITE = 1.2  # mean square of the residuals, in units of the noise, at which a search has arrived
 STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))
@@ -174,7 +174,7 @@ def _polished(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, 
     return minimum
 
 
-def _across(problem: Problem, soft: Solution) -> np.ndarray:
+def _across(problem: FitProblem, soft: Solution) -> np.ndarray:
     """The best of unknowns (m,) drawn from what a soft loss leaves open: a sample on the wrong side of a jump is a wall
     to every descent, and within deviations of the other samples it is behind one."""
     here = soft.evaluation

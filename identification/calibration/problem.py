@@ -18,7 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.calibration.log import ModelLog
 from identification.calibration.subject import Response, Stretch, Subject
-from identification.inference.problem import Evaluation, Problem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Unknown
 
 NEAR = 1e-7  # of a log's usual step: between two readings of a run, for its rate
 FAILED = 3.0  # standard deviations of a series: residuals of a segment that cannot be run
@@ -55,7 +55,7 @@ class Segment:
 
 
 @dataclass(frozen=True, eq=False)
-class SegmentProblem(Problem):
+class SegmentProblem(FitProblem):
     """subject: what is run; unknowns, first: (m,); fixed: parameters and start states that are not sought; places: of
     the subject's parameters among the unknowns, by log; sensed: of sensors' constants, by variable and constant;
     starts: (segments, states) places of the start states, -1 for one that is held; noise: by log and variable;
@@ -254,7 +254,7 @@ class SegmentProblem(Problem):
             found.append(slopes * self.scale[None, :] / self.scale[:, None])
         return found
 
-    def resampled(self, clusters: np.ndarray) -> Problem:
+    def resampled(self, clusters: np.ndarray) -> FitProblem:
         """Of whole logs only, which a bootstrap of neighbours cannot cut."""
         raise StickslipError("Segments that have to meet cannot be drawn anew: take the sandwich or a profile.")
 

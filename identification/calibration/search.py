@@ -24,7 +24,7 @@ from identification.calibration.descent import ALIKE, LEFT, Minimum, Progress, b
 from identification.calibration.nodes import local_motion, nodes_of, rolled
 from identification.calibration.problem import SegmentProblem, whole
 from identification.calibration.trials import Trials
-from identification.calibration.unknowns import BOX, Free, Scaled, signs_of
+from identification.calibration.unknowns import BOX, FreeParameter, Scaled, signs_of
 from identification.calibration.untold import telling
 from identification.inference.levenberg import levenberg
 from identification.inference.problem import SOFT, Prior, Unknown
@@ -71,7 +71,7 @@ class Search:
         StickslipError: as `Runner`.
     """
 
-    def __init__(self, free_run: SegmentProblem, free: Sequence[Free], plan: Plan) -> None:
+    def __init__(self, free_run: SegmentProblem, free: Sequence[FreeParameter], plan: Plan) -> None:
         self.free, self.plan = free, plan
         self.generator = np.random.default_rng(plan.seed)
         self.trials = trials = Trials(free_run)
@@ -155,7 +155,9 @@ class Search:
 class _Scan:
     """Guesses that were scored: (score, unknowns of the free run and start states of the segments)."""
 
-    def __init__(self, runner: Runner, trials: Trials, free: Sequence[Free], generator: np.random.Generator) -> None:
+    def __init__(
+        self, runner: Runner, trials: Trials, free: Sequence[FreeParameter], generator: np.random.Generator
+    ) -> None:
         self.runner, self.trials, self.free, self.generator = runner, trials, free, generator
         self.scored: list[tuple[float, np.ndarray]] = []
 
@@ -229,7 +231,7 @@ def rates_of(problem: SegmentProblem) -> dict[str, str]:
 
 
 def grown(
-    free_run: SegmentProblem, free: Sequence[Free], count: int, starts: int, generator: np.random.Generator
+    free_run: SegmentProblem, free: Sequence[FreeParameter], count: int, starts: int, generator: np.random.Generator
 ) -> list[tuple[SegmentProblem, np.ndarray]]:
     """Free runs with unknowns that meet all events, from the best of ``count`` guesses, up to ``starts`` of them; those
     that come furthest where none meets all."""
@@ -258,7 +260,7 @@ def grown(
     return [(free_run, x) for _, x in ended[:starts]]
 
 
-def _draw(problem: SegmentProblem, free: Sequence[Free], generator: np.random.Generator) -> np.ndarray:
+def _draw(problem: SegmentProblem, free: Sequence[FreeParameter], generator: np.random.Generator) -> np.ndarray:
     guess = problem.first.copy()
     guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
     guess[len(free) :] *= np.exp(BOX / 2 * generator.uniform(-1, 1, len(guess) - len(free)))

@@ -24,7 +24,7 @@ from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.at_rest import Releases
 from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction, SpeedBasis
-from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Rows, Slips
+from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, SlipRows, Slips
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
 from identification.measurement.pooled import Pool
@@ -179,7 +179,7 @@ class Gram:
     solved: np.ndarray
 
     @classmethod
-    def of(cls, rows: Sequence[Rows], guess: Guess, tau: float) -> Gram:
+    def of(cls, rows: Sequence[SlipRows], guess: Guess, tau: float) -> Gram:
         """Of the residuals at a guess."""
         own = np.array([row.local.T @ row.local for row in rows])
         across = np.array([row.local.T @ row.shared for row in rows])

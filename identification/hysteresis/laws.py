@@ -18,7 +18,7 @@ from fmu_models.language.hysteresis.law import HysteresisLaw
 from fmu_models.language.hysteresis.sliders import MaxwellSlip
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
-from identification.hysteresis.spectrum import Spectrum
+from identification.hysteresis.spectrum import SliderSpectrum
 
 WAY, LOAD, FORCE, HELD = "way", "load", "force", "h"
 FREED = 8  # sliders of a joint that begins to slip little by little
@@ -33,9 +33,9 @@ class LoopLaw:
 
     name: str
     law: HysteresisLaw
-    first: Callable[[Spectrum], dict[str, float]]
+    first: Callable[[SliderSpectrum], dict[str, float]]
     guesses: int = 1
-    bounds: Callable[[Spectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
+    bounds: Callable[[SliderSpectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
 
     def at(self, values: Values) -> HysteresisLaw:
         """The law in numbers, for a mechanism of one's own."""
@@ -89,7 +89,7 @@ def _sliders(count: int) -> LoopLaw:
     return LoopLaw(f"MaxwellSlip-{count}", law, lambda spectrum: _merged(spectrum, count))
 
 
-def _merged(spectrum: Spectrum, count: int) -> dict[str, float]:
+def _merged(spectrum: SliderSpectrum, count: int) -> dict[str, float]:
     """So many sliders with the stiffness and the force at full slip of what they stand for: parts of equal force."""
     k, bound = spectrum.at(), spectrum.bound
     k, bound = k[spectrum.slides], bound[spectrum.slides]
@@ -105,8 +105,8 @@ def _merged(spectrum: Spectrum, count: int) -> dict[str, float]:
     return values
 
 
-def _bouc_wen(n: int) -> Callable[[Spectrum], dict[str, float]]:
-    def first(spectrum: Spectrum) -> dict[str, float]:
+def _bouc_wen(n: int) -> Callable[[SliderSpectrum], dict[str, float]]:
+    def first(spectrum: SliderSpectrum) -> dict[str, float]:
         stiffness = spectrum.stiffness_at_rest()
         half = (stiffness / spectrum.sliding_force()) ** n / 2
         return {"k": stiffness, "beta": half, "gamma": half}
@@ -122,7 +122,7 @@ def _of_bouc_wen(n: int) -> BoucWen:
     return BoucWen(k=_stiff(), beta=_shape("beta", n), gamma=_shape("gamma", n), n=n)
 
 
-def _pinched(spectrum: Spectrum) -> dict[str, float]:
+def _pinched(spectrum: SliderSpectrum) -> dict[str, float]:
     reach = spectrum.reach
     values = _bouc_wen(1)(spectrum)
     return {
@@ -132,13 +132,15 @@ def _pinched(spectrum: Spectrum) -> dict[str, float]:
     }
 
 
-def _either_gamma(first: Callable[[Spectrum], dict[str, float]], spectrum: Spectrum) -> dict[str, tuple[float, float]]:
+def _either_gamma(
+    first: Callable[[SliderSpectrum], dict[str, float]], spectrum: SliderSpectrum
+) -> dict[str, tuple[float, float]]:
     """gamma of either sign."""
     beta = first(spectrum)["beta"]
     return {"beta": (1e-3 * beta, 1e3 * beta), "gamma": (-1e3 * beta, 1e3 * beta)}
 
 
-def _pinched_bounds(spectrum: Spectrum) -> dict[str, tuple[float, float]]:
+def _pinched_bounds(spectrum: SliderSpectrum) -> dict[str, tuple[float, float]]:
     first = _pinched(spectrum)
     wide = {name: (value / 30, 30 * value) for name, value in first.items()}
     return wide | {"gamma": (-first["beta"], 10 * first["beta"]), "zeta_s": (0.0, 0.999), "q": (0.0, 0.5)}

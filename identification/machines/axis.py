@@ -45,7 +45,7 @@ class Part(Enum):
 
 
 @dataclass(frozen=True)
-class Kind:
+class TermKind:
     """A kind of term. column: of the effort over its parameter p, as the reference of the manual says it; part, shape:
     how it is declared; unit for a body that slides and for one that turns (None: has no such term); needs: signals;
     positive: a value below zero has no meaning."""
@@ -85,33 +85,41 @@ class Term:
 
 _FORCE, _VISCOUS = ("N", "N m"), ("N s/m", "N m s/rad")
 # shapes by direction are polynomials in the sign, zero at rest
-KINDS: Mapping[str, Kind] = {
-    "inertia": Kind("q''", Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "inertia", needs="acceleration"),
-    "viscous": Kind("q'", Part.DISSIPATION, lambda q, v: v**2 / 2, *_VISCOUS, "viscous friction"),
-    "viscous+": Kind("max(q', 0)", Part.DRY, lambda v, s: v * (1 + s) / 2, *_VISCOUS, "viscous friction, forwards"),
-    "viscous-": Kind("min(q', 0)", Part.DRY, lambda v, s: v * (1 - s) / 2, *_VISCOUS, "viscous friction, backwards"),
-    "quadratic": Kind("q' abs(q')", Part.DRY, lambda v, s: s * v**2, "N s2/m2", "N m s2/rad2", "quadratic friction"),
-    "coulomb": Kind("sgn(q')", Part.DRY, lambda v, s: s, *_FORCE, "Coulomb friction"),
-    "coulomb+": Kind("max(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 + s) / 2, *_FORCE, "Coulomb friction, forwards"),
-    "coulomb-": Kind("min(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 - s) / 2, *_FORCE, "Coulomb friction, backwards"),
-    "coulomb-arctan": Kind(
+KINDS: Mapping[str, TermKind] = {
+    "inertia": TermKind("q''", Part.KINETIC, lambda q, v: v**2 / 2, "kg", "kg m2", "inertia", needs="acceleration"),
+    "viscous": TermKind("q'", Part.DISSIPATION, lambda q, v: v**2 / 2, *_VISCOUS, "viscous friction"),
+    "viscous+": TermKind("max(q', 0)", Part.DRY, lambda v, s: v * (1 + s) / 2, *_VISCOUS, "viscous friction, forwards"),
+    "viscous-": TermKind(
+        "min(q', 0)", Part.DRY, lambda v, s: v * (1 - s) / 2, *_VISCOUS, "viscous friction, backwards"
+    ),
+    "quadratic": TermKind(
+        "q' abs(q')", Part.DRY, lambda v, s: s * v**2, "N s2/m2", "N m s2/rad2", "quadratic friction"
+    ),
+    "coulomb": TermKind("sgn(q')", Part.DRY, lambda v, s: s, *_FORCE, "Coulomb friction"),
+    "coulomb+": TermKind(
+        "max(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 + s) / 2, *_FORCE, "Coulomb friction, forwards"
+    ),
+    "coulomb-": TermKind(
+        "min(sgn(q'), 0)", Part.DRY, lambda v, s: s * (1 - s) / 2, *_FORCE, "Coulomb friction, backwards"
+    ),
+    "coulomb-arctan": TermKind(
         "atan(q'/speed)",
         Part.SMOOTHED,
         lambda p, width: Arctan(Coulomb(sympy.pi / 2, p), width),
         *_FORCE,
         "Coulomb friction times 2/pi, smoothed",
     ),
-    "coulomb-tanh": Kind(
+    "coulomb-tanh": TermKind(
         "tanh(q'/speed)",
         Part.SMOOTHED,
         lambda p, width: Tanh(Coulomb(sympy.S.One, p), width),
         *_FORCE,
         "Coulomb friction, smoothed",
     ),
-    "offset": Kind(
+    "offset": TermKind(
         "1", Part.APPLIED, lambda q, v: sympy.S.One, *_FORCE, "offset of the effort", needs=None, positive=False
     ),
-    "gravity": Kind(
+    "gravity": TermKind(
         "g sin(q)",
         Part.POTENTIAL,
         lambda q, v: -GRAVITY * sympy.cos(q),
@@ -120,7 +128,7 @@ KINDS: Mapping[str, Kind] = {
         "mass times its distance",
         needs="position",
     ),
-    "stiffness": Kind("q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "stiffness", needs="position"),
+    "stiffness": TermKind("q", Part.POTENTIAL, lambda q, v: q**2 / 2, "N/m", "N m/rad", "stiffness", needs="position"),
 }
 TERM_KEYS = {"term": "its name", "speed": 'over which a smoothed term turns, m/s or rad/s, `"0.01 rad/s"`'}
 FRICTION_KEYS = {

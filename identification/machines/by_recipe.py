@@ -23,7 +23,7 @@ from identification.machines.identify import METHODS, solve_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.joint_laws import with_laws
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import Cutoffs, MachineLog, Motion
+from identification.machines.motion import Cutoffs, JointMotion, MachineLog
 from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.verdicts import BIASED
 from identification.measurement.recipe import ACCELERATION, EFFORT, POSITION, TIME, VELOCITY, WEIGHT, Recipe
@@ -185,7 +185,7 @@ def _check_apart(recipe: Recipe, terms: Sequence[Term], mechanism: Mechanism) ->
         )
 
 
-def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[Motion, ...]:
+def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[JointMotion, ...]:
     """The pieces of a log with the recipe's filters.
 
     Raises:
@@ -197,7 +197,7 @@ def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[Motion, ...]:
     return motions
 
 
-def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> Motion:
+def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> JointMotion:
     """A piece with the recipe's filters; a signal that it does not have counts as zero."""
     values, every = piece.values, recipe.sampling.decimate
     none = np.zeros_like(values[TIME])
@@ -209,7 +209,7 @@ def _motion(recipe: Recipe, prepared: Prepared, piece: Piece) -> Motion:
         rows = rows[np.abs(decimating(velocity[:, 0], every)[rows]) >= recipe.sampling.least_speed.value]
     weight = values.get(WEIGHT, none + 1.0)[:, None]
     smooth = partial(decimating, every=every)
-    return Motion(0, prepared.step, values[TIME], position, velocity, acceleration, effort, weight, smooth, rows)
+    return JointMotion(0, prepared.step, values[TIME], position, velocity, acceleration, effort, weight, smooth, rows)
 
 
 def _joined(prepared: Prepared, name: str) -> np.ndarray:

@@ -18,7 +18,7 @@ import numpy as np
 
 from identification.inference.problem import Unknown
 from identification.machines.identify import Estimated, Identified, least_squares
-from identification.machines.motion import Cutoffs, Motion, in_rows, stacked, weighed
+from identification.machines.motion import Cutoffs, JointMotion, in_rows, stacked, weighed
 from identification.machines.rows import INDISTINGUISHABLE, Rows, balanced, together
 
 STILL = 0.1  # of the usual speed
@@ -57,7 +57,7 @@ def effort_delay(identified: Identified, moving: Rows, without: Estimated) -> tu
     regressor = identified.regressor
     values = identified.base.whole(without.values)
 
-    def rate(motion: Motion) -> np.ndarray:
+    def rate(motion: JointMotion) -> np.ndarray:
         efforts = regressor(motion.position, motion.velocity, motion.acceleration) @ values
         return np.gradient(efforts, motion.step, axis=0)
 

@@ -19,7 +19,7 @@ from identification.inference.problem import Solution, Unknown, solve
 from identification.laws import find_law, slip_laws
 from identification.laws.law import FittableLaw
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import MachineLog, Motion, motions
+from identification.machines.motion import JointMotion, MachineLog, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
 from identification.machines.regressor import SIGN, SLIP, base_parameters, regressor_of
@@ -179,7 +179,7 @@ def _steady(rows: Rows) -> np.ndarray:
     return np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
 
 
-def _by_direction(rows: Rows, pieces: Sequence[Motion], joint: int, unit: str) -> Rows:
+def _by_direction(rows: Rows, pieces: Sequence[JointMotion], joint: int, unit: str) -> Rows:
     """Rows with friction of each direction in place of an offset, which is half the difference of both directions."""
     steady = _steady(rows)
     free = tuple(unknown for unknown, constant in zip(rows.unknowns, steady, strict=True) if not constant)

@@ -17,7 +17,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.language.mechanism import Mechanism
 from identification.fitted_model.machine import machine_with
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import LEAST_TRAVEL, MachineLog, Motion, motions
+from identification.machines.motion import LEAST_TRAVEL, JointMotion, MachineLog, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.regressor import effort_inputs
 from identification.machines.scores import FREE_RUN
@@ -97,7 +97,7 @@ def machine_runs(
     return runs
 
 
-def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], window: float) -> MachineRun:
+def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[JointMotion], window: float) -> MachineRun:
     times, measured, simulated, notes = [], [], [], []
     for piece in pieces:
         length = round(window / piece.step)
@@ -123,7 +123,7 @@ def _run(mechanism: Mechanism, run: Runs, name: str, pieces: Sequence[Motion], w
     return MachineRun(name, window, np.concatenate(times), logged, model, ends, tuple(joints), tuple(notes))
 
 
-def _window(mechanism: Mechanism, run: Runs, piece: Motion, rows: slice) -> tuple[np.ndarray, tuple[str, ...]]:
+def _window(mechanism: Mechanism, run: Runs, piece: JointMotion, rows: slice) -> tuple[np.ndarray, tuple[str, ...]]:
     """Positions (n, joints) of one run, and why it was given up."""
     from fmu_models.simulation.signal import Signal
 

@@ -99,7 +99,7 @@ class Rest(Recorded):
 
 
 @dataclass(frozen=True)
-class Verdict:
+class MetricVerdict:
     """One metric: value, what it is relative to, acceptance level (None: reported only) and whether it is kept."""
 
     name: str
@@ -144,7 +144,7 @@ class PortraitComparison(Pictured, Recorded):
     drive_speeds: Mapping[str, float]
     measured: Portrait | Rest
     model: Portrait | Rest
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[MetricVerdict, ...]
     settling: Settling | None = None
     length: float = np.nan
     step: float = np.nan
@@ -159,12 +159,12 @@ class PortraitComparison(Pictured, Recorded):
         """The drive speeds in words."""
         return ", ".join(f"{speed:.3g}" for speed in self.drive_speeds.values()) + " rad/s"
 
-    def __getitem__(self, name: str) -> Verdict:
+    def __getitem__(self, name: str) -> MetricVerdict:
         """A verdict by the name of its metric."""
         return next(verdict for verdict in self.verdicts if verdict.name == name)
 
 
-def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[Verdict, ...]:
+def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[MetricVerdict, ...]:
     """The metrics of `model_check.portraits`, each against its acceptance level; where one of the two has
     no stick, only whether the other has none either is judged."""
     first, second = sequence_of(measured), sequence_of(model)
@@ -172,12 +172,14 @@ def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[
     same = len(first) == len(second) and any(
         first == second[shift:] + second[:shift] for shift in range(max(len(first), 1))
     )
-    state = Verdict("same motion", float(not same), 0.0, same, f"measured: {measured.words}; model: {model.words}")
+    state = MetricVerdict(
+        "same motion", float(not same), 0.0, same, f"measured: {measured.words}; model: {model.words}"
+    )
     if isinstance(measured, Portrait) and isinstance(model, Portrait) and bool(first) == bool(second):
         return (state, *compare_portraits(measured, model))
     if isinstance(measured, Rest) and isinstance(model, Rest):
         value = model.angle / measured.angle - 1 if measured.angle else 0.0
-        return (state, Verdict("rest angle", value, None, None, "relative to measured"))
+        return (state, MetricVerdict("rest angle", value, None, None, "relative to measured"))
     return (state,)
 
 
@@ -186,7 +188,7 @@ def sequence_of(motion: Portrait | Rest) -> tuple[tuple[str, ...], ...]:
     return motion.sequence if isinstance(motion, Portrait) else ()
 
 
-def compare_portraits(measured: Portrait, model: Portrait) -> tuple[Verdict, ...]:
+def compare_portraits(measured: Portrait, model: Portrait) -> tuple[MetricVerdict, ...]:
     """The metrics of two cycles."""
     scale = np.array([np.ptp(measured.angle), np.ptp(measured.speed)]) / 2
     first = np.stack([measured.angle, measured.speed], axis=1) / scale
@@ -212,7 +214,7 @@ def compare_portraits(measured: Portrait, model: Portrait) -> tuple[Verdict, ...
     }
     limits = {name: next((limit for key, limit in LIMITS.items() if name.startswith(key)), None) for name in values}
     return tuple(
-        Verdict(name, float(value), limit, None if limit is None else bool(abs(value) <= limit), meaning)
+        MetricVerdict(name, float(value), limit, None if limit is None else bool(abs(value) <= limit), meaning)
         for (name, (value, meaning)), limit in zip(values.items(), limits.values(), strict=True)
     )
 

@@ -36,7 +36,7 @@ SAMPLES = 1000
 
 
 @dataclass(frozen=True)
-class Experiment:
+class CandidateExperiment:
     """A candidate. settings: what differs from the calibration; deviations: of each parameter with its log beside those
     that were calibrated with, None where it stays untold; refused: why it is none, None if it is one."""
 
@@ -55,7 +55,7 @@ class Experiment:
 class Experiments(Tabular, Recorded):
     """Candidates, the best first, those refused last. deviations: as they are now; duration: s, of each."""
 
-    candidates: tuple[Experiment, ...]
+    candidates: tuple[CandidateExperiment, ...]
     deviations: Mapping[str, float | None]
     duration: float
 
@@ -120,9 +120,9 @@ def rank_experiments(
     for number, candidate in enumerate(candidates):
         try:
             information = _information(calibration, subject, candidate, duration, samples, noise)
-            judged.append(Experiment(dict(candidate), _deviations(now + information, names, chosen)))
+            judged.append(CandidateExperiment(dict(candidate), _deviations(now + information, names, chosen)))
         except StickslipError as error:
-            judged.append(Experiment(dict(candidate), dict.fromkeys(chosen), str(error)))
+            judged.append(CandidateExperiment(dict(candidate), dict.fromkeys(chosen), str(error)))
         progress((number + 1) / len(candidates))
     ranked = tuple(sorted(judged, key=lambda one: (one.refused is not None, one.size)))
     return Experiments(ranked, _deviations(now, names, chosen), duration)

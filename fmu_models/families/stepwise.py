@@ -6,16 +6,15 @@ known orbit, leaves every bound or does not arrive is followed no farther.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Flags, Integers, Vector
 from fmu_models.families import jobs as outcome
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows, joined
-
-Vector = NDArray[np.float64]
 
 FAR = 1e12  # a motion farther out than this goes to infinity
 LOST_SHARE = 1e-13  # less is left of a difference only by rounding
@@ -39,6 +38,11 @@ class Step:
     began: NDArray[np.int32]
     held: Vector
     why: Mapping[int, str]
+
+    @classmethod
+    def without_contacts(cls, points: Vector, derivatives: Vector, times: Vector, why: Mapping[int, str]) -> Self:
+        """A step of what has no contacts."""
+        return cls(points, derivatives, times, np.zeros((len(points), 0), np.int32), np.zeros((len(points), 0)), why)
 
 
 class Stepping(Protocol):
@@ -65,7 +69,7 @@ def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
     return joined(pieces, range(len(pieces)))
 
 
-def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, Flags]:
     """Vectors (m, n, k) made orthonormal in order, by Gram and Schmidt's method, twice; their sizes (m, k) before, and
     whether nothing but rounding was left of one."""
     orthonormal = vectors.copy()
@@ -124,7 +128,7 @@ class _Together:
             rows.outcomes[rows.outcomes == outcome.FINISHED] = outcome.STOPPED
         return rows
 
-    def _row(self, group: NDArray[np.int64], steps: int) -> None:
+    def _row(self, group: Integers, steps: int) -> None:
         jobs, rows = self.jobs, self.rows
         recording = bool((self.left[group] == 0).all())
         row = rows.filled[group]
@@ -163,11 +167,11 @@ class _Together:
             self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
 
-    def _speed(self, group: NDArray[np.int64]) -> Vector:
+    def _speed(self, group: Integers) -> Vector:
         varied = {name: values[group] for name, values in self.jobs.varied.items()}
         return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
 
-    def _lose(self, group: NDArray[np.int64], stepped: Step) -> None:
+    def _lose(self, group: Integers, stepped: Step) -> None:
         """Runs that do not arrive, or go to infinity."""
         for i, why in stepped.why.items():
             self.rows.outcomes[group[i]] = outcome.BROKEN if why else outcome.LOST
@@ -178,7 +182,7 @@ class _Together:
         self.rows.outcomes[group[escaped]] = outcome.ESCAPED
         self.x[group[escaped]] = 0.0
 
-    def _grow(self, group: NDArray[np.int64], stepped: Step) -> Vector:
+    def _grow(self, group: Integers, stepped: Step) -> Vector:
         """(m, k) logarithms of the growth of each difference."""
         k = self.jobs.tangents
         if not k:
@@ -190,7 +194,7 @@ class _Together:
         self.frames[group] = frames
         return np.where(lost | np.isnan(growth), -np.inf, growth)
 
-    def _end(self, group: NDArray[np.int64]) -> None:
+    def _end(self, group: Integers) -> None:
         """Runs that have come to a known orbit, or repeat themselves."""
         jobs, rows = self.jobs, self.rows
         if jobs.targets is not None:
@@ -212,7 +216,7 @@ class _Together:
             self.left[repeating] = rows.filled[repeating] = 0
         self.ring[self.seen % jobs.longest, group] = self.x[group]
 
-    def _absorb(self, group: NDArray[np.int64]) -> None:
+    def _absorb(self, group: Integers) -> None:
         targets = self.jobs.targets
         assert targets is not None
         differences = self.system.difference(self.x[group][:, None] - targets.points[None])

@@ -27,14 +27,10 @@ from fmu_models.base.shown import Shown
 
 Function = Callable[[float], float]
 
-# how often a cell between two even samples is halved before it counts as crooked for one narrow reason
-DEPTH = 6
-# not one half: a function that is odd about the middle of a cell would look straight there
-SPLIT = 0.4871
-# a fixed point whose residual is worth more than this slope is a jump across the diagonal
-STEEPEST = 1e6
-# shortest stretch, as a share of the range, that counts as one of fixed points throughout
-STRETCH = 1e-6
+DEPTH = 6  # how often a cell between two even samples is halved before it counts as crooked for one narrow reason
+SPLIT = 0.4871  # not one half: a function that is odd about the middle of a cell would look straight there
+STEEPEST = 1e6  # a fixed point whose residual is worth more than this slope is a jump across the diagonal
+STRETCH = 1e-6  # shortest stretch, as a share of the range, that counts as one of fixed points throughout
 
 
 @dataclass(frozen=True)

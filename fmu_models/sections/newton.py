@@ -7,12 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from fmu_models.base.arrays import Flags, Vector
 
-# numbers larger than this are on their way to infinity
-LARGEST = 1e12
+LARGEST = 1e12  # numbers larger than this are on their way to infinity
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +25,7 @@ class NewtonSearch:
 
     points: Vector
     misses: Vector
-    converged: NDArray[np.bool_]
+    converged: Flags
 
 
 def newton(

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
@@ -43,8 +43,8 @@ class Orbit(Shown):
 
     period: float
     start: Mapping[str, float]
-    monodromy: NDArray[np.float64]
-    multipliers: NDArray[np.complex128]
+    monodromy: Vector
+    multipliers: Complex
     residual: float
     autonomous: bool = False
     one_sided: bool = False
@@ -76,16 +76,8 @@ def orbit_at(
     multipliers = np.linalg.eigvals(flow.by_start).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     initial = np.array([start.get(name, fmu.start_of(name)) for name in flow.states])
-    residual = float(np.abs(flow.end - initial).max())
-    return Orbit(
-        period,
-        dict(zip(flow.states, initial.tolist(), strict=True)),
-        flow.by_start,
-        multipliers,
-        residual,
-        autonomous,
-        flow.one_sided,
-    )
+    residual, states = float(np.abs(flow.end - initial).max()), dict(zip(flow.states, initial.tolist(), strict=True))
+    return Orbit(period, states, flow.by_start, multipliers, residual, autonomous, flow.one_sided)
 
 
 def find_orbit(
@@ -113,7 +105,7 @@ def find_orbit(
     states, gap = [*fmu.states, *(name for name in fmu.memories if name in guess)], np.inf
     guessed = [guess.get(name, fmu.start_of(name)) for name in states]
 
-    def equations(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def equations(points: Vector) -> tuple[Vector, Vector]:
         nonlocal gap
         x, time = points[0, : len(states)], float(points[0, -1]) if autonomous else period
         if time <= 0.0:
@@ -145,7 +137,7 @@ def find_orbit(
     return orbit_at(fmu, period, start, start_time=start_time, autonomous=autonomous, **run)
 
 
-def _rates(fmu: Fmu, period: float, initial: Mapping[str, float], start_time: float, **run: Any) -> NDArray[np.float64]:
+def _rates(fmu: Fmu, period: float, initial: Mapping[str, float], start_time: float, **run: Any) -> Vector:
     """(2, n) rates of the states at the start and after a period."""
     end = start_time + period
     motion = simulate(fmu, end, start_time=start_time, start=initial, output_times=[start_time, end], **run)

@@ -17,10 +17,10 @@ from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.lanes.library import has_lanes
-from fmu_models.sections.backend import Backend, DirectedBackend, SectionQuestions
+from fmu_models.sections.backend import Backend, DirectedBackend
 from fmu_models.sections.engine import EngineBackend, LanesBackend
 from fmu_models.sections.importer import ImporterBackend
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import FmuPoints, Vector
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.run import simulate
@@ -33,7 +33,7 @@ STEPPERS = ("auto", "taylor")
 TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 
 
-class FmuSection(SectionQuestions):
+class FmuSection(FmuPoints):
     """What the sections of an FMU share.
 
     Strobes of a system whose every mode is linear with constant coefficients are made by its exact flow, many motions

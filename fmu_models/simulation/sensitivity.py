@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
@@ -46,13 +47,13 @@ class Sensitivity(Tabular):
             the derivatives hold for the neighbours on one side, whose events come in the order of the contacts.
     """
 
-    time: NDArray[np.float64]
+    time: Vector
     names: tuple[str, ...]
-    values: NDArray[np.float64]
+    values: Vector
     by: tuple[str, ...]
-    derivative: NDArray[np.float64]
+    derivative: Vector
     events: Events
-    event_derivative: NDArray[np.float64]
+    event_derivative: Vector
     steps: int
     seconds: float
     one_sided: bool = False
@@ -70,11 +71,11 @@ class Sensitivity(Tabular):
         counts = f"{len(self.time)} times, {len(self.events)} events"
         return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {counts}"
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         """(n,) values of one of ``names``."""
         return self.values[:, self._column(name)]
 
-    def of(self, name: str) -> NDArray[np.float64]:
+    def of(self, name: str) -> Vector:
         """(n, m) derivatives of one of ``names``."""
         return self.derivative[:, self._column(name)]
 
@@ -165,16 +166,6 @@ class SensitiveRun(Shown):
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(
             request, start_values, start_time, self.tolerance
         )
-        events = Events(result.events, self._contacts, self._rigid)
-        return Sensitivity(
-            times,
-            self.recorded,
-            result.values,
-            self.by,
-            derivatives,
-            events,
-            event_derivatives,
-            result.steps,
-            result.seconds,
-            one_sided,
-        )
+        events = Events(result.events, self._contacts, self._rigid), event_derivatives
+        recorded = times, self.recorded, result.values, self.by, derivatives
+        return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided)

@@ -4,9 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fmu_models.base.arrays import Vector
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import check_names, check_span
@@ -27,9 +25,9 @@ class FlowDerivative(Shown):
     """
 
     states: tuple[str, ...]
-    end: NDArray[np.float64]
-    by_start: NDArray[np.float64]
-    by_parameter: Mapping[str, NDArray[np.float64]]
+    end: Vector
+    by_start: Vector
+    by_parameter: Mapping[str, Vector]
     one_sided: bool = False
 
 

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector, Word, cyclic
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIMARK_SACKER
@@ -74,7 +74,7 @@ class Node:
         return cyclic(self.seen.word)
 
     @cached_property
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """Largest first."""
         return self.problem.multipliers(self.seen.monodromy)
 
@@ -136,7 +136,7 @@ class Node:
         return float((gradient * self.scales) @ self.tangent)
 
 
-def passing_test(multipliers: NDArray[np.complex128], passes: str) -> float:
+def passing_test(multipliers: Complex, passes: str) -> float:
     """What changes its sign where a multiplier passes "+1", "-1" or, in a pair, the "circle"."""
     if passes != "circle":
         return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)

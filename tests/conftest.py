@@ -33,8 +33,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What needs a browser runs at night, but for the smoke test."""
+    """What needs a browser runs at night, but for the smoke test, and so do slow parameters of a test."""
     for item in items:
+        slow = item.get_closest_marker("nightly_for")
+        if slow is not None and item.callspec.id in slow.args:  # pyright: ignore[reportAttributeAccessIssue]
+            item.add_marker(pytest.mark.nightly)
         fixtures = getattr(item, "fixturenames", ())
         if {"browser", "firefox_tab"} & set(fixtures) and not item.get_closest_marker("smoke"):
             item.add_marker(pytest.mark.nightly)

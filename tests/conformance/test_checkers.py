@@ -20,6 +20,7 @@ COMPILED = (("disc_rig", "2.0"), ("woodpecker", "3.0"), ("hinge_clearance", "3.0
 FACES = ("disc_rig", "woodpecker", "hinge_clearance")
 
 
+@pytest.mark.nightly_for("planar_multiple_crossing-fmi3", "drive_motor-fmi3", "two_domain_oscillator-fmi3")
 def test_fmpy_finds_no_problem(path: Path) -> None:
     assert validate_fmu(str(path)) == []
 

@@ -81,6 +81,7 @@ def test_a_bounce_that_is_located_a_step_late_is_resolved_where_it_was() -> None
     assert distance(some, run(some, locates=False, step=1 / 64)[0], 1 / 64) < 1e-12
 
 
+@pytest.mark.nightly_for("woodpecker-2.0", "woodpecker-3.0")
 def test_events_a_step_late_cost_an_error_that_goes_with_the_step(some: tuple[str, Fmu]) -> None:
     step = 2.0 * STEP.get(some[0], 1 / 256)
     coarse, fine = (distance(some, run(some, locates=False, step=h)[0], h) for h in (step, step / 16))

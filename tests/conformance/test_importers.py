@@ -77,6 +77,7 @@ def assert_converging(coarse: np.ndarray, fine: np.ndarray, native: np.ndarray) 
     assert off < 0.5 * distance + 1e-12
 
 
+@pytest.mark.nightly_for("woodpecker-fmi3-ModelExchange", "woodpecker-fmi2-ModelExchange")
 @pytest.mark.parametrize("interface", ["ModelExchange", "CoSimulation"])
 def test_fmpy_agrees_with_the_native_run(path: Path, fmu: Fmu, native: Trajectory, stop: float, interface: str) -> None:
     names = [*fmu.states, *(f"{name}_state" for name in fmu.contacts)]

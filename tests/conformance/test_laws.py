@@ -227,6 +227,9 @@ def truth(law: FittableLaw) -> np.ndarray:
     return np.array([one.value or 0.2 for one in law.parameters]) * (1 - 0.1 * law.directed * np.arange(len(law.names)))
 
 
+@pytest.mark.nightly_for(
+    "free", "conti_viscous", "stribeck", "ageing", "ruina", "tustin", "directional", "dieterich", "coulomb"
+)
 def test_a_fit_to_emulated_logs_finds_the_parameters(name: str, fitted: FittableLaw, tmp_path: Path) -> None:
     if not fitted.sticks:
         pytest.skip("its bristles show in stick alone: test_whole_cycle.py fits them")

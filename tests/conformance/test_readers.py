@@ -71,6 +71,7 @@ def test_the_same_log_comes_out_of_every_format(suffix: str, tmp_path: Path) -> 
             assert table.units[name] == UNITS[name]
 
 
+@pytest.mark.nightly_for(".mf4")
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_damaged_files_end_in_a_clear_word(suffix: str, tmp_path: Path) -> None:
     if suffix.endswith((".gz", ".zip")):

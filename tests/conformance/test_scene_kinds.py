@@ -28,6 +28,7 @@ def test_kinds_that_need_scenes_of_their_own_have_them() -> None:
     assert set(OWN) <= {read_scene(path).compute.kind for path in files("scenes")}
 
 
+@pytest.mark.nightly_for("basins")
 @pytest.mark.parametrize("name", [name for name in KINDS.members() if name not in OWN])
 def test_a_kind_gives_numbers(name: str) -> None:
     scene = read_scene("discontinuous_support_periods")

@@ -15,6 +15,7 @@ from fmu_models.codegen.package import FMI_VERSIONS
 X86_LINUX = sys.platform == "linux" and platform.machine() == "x86_64"
 
 
+@pytest.mark.nightly_for("2.0")
 @pytest.mark.skipif(not X86_LINUX, reason="feenableexcept is glibc's; the script has the numbers of x86")
 @pytest.mark.parametrize("version", FMI_VERSIONS)
 def test_every_model_runs(version: str) -> None:

@@ -183,6 +183,7 @@ def test_fit_and_compare_on_the_logs_that_come_along(stickslip, tmp_path):
     )
 
 
+@pytest.mark.nightly
 def test_a_constant_set_without_uncertainty_is_not_taken_as_exact(stickslip):
     def fitted(*arguments):
         told = stickslip("fit", RIGS, "--estimator", "weak-form", *arguments, "--json")

@@ -35,6 +35,7 @@ def family(tmp_path_factory) -> Path:
     return emulate_set(folder, settings[:-1], seed=3)
 
 
+@pytest.mark.nightly
 def test_a_family_is_compared_beyond_its_bifurcation(stickslip, fit, family, tmp_path):
     answer = stickslip("compare", fit, family, "--no-uncertainty", "--figure", "family.svg", "--json")
     assert answer.code == 0, answer.err
@@ -80,6 +81,7 @@ def test_a_report_holds_everything_and_replaces_nothing(stickslip, fit, tmp_path
     assert again.code == 2 and "exists already" in again.err
 
 
+@pytest.mark.nightly
 def test_logs_that_were_not_fitted_are_compared_and_said_so(stickslip, fit, family, tmp_path):
     answer = stickslip("report", fit, family, "--no-uncertainty", "--interactive")
     assert answer.code == 0, answer.err
@@ -88,6 +90,7 @@ def test_logs_that_were_not_fitted_are_compared_and_said_so(stickslip, fit, fami
     assert "compared only" in page and page.count("<svg") == 2 and page.count("<iframe sandbox=") == 1
 
 
+@pytest.mark.nightly
 def test_fitted_values_go_into_an_fmu_a_scene_and_an_ssp(stickslip, fit, tmp_path):
     values = {q["name"]: q["value"] for q in json.loads(fit.read_text())["parameters"]}
     assert stickslip("apply", fit, "-o", "rig.fmu").code == 0
@@ -148,6 +151,7 @@ def test_an_interrupted_fit_keeps_what_is_finished(stickslip, monkeypatch, tmp_p
     assert json.loads((tmp_path / "fit.json").read_text())["law"] == "Conti"
 
 
+@pytest.mark.nightly
 def test_a_fit_interrupted_on_its_way_to_intervals_says_what_it_is(stickslip, monkeypatch, tmp_path):
     from identification.inference import choice as inference
 

@@ -79,6 +79,7 @@ def test_free_decay_over_ten_benches() -> None:
         assert found.damping_ratio == pytest.approx(0.055 / 0.0548, rel=1e-3)
 
 
+@pytest.mark.nightly
 def test_a_fit_says_what_it_assumed_and_used(logs: list[RigLog], fit: FrictionFit) -> None:
     assert fit.warnings == ()
     assert fit.contacts == ("disc0",) and fit.materials == ("paper/rubber",)
@@ -141,6 +142,7 @@ def test_slips_adjust_the_constants_that_are_stated(logs: list[RigLog]) -> None:
     assert found.correlation_of_constants[places[0], places[1]] > 0.999
 
 
+@pytest.mark.nightly
 def test_a_fit_is_found_again_from_its_logs_with_the_constants_that_it_adjusted(logs: list[RigLog]) -> None:
     moved = off(logs[:3], J=5.5e-3, k=-5.7e-3, c=0.018)
     found = fit_friction(moved)
@@ -150,6 +152,7 @@ def test_a_fit_is_found_again_from_its_logs_with_the_constants_that_it_adjusted(
     assert "they are not the logs that were fitted" in said
 
 
+@pytest.mark.nightly_for("k")
 @pytest.mark.parametrize("name", ["J", "k"])
 def test_of_two_constants_that_contradict_each_other_both_readings_are_shown(logs: list[RigLog], name: str) -> None:
     found = fit_friction(off(logs[:3], **{name: 0.05}), estimator="weak-form")
@@ -163,6 +166,7 @@ def test_of_two_constants_that_contradict_each_other_both_readings_are_shown(log
     assert FrictionFit.from_json(found.to_json()) == found
 
 
+@pytest.mark.nightly
 def test_radii_that_the_logs_contradict_are_refused_and_a_wrong_force_cannot_be_known(logs: list[RigLog]) -> None:
     with pytest.raises(
         StickslipError, match=r"r = 0.057 m contradict the logs.* r = 0.06 instead|r = 0.0[56].* instead"
@@ -191,6 +195,7 @@ def test_bootstrap_agrees_with_the_jackknife(logs: list[RigLog]) -> None:
         assert other[name].standard_deviation == pytest.approx(fit[name].standard_deviation, rel=0.3)
 
 
+@pytest.mark.nightly
 def test_an_unknown_laser_gain_is_found_by_the_encoder(logs: list[RigLog]) -> None:
     louder = [
         replace(log, columns={**log.columns, "laser": 5.0 + 1.006 * (log.column("laser") - 5.0)}) for log in logs[:3]
@@ -214,6 +219,7 @@ def test_what_the_encoder_leaves_open_about_the_gain_joins_the_deviations(logs: 
         assert np.sqrt(real**2 - exact**2) == pytest.approx(0.65 * np.sqrt(ready.sensors.covariance[0, 0]), rel=0.3)
 
 
+@pytest.mark.nightly
 def test_a_laser_zero_that_is_off_is_found_by_the_free_decay(logs: list[RigLog], fit: FrictionFit) -> None:
     shifted = [replace(log, columns={**log.columns, "laser": log.column("laser") + 0.05}) for log in logs]
     found = fit_friction(shifted)
@@ -293,6 +299,7 @@ def test_the_logs_of_the_project_give_their_truth_back() -> None:
         assert low < value < high
 
 
+@pytest.mark.nightly
 def test_steady_sliding_at_one_speed_determines_no_law() -> None:
     pair = (Disc(drive_speed=3.0),)
     ideal = {"laser": Laser(noise=0.0, resolution=0.0), "encoder": None, "ripple": None, "transient": 60.0}
@@ -301,12 +308,14 @@ def test_steady_sliding_at_one_speed_determines_no_law() -> None:
         fit_friction(pool(logs, allow_no_stick=True))
 
 
+@pytest.mark.nightly
 def test_one_log_alone_is_fitted_with_a_warning(logs: list[RigLog]) -> None:
     found = fit_friction(pool(logs[1:2]))
     assert any("nearly collinear" in warning for warning in found.warnings)
     assert found["p"].standard_deviation > 2 * fit_friction(pool(logs[:3]))["p"].standard_deviation
 
 
+@pytest.mark.nightly
 def test_a_fit_from_files_loads_no_pictures(tmp_path: Path, logs: list[RigLog]) -> None:
     write_package(tmp_path / "logs", logs)
     script = (

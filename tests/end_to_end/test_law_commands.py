@@ -41,6 +41,7 @@ def benchmark() -> ModuleType:
     return benchmark_script("bench_law_comparison")
 
 
+@pytest.mark.nightly
 def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
     asked = ("--estimator", "weak-form", "--covariance", "hac", "--profile", "--result", "fit.json", "--json")
     fitted = stickslip("fit", RIGS, *asked).json
@@ -58,6 +59,7 @@ def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
     assert "would help most" in shown and "Refused (slides without sticking): 3.5 rad/s" in shown
 
 
+@pytest.mark.nightly
 def test_command_and_python_give_the_same_fit_to_the_last_digit(stickslip, tmp_path, logs):
     from_shell = stickslip("fit", RIGS, "--estimator", "weak-form", "--json").json
     plain = json.loads(fit_friction(logs, estimator="weak-form").to_json())
@@ -143,6 +145,7 @@ def test_the_default_fit_is_near_the_bound(logs: list[RigLog]) -> None:
     assert fit.warnings == ()
 
 
+@pytest.mark.nightly_for("50000.0")
 @pytest.mark.parametrize("stiffness", [0.0, 5e4])
 def test_bristles_come_first_where_they_are_and_only_there(stiffness: float) -> None:
     micro = MicroSlip(stiffness) if stiffness else None

@@ -129,6 +129,7 @@ def test_faults_are_said_on_one_line_and_leave_nothing(stickslip, slide, saw, tm
     assert {path.name for path in tmp_path.iterdir()} == before
 
 
+@pytest.mark.nightly_for("command0-heavy0")
 @pytest.mark.parametrize(
     ("command", "heavy"),
     # the terms of a machine are declared, and declarations are SymPy's; a slider is simulated as an FMU

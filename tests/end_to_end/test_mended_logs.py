@@ -33,6 +33,7 @@ def damaged(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_a_fit_names_the_repair_and_takes_it(stickslip, damaged: Path) -> None:
     refused = stickslip("fit", damaged)
     assert refused.code == 2 and "--repair sort" in refused.err

@@ -37,6 +37,7 @@ def test_a_new_model_simulates_and_exports_and_its_test_passes(stickslip, tmp_pa
     assert not passes(tmp_path, "test_my_rig.py")
 
 
+@pytest.mark.nightly
 def test_a_new_scene_of_ones_own_model_runs_and_its_test_passes(stickslip, tmp_path):
     stickslip("new", "model", "my_rig")
     assert stickslip("new", "scene", "my_rig.py").code == 0

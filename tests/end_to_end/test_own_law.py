@@ -67,6 +67,7 @@ def mine(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_a_law_of_the_user_goes_through_every_command(stickslip, mine, tmp_path):
     # the scene finds its law beside it, wherever the command runs
     assert "rig under a bell" in stickslip("scene", mine / "slow.toml", "--trust").out

@@ -54,6 +54,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "datapackage.json"}
 
 
+@pytest.mark.nightly_for("mdf", "signals", "semicolons", "lvm", "two_recorders")
 @pytest.mark.parametrize("name", RECORDERS)
 def test_from_a_recorders_files_to_a_fit_by_answers(stickslip, own, name: str) -> None:
     folder, answers = own(name)
@@ -83,6 +84,7 @@ def test_two_clocks_are_found_and_their_uncertainty_carried_on(stickslip, own) -
     assert OFFSET > 0 and DRIFT > 0
 
 
+@pytest.mark.nightly_for("mdf", "semicolons", "tdms", "signals")
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are of POSIX")
 @pytest.mark.parametrize("name", [name for name in RECORDERS if name != "two_recorders"])
 def test_by_hand_on_a_terminal(own, name: str) -> None:
@@ -118,6 +120,7 @@ def test_where_nobody_can_answer_nobody_waits(own, monkeypatch) -> None:
     assert code == 0 and not asked and "Nobody answers here" in shown and "--set 'laser_noise=20 um'" in shown
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are of POSIX")
 def test_a_wrong_answer_is_asked_again_with_the_reason(own) -> None:
     from terminal import by_table, talk
@@ -148,6 +151,7 @@ def test_a_second_log_of_the_same_recorder_needs_no_answers(stickslip, own, tmp_
     assert written["resources"][0]["calibration"]["encoder"]["pulses_per_revolution"] == 1000
 
 
+@pytest.mark.nightly
 def test_unknown_uncertainties_travel_to_the_fit(stickslip, own) -> None:
     folder, answers = own("semicolons")
     said = answers.read_text(encoding="utf-8").replace("± 0.0003 kg", "± unknown kg").replace(", 5 V", ", unknown")

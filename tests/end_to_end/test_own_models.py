@@ -77,6 +77,7 @@ def test_every_command_takes_a_model_of_ones_own(stickslip, own):
     assert bench.code == 0 and "own_block" in bench.out
 
 
+@pytest.mark.nightly
 def test_a_result_is_that_of_the_model_as_it_is_now(stickslip, own):
     """Of its file, of the module beside it, and in a scene: twice within one second."""
     (own / "s.toml").write_text(
@@ -91,6 +92,7 @@ def test_a_result_is_that_of_the_model_as_it_is_now(stickslip, own):
     assert found[0] == found[2] and found[0][0] != found[1][0] and found[0][1] != found[1][1]
 
 
+@pytest.mark.nightly
 def test_a_scene_finds_the_model_beside_it(stickslip, own, tmp_path_factory, monkeypatch):
     (own / "heavy.toml").write_text(SCENE.format(model="my_model.py", kind="cycle"))
     (own / "module.toml").write_text(SCENE.format(model="my_model:MODEL", kind="cycle"))
@@ -138,6 +140,7 @@ def test_an_error_shows_the_line_of_the_user(stickslip, own):
         assert said in stickslip("simulate", name).err
 
 
+@pytest.mark.nightly
 def test_every_command_takes_a_law_of_ones_own(stickslip, tmp_path):
     stickslip("new", "law", "my_law")
     (tmp_path / "s.toml").write_text(
@@ -178,6 +181,7 @@ def recorded(folder: Path, name: str = "paper.rec") -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_every_command_takes_a_reader_of_ones_own(stickslip, tmp_path):
     logs = recorded(tmp_path / "logs")
     (tmp_path / "my_reader.py").write_text(READER)
@@ -216,6 +220,7 @@ def test_a_reader_that_is_none(stickslip, tmp_path, text, said):
     assert answer.code == 2 and said in answer.err
 
 
+@pytest.mark.nightly
 def test_installed_packages_offer_models_and_readers(stickslip, own, tmp_path_factory, monkeypatch):
     site = tmp_path_factory.mktemp("site")
     package = site / "my_package"

@@ -63,6 +63,7 @@ def test_a_known_value_that_is_missed_is_an_error(stickslip, tmp_path):
     assert code == 1 and "differs" in out
 
 
+@pytest.mark.nightly
 def test_explain_says_what_is_left_out_and_what_that_saves(stickslip):
     code, out, _ = stickslip("scene", CLASS_A, "--explain", "--json")
     assert code == 0
@@ -95,6 +96,7 @@ def test_simulate_states_its_error_and_time(stickslip):
     assert told["error"]["seconds"][0] == told["seconds"] > 0
 
 
+@pytest.mark.nightly
 def test_a_scene_is_emulated_fitted_and_compared(stickslip, tmp_path):
     """The whole road: one log per drive speed of the scene, a fit, and the portraits of the scene's own FMU."""
     text = CLASS_A.read_text().split("[[reference]]")[0].replace("[0.2, 0.41, 0.83]", "[0.41, 0.83, 1.4]")
@@ -157,6 +159,7 @@ def test_bad_input_is_refused_with_a_reason(stickslip, tmp_path, arguments, text
     assert set(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.nightly
 def test_a_fit_without_a_figure_loads_neither_matplotlib_nor_sympy(tmp_path):
     """In a fresh interpreter; what it does load is what it computes with."""
     code = (

@@ -22,6 +22,7 @@ def test_stress_judges_models_of_every_kind_of_contact(stickslip):
     assert "4 of 4 cells: 2 accurate, 0 degraded, 2 refused, 0 failed" in shown.out
 
 
+@pytest.mark.nightly
 def test_stress_draws_random_cases(stickslip):
     arguments = ("stress", "impact_pair", "woodpecker", "--random", 9, "--seed", 1)
     content = stickslip(*arguments, "--json").json

@@ -50,6 +50,7 @@ def fitted(tmp_path_factory):
     return tmp_path_factory.mktemp("fitted") / "fit.json"
 
 
+@pytest.mark.nightly_for("60", "200")
 @pytest.mark.parametrize("width", WIDTHS)
 def test_a_fit_keeps_its_digits_at_any_width(stickslip, monkeypatch, width, fitted):
     monkeypatch.setenv("COLUMNS", str(width))
@@ -87,6 +88,7 @@ def test_lists_and_sheets_fit_the_terminal(stickslip, monkeypatch, width, argume
     lines(answer.out, width)
 
 
+@pytest.mark.nightly
 def test_options_take_the_names_that_the_table_prints(stickslip):
     weak = ("fit", RIGS, "--estimator", "weak-form")
     other = {"J": 0.055, "R": 0.126, "r": 0.061, "N": 4.9, "k/J": 47.7, "c/J": 1.01}

@@ -129,6 +129,7 @@ def test_what_cannot_be_watched_is_named(stickslip, tmp_path: Path) -> None:
     assert "end it in .html" in stickslip("watch", tmp_path / "empty", "--once", "--page", "x.txt").err
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are of POSIX")
 def test_half_written_files_restarts_and_a_removed_folder(bench: Path) -> None:
     state = bench.parent / "state.json"

@@ -36,6 +36,7 @@ def run(system: CoupledSystem, times: np.ndarray, **values: float):
     return couple(system.changed(units=units, tolerance=1e-10), output_times=times)
 
 
+@pytest.mark.nightly
 def test_parameters_of_units_are_found_from_one_measured_place(system):
     time = np.linspace(0, 8, 121)
     log = {"time": time, "a.x": run(system, time, **TRUE)["a.x"] + 0.01 * np.random.default_rng(0).normal(size=121)}
@@ -66,6 +67,7 @@ def file_of(system: CoupledSystem, kind: str, folder: Path) -> Path:
     return path
 
 
+@pytest.mark.nightly_for("ssp")
 @pytest.mark.parametrize("kind", ["toml", "ssp"])
 def test_a_file_of_a_system_is_calibrated_to_its_closed_form(system, kind, tmp_path):
     """x'' = -M^-1 K x from (1, 0): x = cos(sqrt(M^-1 K) t) (1, 0). Both stiffnesses are those of the logs, to the error

@@ -53,6 +53,7 @@ def test_every_one_has_its_reason() -> None:
     assert set(REASONS) == set(NAMES)
 
 
+@pytest.mark.nightly_for("hang", "crash")
 @pytest.mark.parametrize("name", NAMES)
 def test_a_process_of_its_own_survives(folder: Path, name: str) -> None:
     fmu = Fmu.open(folder / f"{name}.fmu")
@@ -81,6 +82,7 @@ def test_before_the_harm_is_done_the_run_is_a_run(folder: Path, name: str) -> No
     assert recording.provenance.model == name
 
 
+@pytest.mark.nightly_for("hang", "crash", "eater", "not_a_number", "quitter")
 @pytest.mark.parametrize("name", NAMES)
 def test_the_command(folder: Path, tmp_path: Path, name: str) -> None:
     limits = ("--isolate", "--time-limit", 3 if name == "hang" else 100, "--memory-limit", "400")
@@ -93,6 +95,7 @@ def test_the_command(folder: Path, tmp_path: Path, name: str) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.nightly_for("crash", "failing", "quitter")
 @pytest.mark.parametrize("name", NAMES)
 def test_looking_at_one_is_safe(folder: Path, name: str) -> None:
     content = json.loads(stickslip("inspect", folder / f"{name}.fmu", "--json").stdout)

@@ -106,6 +106,7 @@ def test_a_dip_of_an_indicator_is_met_where_it_begins(model: Models) -> None:
             assert run.events[0].time == pytest.approx(begins, abs=1e-10)
 
 
+@pytest.mark.nightly_for("fmi3")
 def test_an_indicator_that_no_step_can_follow_is_told(model: Models) -> None:
     run = simulate_any(model("waver"), 60.0, parameters={"a": 2.5, "w": 1e9})
     assert "event indicator 0 changes from t = " in run.method and "events of it may be missed" in run.method

@@ -55,6 +55,7 @@ def test_the_reference_sticks_and_slips_as_in_closed_form() -> None:
     assert found.states[:, 0] == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.nightly
 def test_a_wrong_run_is_found_shrunk_and_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = Model(BELT, BELT_RUN.parameters, tmp_path)
     assert check(model, BELT_RUN, Counter(), True) is None

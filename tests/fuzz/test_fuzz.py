@@ -27,6 +27,7 @@ def test_nothing_is_found_where_nothing_is_wrong() -> None:
     assert findings(SOUND) == []
 
 
+@pytest.mark.nightly_for("did not end within", "crashed (SIGABRT", "KeyError", "an error without words")
 @pytest.mark.parametrize("what", FAULTS)
 def test_a_fault_is_found_once(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fuzzing, "PATIENCE", 2.0)
@@ -40,6 +41,7 @@ def test_a_fault_is_found_once(what: str, monkeypatch: pytest.MonkeyPatch) -> No
     assert [one.place for one in hunted if isinstance(one, Finding)] == [found.place]
 
 
+@pytest.mark.nightly_for("heap-buffer-overflow")
 @pytest.mark.skipif(bool(sanitizers.missing()), reason=sanitizers.missing())
 @pytest.mark.parametrize("what", NATIVE_FAULTS)
 def test_a_fault_in_c_is_found_by_a_sanitizer(what: str) -> None:
@@ -60,6 +62,7 @@ def test_cases_depend_on_the_seed_and_the_number_alone() -> None:
     assert len({mutated(text, generator("x", 1, number)) for number in range(100)}) > 50
 
 
+@pytest.mark.nightly
 def test_a_few_cases_of_every_parser() -> None:
     # a declaration is compiled, which takes longer than all documents together
     documents = (target for target in TARGETS.values() if not target.native and target.name != "declarations")
@@ -69,6 +72,7 @@ def test_a_few_cases_of_every_parser() -> None:
     assert len(outcomes) == 5 * len(parsers)
 
 
+@pytest.mark.nightly
 def test_the_command_says_what_it_did() -> None:
     command = [sys.executable, str(Path(__file__).parent), "--minutes", "0.05", "--target", "units"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

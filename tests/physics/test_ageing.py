@@ -126,6 +126,7 @@ def test_derivatives_of_later_releases_know_how_long_a_stick_was() -> None:
         np.testing.assert_allclose(found[:, place], expected, rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.nightly_for("2.0")
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_every_face_of_the_fmu_has_the_motion_of_the_engine(version: str) -> None:
     fmu, times = block(version), np.linspace(0.0, 2.0, 21)
@@ -136,6 +137,7 @@ def test_every_face_of_the_fmu_has_the_motion_of_the_engine(version: str) -> Non
         np.testing.assert_allclose(other["t_stick"], own["t_stick"], rtol=0, atol=1e-7)
 
 
+@pytest.mark.nightly
 def test_extremes_of_the_law_are_judged_accurate() -> None:
     """The stress grid of a model with the law in it."""
     model = oscillators.load("block_on_belt")

@@ -49,6 +49,7 @@ def kinds(found: Basins) -> list[str]:
     return [one.word if isinstance(one, Cloud) else str(one.period) for one in found.attractors]
 
 
+@pytest.mark.nightly_for("delayed torus", "strange without chaos")
 @pytest.mark.parametrize(
     ("system", "kind", "exponent"),
     [
@@ -99,6 +100,7 @@ def chua() -> Automaton:
     return Automaton(name="chua", title="Chua", source="Matsumoto", states=states, flows=flows, switches=switches)
 
 
+@pytest.mark.nightly_for("not said")
 @pytest.mark.parametrize("autonomous", [False, True], ids=["not said", "autonomous"])
 def test_two_mirror_cycles_are_no_clouds_of_chaos(autonomous):
     """Their period is 2.25 to 6 digits, so that each start sees nine places of them in steps of 1 s."""

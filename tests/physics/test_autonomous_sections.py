@@ -61,6 +61,7 @@ def test_a_level_is_crossed_as_often_with_tangents_as_without():
         assert (followed.points[0, :, 2] == 27.0).all()
 
 
+@pytest.mark.nightly_for("long strobe")
 @pytest.mark.parametrize(
     ("section", "known"),
     [
@@ -108,6 +109,7 @@ def growing(rubs: bool) -> Strobe:
     return Strobe(load(model), forcing="w")
 
 
+@pytest.mark.nightly_for("True")
 @pytest.mark.parametrize("rubs", [False, True])
 def test_a_start_that_goes_to_infinity_does_not_settle(rubs):
     """Damping -0.1: with friction, too, whose events go on all the way."""

@@ -24,6 +24,7 @@ def test_a_parameter_out_of_its_bounds_ends_the_branch():
         branch(system, "c", (-0.1, 0.3))
 
 
+@pytest.mark.nightly
 def test_a_curved_branch_ends_at_its_range_where_a_step_along_the_tangent_would_not_leave_it():
     left = Stop(name="left", gap=g + x, law=KelvinVoigt(ks, cs), release="force", description="second support")
     between = replace(MODEL, name="between_supports", contacts=[support, left])
@@ -33,6 +34,7 @@ def test_a_curved_branch_ends_at_its_range_where_a_step_along_the_tangent_would_
     assert found.ends[1][0] == "range" and found.values.max() == pytest.approx(3.5, abs=1e-12)
 
 
+@pytest.mark.nightly
 def test_infinitely_many_impacts_on_the_branch():
     """A ball that chatters to rest in each period: until it is thrown as it comes to rest, at 1.59734987, where motions
     of ever more impacts come together that do not."""

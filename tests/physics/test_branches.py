@@ -104,6 +104,7 @@ def support():
     return load("discontinuous_support")
 
 
+@pytest.mark.nightly_for("10-1.4-4")
 @pytest.mark.parametrize(("ks", "up_to", "many"), [(10, 1.4, 4), (50, 1.4, 4), (300, 1.5, 6)])
 def test_the_support_of_table_1(support, ks, up_to, many):
     found = branch(Strobe(support, forcing="omega", parameters={"ks": ks, "omega": 0.8}), "omega", (0.8, up_to))
@@ -193,6 +194,7 @@ def ball():
     return branch(system, "A", (0.9, 2.6), start=start)
 
 
+@pytest.mark.nightly
 def test_the_ball_to_four_impacts(ball):
     for known in [*of("ball_e0.5_up"), *of("ball_e0.5_down")]:
         check(known, ball.special)
@@ -323,6 +325,7 @@ def simulate_to_zero(system, start):
     return {name: float(run[name][0]) for name in system.states}
 
 
+@pytest.mark.nightly
 def test_the_hinge_breaks_its_symmetry():
     system = Strobe(load("hinge_clearance"), forcing="f", parameters={"f": 0.36554})
     start = {"x": 0.009062681990670852, "v": 0.0201728380673976}

@@ -48,6 +48,7 @@ def test_a_cusp():
     assert met.kind == "cusp" and met.parameters == pytest.approx({"a": 0.0, "b": 0.0}, abs=1e-9)
 
 
+@pytest.mark.nightly_for("Neimark-Sacker-rule2-Chenciner")
 @pytest.mark.parametrize(
     ("kind", "rule", "name"),
     [
@@ -127,6 +128,7 @@ def test_degenerate_grazing_of_the_support():
     assert met.parameters["cs"] == pytest.approx((trace - 1 - decay**2) / corner, abs=1e-8)
 
 
+@pytest.mark.nightly
 def test_two_stops_are_touched_at_once():
     """An oscillator between stops at g1 and g2: both curves of grazing end where the amplitude is the gap of either."""
     one, c, f0, omega = (

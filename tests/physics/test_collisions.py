@@ -50,6 +50,7 @@ def test_cradle_of_unequal_restitution(e, e2):
     assert poisson == pytest.approx(apart if e2 > e else together, abs=1e-15)
 
 
+@pytest.mark.nightly
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(st.floats(0, 1), st.floats(-2, 2), st.floats(0.1, 2), st.floats(-1.4, 1.4))
 def test_laws_agree_for_one_smooth_contact(e, spin, fall, theta):
@@ -138,6 +139,7 @@ def pendulum_impact(law, e, mu):
     return mass, np.sin(angles), np.cos(angles), speeds, event, first
 
 
+@pytest.mark.nightly_for("newton-0.5-0.5", "poisson-0.5-0.5")
 @pytest.mark.parametrize(("e", "mu"), [(0.5, 0.5), (0.7, 0.25), (0.7, 0.5), (0.9, 1.0), (0.3, 0.0)])
 @pytest.mark.parametrize("law", ["newton", "poisson"])
 def test_kane_pendulum(law, e, mu):

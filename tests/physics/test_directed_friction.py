@@ -134,6 +134,7 @@ def chain() -> Fmu:
 BOUNDS = ((4.0, 2.0), (1.0, 5.0))  # N, of each contact against positive and against negative slip
 
 
+@pytest.mark.nightly_for("start0")
 @pytest.mark.parametrize("start", [(0.3, 0.25), (-0.25, 0.3), (0.1, -0.3)])
 def test_a_chain_moves_as_the_bodies_integrated_by_themselves(start: tuple[float, float]) -> None:
     stiffness = np.array([[200.0, -100.0], [-100.0, 100.0]])
@@ -158,6 +159,7 @@ def test_friction_of_one_direction_alone_holds_on_that_side() -> None:
     assert run["x"][0] == pytest.approx(0.02, rel=1e-12) and run["belt_state"][0] == 0
 
 
+@pytest.mark.nightly
 def test_extremes_of_the_law_are_judged_accurate() -> None:
     """The stress grid of a model with the law in it."""
     model = oscillators.load("block_on_belt")

@@ -53,6 +53,7 @@ def stick_lost(mu_s, mu_k, p):
     return root(apart, 1.1 * at_hopf, 1.8 * at_hopf)
 
 
+@pytest.mark.nightly_for("liner/rubber", "paper/rubber")
 @pytest.mark.parametrize("name", MATERIALS)
 def test_from_the_hopf_point_to_the_lost_stick(name):
     law, speed, between = MATERIALS[name]

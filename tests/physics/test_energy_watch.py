@@ -39,6 +39,7 @@ def test_a_contact_that_holds_without_a_lever_is_caught(F: float, monkeypatch: p
         simulate(opened(crank_without_rod()), 10.0, parameters={"F": F}, start={"q": 1.0, "w": 1.0})
 
 
+@pytest.mark.nightly_for("1.000001")
 @pytest.mark.parametrize("part", ["0.999", "1.000001"])
 def test_impulses_that_do_not_do_their_work_are_caught(part: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """On a table that moves."""
@@ -48,6 +49,7 @@ def test_impulses_that_do_not_do_their_work_are_caught(part: str, monkeypatch: p
         simulate(opened(load("bouncing_ball")), 10.0, start=FALL)
 
 
+@pytest.mark.nightly_for("changes0")
 @pytest.mark.parametrize("changes", [(), (("model/run_state.c", ".energy = 1e-9", ".energy = 1e-15"),)])
 def test_sound_impacts_have_room_to_spare(changes: Sequence[tuple[str, str, str]], monkeypatch) -> None:
     """A bound a million times as narrow would do."""

@@ -166,6 +166,7 @@ def test_a_pitchfork_of_equilibria():
         assert np.abs(branch.points[:, 0]) == pytest.approx(np.sqrt(branch.values), abs=1e-12)
 
 
+@pytest.mark.nightly_for("True")
 @pytest.mark.parametrize("switches", [False, True])
 def test_closed_loops_of_equilibria(switches):
     """mu^2 + x^2 = 1, with folds; mu^2 + |x| = 1, whose corners lie on a surface."""
@@ -181,6 +182,7 @@ def test_closed_loops_of_equilibria(switches):
     assert (found.stable == (found.points[:, 0] > 0.0)).all()
 
 
+@pytest.mark.nightly
 def test_folds_and_hopf_points_meet_at_a_bogdanov_takens_point():
     """x' = y, y' = b1 + b2 x + x^2 + x y: folds at b1 = b2^2/4, Hopf points at b1 = 0, b2 < 0 with omega^2 = -b2."""
     b1, b2 = Parameter("b1", -0.1, "1", "first"), Parameter("b2", -1.0, "1", "second")
@@ -197,6 +199,7 @@ def test_folds_and_hopf_points_meet_at_a_bogdanov_takens_point():
         assert np.abs(meeting.multipliers).max() < 1e-6
 
 
+@pytest.mark.nightly_for("0.001", "100000.0")
 @pytest.mark.parametrize("unit", [1e-6, 1e-3, 1e5])
 def test_the_lyapunov_coefficient_is_told_of_states_in_any_unit(unit):
     """x = unit X, y = Y of the motion below: q of length one is along Y, so that l1 becomes 2 nu 2/(1 + unit^2)."""

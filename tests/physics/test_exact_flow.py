@@ -97,6 +97,7 @@ def errors_of(name: str, lanes: int) -> np.ndarray[Any, Any]:
     return np.abs(made.points[:, 0] - found).max(axis=1) / np.abs(found).max(axis=1)
 
 
+@pytest.mark.nightly_for("two_domain_oscillator", "fermi_accelerator")
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_ten_periods_are_those_of_forty_digits(name):
     errors = errors_of(name, LANES)

@@ -97,6 +97,7 @@ def ends(run, n: int) -> np.ndarray:
     return np.array([run[name][-1] for name in (*STATES, *springs)])
 
 
+@pytest.mark.nightly_for("10", "3")
 @pytest.mark.parametrize("n", [1, 3, 10])
 def test_sliders_beside_stick_slip_move_as_event_split_integration_says(n: int) -> None:
     """1e-10 of states of order 1, as DOP853 at 1e-13 is itself."""
@@ -201,6 +202,7 @@ def case():
     return values, start, other.run(END, *start.values())[0]
 
 
+@pytest.mark.nightly_for("CoSimulation")
 @pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
 def test_importers_come_to_the_same_end(three, case, kind: str) -> None:
     """At their tolerances: a master's own errors (1e-9 a step), and CVode's."""
@@ -324,6 +326,7 @@ def test_a_way_between_many_bodies_with_a_mass_matrix_that_is_factored() -> None
     assert len(coupled.events) == len(apart.events) > 10
 
 
+@pytest.mark.nightly
 def test_one_slider_is_followed_in_lanes() -> None:
     """Piecewise linear with few modes; more sliders have more modes than there are tables for."""
     assert "modes" in lane_obstacles(lower(of_sliders(3, rubs=False)))[0]

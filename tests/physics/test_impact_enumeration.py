@@ -37,6 +37,7 @@ def drawn(kind, n: int, mu: float, rng: np.random.Generator) -> Impacts:
     return Impacts(J, v, rng.uniform(0.1, 1, n) * mu, e)
 
 
+@pytest.mark.nightly_for("newton-free-0.5")
 @pytest.mark.parametrize("mu", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("kind", [free, tight, planar])
 @pytest.mark.parametrize("law", ["newton", "poisson"])

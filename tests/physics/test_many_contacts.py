@@ -49,6 +49,7 @@ def chain(n: int, between: bool) -> Fmu:
     return opened(declared_chain(n, STIFFNESS, between))
 
 
+@pytest.mark.nightly_for("100-False")
 @pytest.mark.parametrize(("n", "between"), [(8, False), (8, True), (14, False), (14, True), (100, False)])
 def test_a_chain_that_sticks_and_slips_obeys_energy_and_friction(n: int, between: bool) -> None:
     fmu = chain(n, between)

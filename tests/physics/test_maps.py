@@ -73,6 +73,7 @@ def test_henon_onsets():
     assert (second.kind, second.value) == ("flip", pytest.approx(0.9125, abs=EXACT))
 
 
+@pytest.mark.nightly
 def test_henon_has_as_many_motions_as_counted():
     """Biham and Wenzel, Physical Review Letters 63 (1989): cycles 1, 1, 0, 1, 0, 2, 4 of the attractor, period 1 to 7.
 

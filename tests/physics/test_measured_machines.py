@@ -64,6 +64,7 @@ def test_instruments_hardly_move_with_the_cutoff_and_lie_near_the_publication(fi
         assert high == pytest.approx(published()[name], rel=0.07)
 
 
+@pytest.mark.nightly
 def test_least_squares_is_flagged_where_noise_is_in_its_columns(fits: dict[float, MachineFit]):
     assert not any("Least squares is biased" in said for said in fits[4.0].verdicts)
     assert any("Least squares is biased in I1, I2" in said for said in fits[20.0].verdicts)
@@ -81,6 +82,7 @@ def test_half_of_the_free_runs_stay_near_the_logs_and_swing_ups_decide_the_rest(
     assert sum("hangs on where it begins" in said for said in fits[4.0].verdicts) == 2
 
 
+@pytest.mark.nightly
 def test_unseen_logs_are_predicted_as_well_as_by_the_publication():
     """Values from seven logs on the two others, per joint: at most three points worse than published values."""
     fit = identify_machine(MODEL, [measured(number) for number in (0, 1, 3, 4, 6, 12, 13)], known=KNOWN, cutoff=4.0,
@@ -121,6 +123,7 @@ def robot_log() -> MachineLog:
     return MachineLog("tx40", 2e-4 * np.arange(len(joints)), joints, currents @ gears)
 
 
+@pytest.mark.nightly
 def test_a_robot_of_six_joints_shows_its_published_friction_and_predicts_what_it_has_not_seen():
     """Every second tenth of the log is left out; the columns are those of a 45 000 rows at 5 kHz."""
     regressor = regressor_of(robot())

@@ -204,6 +204,7 @@ def test_three_masses_in_a_row() -> None:
     assert np.abs(found - known).max() < 1e-9
 
 
+@pytest.mark.nightly
 def test_a_grid_of_blocks() -> None:
     side = 10
     n = side**2

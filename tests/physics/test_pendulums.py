@@ -45,6 +45,7 @@ def reference(start: np.ndarray, times: np.ndarray, torque: float = 0.0) -> np.n
     return solve_ivp(rate, (0.0, times[-1]), start, method="DOP853", rtol=1e-13, atol=1e-13, t_eval=times).y
 
 
+@pytest.mark.nightly_for("10")
 @pytest.mark.parametrize("n", [3, 5, 10])
 def test_a_pendulum_follows_its_closed_form_and_keeps_its_energy(n, tmp_path):
     q = angles(n)

@@ -13,6 +13,25 @@ from fmu_models.scene.reduce import built_scene
 UNKNOWN = {"disc_rig_micro_slip"}
 
 
+@pytest.mark.nightly_for(
+    "hinge_clearance_diagram",
+    "hinge_clearance_basins",
+    "woodpecker_figure_17",
+    "hinge_clearance_exponents",
+    "hinge_clearance_figure_16",
+    "hinge_clearance_figure_18",
+    "hinge_clearance_figure_17",
+    "discontinuous_support_figure_10",
+    "forced_stick_slip_curves",
+    "discontinuous_support_grazing",
+    "discontinuous_support_figure_8",
+    "discontinuous_support_figure_9",
+    "discontinuous_support_figure_6",
+    "discontinuous_support_exponents",
+    "forced_stick_slip_figure_8",
+    "hinge_clearance_figure_10",
+    "disc_rig_sticks",
+)
 @pytest.mark.parametrize("path", files(), ids=lambda path: path.stem)
 def test_scene(path):
     scene = read_scene(path)

@@ -369,6 +369,7 @@ CASES = {
 }
 
 
+@pytest.mark.nightly_for("two discs in turn", "two discs", "a shaken table", "a support that relaxes", "bristles")
 @pytest.mark.parametrize("case", CASES.values(), ids=list(CASES))
 def test_runs_agree_with_differences(case):
     """Values, their derivatives and those of the times of events; the differences are good to 1e-7 or so."""

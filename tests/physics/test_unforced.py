@@ -128,6 +128,7 @@ def test_van_der_pol_has_one_cycle():
     assert cycle.multipliers[0].real == pytest.approx(math.exp(run.y[2, -1]), rel=1e-7)
 
 
+@pytest.mark.nightly_for("100.0", "30.0")
 @pytest.mark.parametrize("mu", [0.1, 30.0, 100.0])
 def test_periods_from_harmonic_to_relaxation(mu):
     """1 + mu^2/16 - 5 mu^4/3072; at 30 and 100 against SciPy."""
@@ -221,6 +222,7 @@ def test_a_block_on_a_belt_sticks_and_slips():
     assert motion["x"].max() >= (9.81 * 0.65 - 0.5 * 0.1) / 100 - 1e-9
 
 
+@pytest.mark.nightly
 def test_rests_side_by_side_and_centres_are_no_cycles():
     q = Coordinate("q", "m", "q", velocity="v", start=1.0)
     ground = Friction(

@@ -134,6 +134,7 @@ def test_no_circle_between_files() -> None:
         pytest.fail(f"a circle between files: {' -> '.join(reversed(error.args[1]))}")
 
 
+@pytest.mark.nightly
 def test_every_file_compiles_by_itself(tmp_path: Path) -> None:
     system = lower(load("woodpecker"))
     rooms = {name: text for name, text in engine_sources().items() if name != "fmi/fmi2.c"}

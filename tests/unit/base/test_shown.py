@@ -92,6 +92,7 @@ def found() -> dict[str, object]:
     }
 
 
+@pytest.mark.nightly
 def test_a_repr_is_short_and_says_what_it_is(found, run):
     for what, value in {**found, "run": run}.items():
         said = value if isinstance(value, str) else repr(value)

@@ -56,6 +56,7 @@ def test_growth_is_the_same_bits_for_any_number_of_lanes_and_that_of_the_series(
     assert made[0].growth == pytest.approx(series.growth, abs=1e-8)
 
 
+@pytest.mark.nightly
 def test_a_motion_that_nothing_forces_has_an_exponent_zero_along_itself():
     system = Strobe(load("planar_hopf"), period=1.0, autonomous=True)
     start = np.array([[0.3, 0.2]])

@@ -219,6 +219,7 @@ def test_narrow_friction_curves(v_s):
     )
 
 
+@pytest.mark.nightly
 def test_rounding_of_what_is_held_is_no_error():
     """A block at rest beside a spring: its speed is rounding of the forces that hold one another."""
     m, length = Parameter("m", 0.515625, "kg", "mass", positive=True), Parameter("l", 2.0, "m", "length", positive=True)
@@ -243,6 +244,7 @@ def test_rounding_of_what_is_held_is_no_error():
     assert 0.0 < max(speeds) < 1e-15
 
 
+@pytest.mark.nightly
 def test_a_plate_that_shakes():
     """A slip that depends on time decides, though the motion is a parabola: v(20 s) by bisection of closed forms."""
     m, N = Parameter("m", 1.0, "kg", "mass", positive=True), Parameter("N", 1.0, "N", "normal force", minimum=0.0)

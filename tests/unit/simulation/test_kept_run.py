@@ -97,6 +97,7 @@ def disturb(name: str, kept: KeptRun, what: str) -> None:
                 kept(1.0, start={"x": -1.0} if name == "bouncing_ball" else dict.fromkeys(fmu.states, 1e200))
 
 
+@pytest.mark.nightly_for("disc_rig_free", "block_on_belt", "hinge_clearance", "disc_rig")
 @pytest.mark.parametrize("name", MODELS)
 @settings(max_examples=8, deadline=None)
 @given(data=st.data())

@@ -67,6 +67,7 @@ def same(one: Any, two: Any) -> bool:
 _numbers = itertools.count()
 
 
+@pytest.mark.nightly
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(trajectories(), PROVENANCES | st.none(), st.data())
 def test_reading_gives_what_was_written(
@@ -141,6 +142,7 @@ def test_what_cannot_be_written(run: tuple[Fmu, Trajectory], tmp_path: Path, mon
     assert (tmp_path / "run.h5").read_text() == "mine"
 
 
+@pytest.mark.nightly
 def test_what_cannot_be_read(run: tuple[Fmu, Trajectory], tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     with pytest.raises(StickslipError, match="no file"):

@@ -75,6 +75,7 @@ def test_a_run_pauses_however_long_it_takes_to_the_next_output(monkeypatch: pyte
     assert whole["x"].tolist() == run["x"].tolist()
 
 
+@pytest.mark.nightly
 def test_what_would_take_hours_is_refused() -> None:
     """A law too stiff for the time asked for, and crossings that go on every 4e-9 s; each says its pace."""
     stiff = Fmu.open(built("block_on_belt", laws={"belt": "lugre"}))

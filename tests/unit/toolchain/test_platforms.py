@@ -27,15 +27,19 @@ MACH_O = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}
 OWN = ("fmi2", "fmi3", "stickslip_")
 
 
-@pytest.fixture(scope="module", params=["2.0", "3.0"])
+# what the compiler brings along for Windows takes more than a minute to unfold
+AT_ONCE = [name for name, platform in PLATFORMS.items() if "windows" not in platform.target]
+
+
+@pytest.fixture(scope="module", params=[pytest.param(("2.0", ["all"]), marks=pytest.mark.nightly), ("3.0", AT_ONCE)])
 def everywhere(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     path = tmp_path_factory.mktemp("all") / "belt.fmu"
+    version, names = request.param
     seen: list[float] = []
-    export(
-        "block_on_belt", path, packaging=Packaging(platforms=["all"], advance=seen.append), fmi_version=request.param
-    )
-    assert seen == pytest.approx(np.arange(1, len(PLATFORMS) + 1) / len(PLATFORMS))
-    return request.param, path
+    export("block_on_belt", path, packaging=Packaging(platforms=names, advance=seen.append), fmi_version=version)
+    count = len(platforms(names))
+    assert seen == pytest.approx(np.arange(1, count + 1) / count)
+    return version, path
 
 
 def libraries(path: Path) -> dict[str, bytes]:
@@ -46,7 +50,8 @@ def libraries(path: Path) -> dict[str, bytes]:
 
 def test_every_platform_has_its_library_in_its_folder(everywhere: tuple[str, Path]) -> None:
     version, path = everywhere
-    folders = {p.fmi2 if version == "2.0" else p.fmi3: p for p in PLATFORMS.values()}
+    names = ["all"] if version == "2.0" else AT_ONCE
+    folders = {p.fmi2 if version == "2.0" else p.fmi3: p for p in platforms(names)}
     found = libraries(path)
     assert set(found) == {f"{folder}/block_on_belt{p.suffix}" for folder, p in folders.items()}
     assert path.stat().st_size < 1_000_000
@@ -87,8 +92,10 @@ def test_a_library_of_another_platform_is_loaded_there(
     if shutil.which(runner) is None:
         pytest.skip(f"{runner} is not installed: a library for {folder} cannot be loaded here")
     version, path = everywhere
-    source = tmp_path / "load.c"
     windows = folder.endswith("windows")
+    if windows and version == "3.0":
+        pytest.skip("a library for Windows is made at night")
+    source = tmp_path / "load.c"
     call, header = ("LoadLibraryA", "windows.h") if windows else ("dlopen", "dlfcn.h")
     find, arguments = ("GetProcAddress", "(argv[1])") if windows else ("dlsym", "(argv[1], RTLD_NOW)")
     source.write_text(

@@ -156,6 +156,7 @@ def test_the_compiler_of_the_system_serves_without_the_package(
         compile_shared(SOURCE, tmp_path / "library.wasm", target="wasm32-wasi")
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="this system has no C compiler")
 def test_the_compiler_of_the_system_builds_a_model(without_package: None, compiler: list[list[str]]) -> None:
     """The whole engine, whatever that compiler warns of."""
@@ -176,6 +177,7 @@ def test_a_compiler_that_does_not_work_is_as_none(
         compile_shared(SOURCE, tmp_path / "library.so")
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="this system has no C compiler")
 def test_lanes_of_the_systems_compiler_have_the_same_bits(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch

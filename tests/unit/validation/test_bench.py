@@ -62,6 +62,7 @@ def test_a_method_is_no_witness_for_itself():
     assert math.isinf(known.own_error(OURS))
 
 
+@pytest.mark.nightly
 def test_runs_that_part_are_no_reference(monkeypatch):
     """Two codes that end in different motions: nothing tells which of them is right."""
     monkeypatch.setattr("fmu_models.validation.bench.reference.APART", 1e-20)
@@ -159,6 +160,7 @@ def test_a_method_that_hangs_is_given_up(short, monkeypatch):
     assert "given up after 0.2 s" in result.refusals[0].why
 
 
+@pytest.mark.nightly
 def test_an_interrupt_keeps_what_is_finished(short, tmp_path):
     result = compare(short, (OURS, Interrupted()))
     assert result.interrupted
@@ -173,6 +175,7 @@ def test_an_end_that_is_no_number_does_not_rank(short):
     assert json.loads(json.dumps(as_json([result]), allow_nan=False))["scenes"][0]["rows"][1]["error"] is None
 
 
+@pytest.mark.nightly
 def test_page_needs_nothing_but_itself(short, tmp_path):
     write_page([compare(short, (OURS, ScipyEvents(tolerances=(1e-6,))))], tmp_path / "page.html", overwrite=False)
     page = (tmp_path / "page.html").read_text("utf-8")

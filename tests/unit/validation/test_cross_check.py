@@ -72,6 +72,7 @@ def cells(model: str, fmu: Fmu, count: int) -> list[StressCell]:
     return [cross_check(case, second) for case in drawn(model, count, 1)]
 
 
+@pytest.mark.nightly_for("restitution", "side of the slip")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_of_the_engine_is_found(fault: str, tmp_path: Path) -> None:
     file, old, new, model = FAULTS[fault]

@@ -40,6 +40,7 @@ def test_a_missing_log_is_said(monkeypatch, capsys, tmp_path):
     assert f"skipped: {tmp_path / 'calibrate' / 'tanks_train.csv'} is not here" in capsys.readouterr().out
 
 
+@pytest.mark.nightly_for("hinge-15")
 @pytest.mark.parametrize(
     ("name", "seed"),
     [

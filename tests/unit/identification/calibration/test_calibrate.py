@@ -75,6 +75,7 @@ def test_two_logs_share_parameters_or_keep_their_own(belt):
     assert shared.residuals[1].rms > 5 * both.residuals[1].rms
 
 
+@pytest.mark.nightly
 def test_input_is_a_column_of_the_log(belt):
     time = np.linspace(0, 30, 301)
     speed = 1 + 0.3 * np.sin(0.7 * time)
@@ -86,6 +87,7 @@ def test_input_is_a_column_of_the_log(belt):
     assert held.residuals[0].rms > right.residuals[0].rms
 
 
+@pytest.mark.nightly
 def test_sensor_with_delay_offset_and_clip(belt):
     """30 ms of delay at 100 ms between samples, read at shifted times of the run."""
     log = noisy(belt, 6)

@@ -26,6 +26,7 @@ def log_of(name: str, start: list[float], values: dict[str, float], count: int =
     }
 
 
+@pytest.mark.nightly_for("henon-start1-truth1-first1")
 @pytest.mark.parametrize(
     ("name", "start", "truth", "first"),
     [("logistic", [0.1], {"r": 3.8}, {"r": 3.0}), ("henon", [0.1, 0.1], {"a": 1.4, "b": 0.3}, {"a": 1.0, "b": 0.4})],

@@ -116,6 +116,7 @@ def test_posterior_of_a_small_case_is_its_normal_distribution(belt):
         assert one.standard_deviation == pytest.approx(deviation(small[one.name]), rel=0.2)
 
 
+@pytest.mark.nightly
 def test_the_page_holds_values_logs_and_the_model_with_sliders(belt, read_back, elsewhere):
     findings = calibration_findings(read_back, belt, [elsewhere], interactive=True)
     text = page(findings)

@@ -34,6 +34,7 @@ DISTURBANCE = Disturbance(
 """
 
 
+@pytest.mark.nightly_for("shooting")
 @pytest.mark.parametrize("estimator", ["weak-form", "shooting"])
 def test_a_disturbance_of_the_user_is_estimated_and_read_back(tmp_path: Path, monkeypatch, estimator: str) -> None:
     file = tmp_path / "my_dust.py"

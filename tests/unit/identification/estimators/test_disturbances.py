@@ -46,6 +46,7 @@ def bench(disturbances: Disturbances, duration: float = 10.0, decay: bool = True
     return pool([emulate(one, 11, number) for number, one in enumerate(every) if one.discs or decay])
 
 
+@pytest.mark.nightly_for("angle", "normal-force")
 @pytest.mark.parametrize("name", CASES)
 def test_a_disturbance_is_found_by_name_and_corrected(name: str) -> None:
     disturbances, size = CASES[name]
@@ -89,12 +90,14 @@ def test_a_dozen_slips_show_wear_of_one_per_cent_a_log(seed: int) -> None:
     assert cause.gain > 50
 
 
+@pytest.mark.nightly_for("1", "2", "0")
 @pytest.mark.parametrize("seed", range(4))
 def test_few_slips_of_a_clean_bench_raise_no_alarm(seed: int) -> None:
     verdict = judged(worn(seed, 0.0, 4.0))
     assert verdict is not None and verdict.explanations == ()
 
 
+@pytest.mark.nightly
 def test_wear_that_is_left_out_looks_like_a_wrong_radius_and_is_told_from_one() -> None:
     fit = fit_friction(bench(CASES[WEAR][0]), estimator="weak-form", disturbances="none")
     (said,) = (one for one in fit.warnings if "is not what was measured" in one)
@@ -102,6 +105,7 @@ def test_wear_that_is_left_out_looks_like_a_wrong_radius_and_is_told_from_one() 
     assert all(one.value == one.before for one in fit.constants)
 
 
+@pytest.mark.nightly_for("auto")
 @pytest.mark.parametrize("mode", ["none", "auto"])
 def test_a_wrong_radius_is_no_wear(mode: str) -> None:
     logs = [emulate(one, 11, number) for number, one in enumerate(standard_set(duration=10.0))]
@@ -114,6 +118,7 @@ def test_a_wrong_radius_is_no_wear(mode: str) -> None:
         fit_friction(wrong, estimator="weak-form", disturbances=mode)
 
 
+@pytest.mark.nightly
 def test_a_drift_of_the_laser_is_told_by_the_encoder_and_taken_off() -> None:
     ready = bench(Disturbances(drift=3e-4), duration=20.0)
     said = [one for one in ready.sensors.warnings if "drifts slowly" in one]
@@ -133,6 +138,7 @@ def test_a_reversed_drive_gives_the_zero_of_the_angle() -> None:
     assert (np.abs(fit.law_values / TRUTH - 1) < [0.005, 0.005, 0.03]).all()
 
 
+@pytest.mark.nightly
 def test_drives_that_all_turn_one_way_do_not_show_the_zero_and_that_is_said() -> None:
     ready = bench(Disturbances(zero=2.3e-3), duration=4.0, decay=False)
     assert sum("No free decay shows the zero" in one for one in ready.warnings) == 1
@@ -146,6 +152,7 @@ def test_drives_that_all_turn_one_way_do_not_show_the_zero_and_that_is_said() ->
     assert not any("No free decay" in one for one in bench(Disturbances(), duration=4.0).warnings)
 
 
+@pytest.mark.nightly
 def test_a_drift_of_a_laser_alone_is_named_and_known_poorly() -> None:
     ready = bench(Disturbances(drift=3e-4), duration=20.0, encoder=None)
     fit = fit_friction(ready, estimator="weak-form", disturbances="auto", law_spread="none")
@@ -204,6 +211,7 @@ def test_shooting_follows_wear_within_a_slip() -> None:
     assert (np.abs(fit.law_values / TRUTH - 1) < [0.008, 0.008, 0.025]).all()
 
 
+@pytest.mark.nightly
 def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -> None:
     ready = bench(Disturbances(per_log=0.06, once=0.03), duration=5.0)
     fit = fit_friction(ready, estimator="weak-form", disturbances=[WEAR, FORCE], law_spread="none")
@@ -277,6 +285,7 @@ def test_a_smooth_drive_has_no_white_accelerations() -> None:
     assert integrated(*smooth).angle[-1] == pytest.approx(integrated(*rough).angle[-1], rel=1e-3)
 
 
+@pytest.mark.nightly
 def test_what_cannot_be_estimated_is_said() -> None:
     ready = bench(Disturbances(), duration=4.0)
     with pytest.raises(StickslipError, match=r"no disturbance 'weer'.*wear"):

@@ -165,6 +165,7 @@ def test_ends_of_arcs_are_those_of_the_solved_motion(ready: Pool) -> None:
     assert np.all(slip[np.append(first[1:], len(slip))[inner] - 1] < 0.0115)
 
 
+@pytest.mark.nightly
 def test_what_is_freed_carries_its_prior_into_the_deviations(ready: Pool) -> None:
     plain, freed = fit_friction(ready), fit_friction(ready, options=Options(nuisance=("J", "k", "c", "N")))
     assert [q.name for q in freed.nuisance] == ["gain", "delay", "J", "k", "c", "N"]
@@ -202,6 +203,7 @@ def test_noise_is_known_from_the_calibration_and_estimated_without(ready: Pool, 
     assert not known and estimate == pytest.approx(deviation, rel=0.05)
 
 
+@pytest.mark.nightly
 def test_an_interrupted_search_returns_the_first_values_with_a_warning(ready: Pool) -> None:
     seen = []
 
@@ -216,6 +218,7 @@ def test_an_interrupted_search_returns_the_first_values_with_a_warning(ready: Po
     assert found.law_values == pytest.approx(fit_friction(ready, estimator="weak-form").law_values)
 
 
+@pytest.mark.nightly
 def test_what_cannot_be_estimated_or_simulated_is_said(ready: Pool, logs: list[RigLog]) -> None:
     with pytest.raises(StickslipError, match=r"'zerro' cannot be estimated beside the law\. Known are: J, .*zero"):
         fit_friction(ready, options=Options(nuisance=("zerro",)))

@@ -114,6 +114,7 @@ def test_micro_slip_is_told_by_the_rigid_model_and_found_by_bristles(elastic: Po
         assert parameter.bound < 0.03 * value
 
 
+@pytest.mark.nightly
 def test_without_micro_slip_bristles_are_not_made_up(rigid: Pool) -> None:
     found = fit_friction(rigid, estimator="lugre")
     assert (found.estimator, found.law) == ("whole-cycle", "Conti")

@@ -42,6 +42,7 @@ def ready(logs: list[RigLog]) -> Pool:
     return pool(logs, allow_no_stick=True)
 
 
+@pytest.mark.nightly_for("whole-cycle-0.02", "shooting-0.03", "weak-form-0.02")
 @pytest.mark.parametrize(
     ("estimator", "near"), [("weak-form", 0.02), ("savitzky-golay", 0.2), ("shooting", 0.03), ("whole-cycle", 0.02)]
 )

@@ -33,6 +33,7 @@ def ready() -> Pool:
     return bench(None)
 
 
+@pytest.mark.nightly
 def test_a_fit_is_the_same_to_the_last_bit_however_many_threads_share_it(ready: Pool) -> None:
     alone, shared = (
         fit_friction(ready, disturbances=NAMED, options=Options(workers=workers)).to_json() for workers in (1, 5)
@@ -89,6 +90,7 @@ def interrupted(share: float) -> Callable[[float], None]:
     return told
 
 
+@pytest.mark.nightly_for("0.4-disturbances were not sought")
 @pytest.mark.parametrize(
     "share, missing", [(0.4, "disturbances were not sought"), (0.56, r"show \(wear\) were not estimated")]
 )

@@ -33,6 +33,7 @@ def exponential() -> Pool:
     return pool([emulate(one, 7, number) for number, one in enumerate(runs)])
 
 
+@pytest.mark.nightly
 def test_the_interval_of_a_wrong_law_holds_the_truth_by_the_spread(exponential: Pool) -> None:
     fit = fit_friction(exponential, estimator="weak-form", law_spread="all")
     low, high = fit.noise_interval("mu_s")
@@ -118,6 +119,7 @@ def test_a_fall_below_all_slip_speeds_is_said() -> None:
     assert any("the smallest slip speed in the logs: mu_s is no measurement" in said for said in fit.warnings)
 
 
+@pytest.mark.nightly
 def test_contacts_that_age_are_shot_from_the_age_of_their_slip() -> None:
     ageing = Material("paper/rubber", {"mu_r": 0.5, "weakening": 0.06, "a": 0.01, "D_c": 1e-4}, "dieterich")
     runs = [Emulation(f"{w:g}", (Disc(ageing, w),), duration=5.0) for w in (0.41, 1.4)]
@@ -128,6 +130,7 @@ def test_contacts_that_age_are_shot_from_the_age_of_their_slip() -> None:
     assert any("does not tell a and D_c" in said for said in fit.warnings)
 
 
+@pytest.mark.nightly
 def test_laws_are_shot_at_the_same_residuals(exponential: Pool) -> None:
     """Conti's law with no viscous friction is Conti's law, to the last residual."""
     first = shooting.estimate(exponential, find_law("Tustin"), Options())

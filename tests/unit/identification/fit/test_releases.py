@@ -62,6 +62,7 @@ def held(tmp_path_factory: pytest.TempPathFactory) -> FrictionFit:
     return fitted(tmp_path_factory.mktemp("held"), B, (0.3, 3.0, 30.0, 5.0, 15.0, 1.0))
 
 
+@pytest.mark.nightly
 def test_every_stick_lets_go_at_the_level_of_its_age(held: FrictionFit) -> None:
     assert held.breakaway is not None
     found = held.breakaway.releases
@@ -82,6 +83,7 @@ def test_holds_over_two_decades_tell_the_growth(held: FrictionFit) -> None:
     assert any("let go at" in said for said in _certainty(held))
 
 
+@pytest.mark.nightly
 def test_a_growth_of_one_per_cent_a_decade_is_told_by_holds(tmp_path: Path) -> None:
     seen = fitted(tmp_path, 0.01, (0.3, 3.0, 30.0, 5.0, 15.0, 1.0), estimator="weak-form").breakaway
     assert seen is not None and seen.ages and seen.growth is not None and seen.growth_deviation is not None

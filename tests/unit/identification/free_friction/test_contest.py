@@ -51,6 +51,7 @@ CASES: dict[str, tuple[Bent, Faults, float]] = {
 }
 
 
+@pytest.mark.nightly_for("spring", "normal-force", "damping", "drive-encoder")
 @pytest.mark.parametrize("name", CASES)
 def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> None:
     bent, faults, size = CASES[name]
@@ -63,6 +64,7 @@ def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> No
     assert fit.free is not None and fit.free.explains
 
 
+@pytest.mark.nightly
 def test_settling_friction_is_named_and_its_mean_is_the_law() -> None:
     def warming(time: float, angle: float, log: int, turned: float) -> float:
         return 1 - 0.03 * float(np.exp(-max(time, 0.0) / 10))
@@ -74,6 +76,7 @@ def test_settling_friction_is_named_and_its_mean_is_the_law() -> None:
     assert np.all(np.abs(errors) < 3)
 
 
+@pytest.mark.nightly_for("6")
 @pytest.mark.parametrize("seed", [6, 7])
 def test_a_clean_bench_has_nothing_named(seed: int) -> None:
     fit = fit_friction(logs(seed), law_spread="none")
@@ -100,6 +103,7 @@ def test_what_nobody_knows_has_no_name_and_widens_the_law() -> None:
     assert np.all(np.abs(off(fit)) < 4)
 
 
+@pytest.mark.nightly
 def test_what_explains_but_half_has_no_name() -> None:
     """A load that rocks at 3.3 Hz goes best with a bend of the laser, and leaves residuals that are no noise."""
 
@@ -111,6 +115,7 @@ def test_what_explains_but_half_has_no_name() -> None:
     assert np.all(np.abs(off(fit)) < 3)
 
 
+@pytest.mark.nightly
 def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> None:
     fit = fit_friction(logs(6), law_spread="none", disturbances="none")
     solved = fit.solved
@@ -136,6 +141,7 @@ def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> Non
             np.testing.assert_allclose(row.shared[:, place] / scale, one / scale, atol=2e-2, err_msg=term.name)
 
 
+@pytest.mark.nightly
 def test_names_are_taken_for_granted_where_they_are_given() -> None:
     fit = fit_friction(logs(6), law_spread="none", disturbances=["spring"])
     (cause,) = fit.causes

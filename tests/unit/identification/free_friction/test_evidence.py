@@ -36,6 +36,7 @@ def test_the_values_of_a_law_are_those_of_weighted_least_squares() -> None:
     assert seen.freedom == COEFFICIENTS - 2
 
 
+@pytest.mark.nightly
 def test_laws_have_on_the_curve_the_values_that_shooting_gives_them() -> None:
     ready = pool(foreign_logs(Bench(lambda speed: 0.3 / (1 + 15 * speed) + 0.35), 3, (0.41, 0.83)))
     estimate = shooting.estimate(ready, find_law("Conti"), Options())

@@ -88,6 +88,7 @@ def test_a_law_of_another_form_is_seen_to_depart(plain: FrictionFit) -> None:
     assert "The law departs from its form: by" in plain.free.words(without_bump)
 
 
+@pytest.mark.nightly
 def test_a_law_of_another_form_is_no_disturbance_and_no_wrong_radius() -> None:
     """The Conti law asks for R = .128 m on these logs, or for wear; friction free of any law for neither."""
     sought = fitted(with_drawn_constants(Bench(scalar(waved)), np.random.default_rng(3)), 3, "auto")
@@ -154,6 +155,7 @@ def test_slips_are_followed_as_by_another_integrator(plain: FrictionFit) -> None
     assert slips.under((), ("gain",)).rows(guess)[0].shared.shape[1] == COEFFICIENTS + 1
 
 
+@pytest.mark.nightly
 def test_a_torque_that_no_term_explains_is_said() -> None:
     strange = fitted(Bench(lambda speed: 0.3 / (1 + 15 * speed) + 0.35, k3=1.0), 4)
     assert strange.free is not None and strange.free.unexplained > 0
@@ -196,6 +198,7 @@ def test_of_disturbances_that_are_named_the_strongest_is_told_first(plain: Frict
     assert len(gains) == 3 and gains == sorted(gains, reverse=True) and gains[0] > gains[-1]
 
 
+@pytest.mark.nightly
 def test_lesser_logs_tell_none(plain: FrictionFit) -> None:
     solved = plain.solved
     assert solved is not None and isinstance(solved.problem, ShootingProblem)

@@ -50,6 +50,7 @@ def written(path: Path, time: np.ndarray, angle: np.ndarray, heads: str = "time,
     return path
 
 
+@pytest.mark.nightly_for("True")
 @pytest.mark.parametrize("pendulum", [False, True])
 def test_all_three_kinds_of_friction_are_told_apart(tmp_path, pendulum: bool) -> None:
     """With noise of 1e-4 rad: within four deviations, dry friction to 1 %."""
@@ -76,6 +77,7 @@ def test_a_driven_start_is_cut_and_two_decays_in_a_file_are_parted(tmp_path) -> 
     assert time[-1] < 25.0
 
 
+@pytest.mark.nightly
 def test_the_command_reads_degrees_and_refuses_what_does_not_decay(tmp_path) -> None:
     time, angle = swinging(0.5, pendulum=True, end=30.0)
     path = written(tmp_path / "swing.csv", time, np.rad2deg(angle), "time [s],theta [deg]")

@@ -153,6 +153,7 @@ SYNTHETIC = {
 }
 
 
+@pytest.mark.nightly_for("BoucWen-2", "BoucWen-1", "MaxwellSlip-2")
 @pytest.mark.parametrize("law", SYNTHETIC)
 def test_a_law_is_found_from_its_own_loop(law: str) -> None:
     """With noise of 1 % of the force: within four deviations; and the law is a law of a mechanism again."""
@@ -238,6 +239,7 @@ def test_dampers_of_several_currents_are_told_together() -> None:
     assert unseen.left(logs[-1]) < 0.13
 
 
+@pytest.mark.nightly
 def test_the_command_says_it_writes_it_and_refuses(tmp_path, loop) -> None:
     path = written(tmp_path / "loop_5mm.csv", {"x": loop[0], "force": loop[1]})
     runner, files = CliRunner(), [str(tmp_path / name) for name in ("fit.json", "fit.svg", "law.fmu")]

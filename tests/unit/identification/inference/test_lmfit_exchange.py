@@ -65,6 +65,7 @@ def test_a_parameter_that_is_held_stays_and_bounds_are_kept(estimator: str, requ
     assert 0.4 <= other["mu_k"].value < 0.4001 and other["mu_k"].at_bound
 
 
+@pytest.mark.nightly_for("weak-form")
 @pytest.mark.parametrize("estimator", ["weak-form", "shooting"])
 def test_a_fit_goes_on_in_lmfit(estimator: str, rigid: Pool) -> None:
     fit = fit_friction(rigid, estimator=estimator)
@@ -79,6 +80,7 @@ def test_a_fit_goes_on_in_lmfit(estimator: str, rigid: Pool) -> None:
         FrictionFit.from_json(fit.to_json()).to_lmfit()
 
 
+@pytest.mark.nightly
 def test_a_parameter_held_in_the_fit_is_held_in_lmfit(rigid: Pool) -> None:
     fit = fit_friction(rigid, estimator="weak-form", parameters=asked(("p", 12.0, False, 0, 20)))
     _, result = fit.to_lmfit()

@@ -155,6 +155,7 @@ def test_a_law_goes_to_another_process() -> None:
         np.testing.assert_array_equal(again.value(v, q), law.value(v, q))
 
 
+@pytest.mark.nightly
 def test_functions_are_made_once_and_then_without_sympy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path))
     script = "import sys; from identification.laws import find_law; find_law('Conti'); print('sympy' in sys.modules)"

@@ -144,6 +144,7 @@ def test_what_is_known_of_an_axis_need_not_be_found():
     assert any("not compared, for Fc is taken as known" in said for said in told)
 
 
+@pytest.mark.nightly
 def test_several_logs_of_a_recipe_are_pooled(tmp_path):
     """Half of the axis's log in each of two files: nearly the values of the whole, each half predicted by the other."""
     lines = AXIS.read_text().splitlines(keepends=True)
@@ -157,6 +158,7 @@ def test_several_logs_of_a_recipe_are_pooled(tmp_path):
     assert found.joints[0].seen.relative_error < found.joints[0].left_out.relative_error < 0.02
 
 
+@pytest.mark.nightly
 def test_the_fit_of_a_recipe_goes_on_as_that_of_any_machine(tmp_path):
     """Compared, reported and handed on: the engine's run is the fit's, by the recipe's own filters."""
 
@@ -182,6 +184,7 @@ def test_the_fit_of_a_recipe_goes_on_as_that_of_any_machine(tmp_path):
     assert {name: handed[name]["value"] for name in TRUTH} == {one["name"]: one["value"] for one in found["parameters"]}
 
 
+@pytest.mark.nightly
 def test_what_a_method_or_a_log_does_not_have_is_said(tmp_path):
     axis = recipe_machine(read_recipe("axis"))
     logs = axis.logs([AXIS])
@@ -216,6 +219,7 @@ def test_beside_a_log_of_a_joint_that_does_not_move_there_is_no_share_of_its_mot
     assert run.joints[0].relative is None and run.joints[0].error == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.nightly
 def test_noise_that_biases_the_recipe_s_least_squares_is_told_with_the_values_by_instruments(tmp_path):
     """0.2 mm on the positions: at the recipe's 30 Hz a fifth of the mass is lost, and found again."""
     rows = np.loadtxt(AXIS, delimiter=",", skiprows=1)
@@ -229,6 +233,7 @@ def test_noise_that_biases_the_recipe_s_least_squares_is_told_with_the_values_by
     assert not any("Instruments" in one for one in inverse_dynamics(read_recipe("axis"), AXIS).verdicts)
 
 
+@pytest.mark.nightly
 def test_the_end_of_a_log_in_motion_is_dropped_as_its_begin_is(tmp_path):
     """Filters run both ways and have an edge at either end. Noise-free, so that the edges are all that is left: without
     them the error of the effort is that of the differences, (2 pi 2 Hz/1 kHz)^2/3 = 5e-5."""

@@ -33,6 +33,7 @@ def found(arm: Mechanism) -> Excitation:
     return excite(arm, LIMITS, known=KNOWN, period=6.0, harmonics=3)
 
 
+@pytest.mark.nightly
 def test_the_motion_stays_within_limits_and_is_its_own_derivative(found: Excitation):
     time = np.linspace(0.0, 6.0, 4001)
     q, v, a = found.at(time)
@@ -80,6 +81,7 @@ def test_limits_that_allow_nothing_are_refused(arm: Mechanism, limits: dict[str,
         excite(arm, limits, known=KNOWN)
 
 
+@pytest.mark.nightly
 def test_the_command_writes_the_motion(tmp_path: Path):
     limits = [f"--limit={name}={low}:{high}" for name, (low, high) in list(LIMITS.items())[:2]]
     asked = [

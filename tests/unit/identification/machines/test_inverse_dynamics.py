@@ -62,6 +62,7 @@ def test_without_noise_the_values_are_exact_with_and_without_decimation(tmp_path
     assert found == pytest.approx([M, Fv, Fc, offset], abs=1e-9 * max(M, abs(Fv), abs(Fc), abs(offset)))
 
 
+@pytest.mark.nightly_for("differences")
 @pytest.mark.parametrize(
     "derivatives",
     ["", '[signals.velocity]\nderivative_of = "position"\nsavitzky_golay = { order = 5, window = "25 ms" }\n'],
@@ -76,6 +77,7 @@ def test_derivatives_of_the_position_give_the_same_values(tmp_path, derivatives)
         assert found[name].value == pytest.approx(value, rel=3e-3 if name == "offset" else 1e-3)
 
 
+@pytest.mark.nightly
 def test_a_second_derivative_by_one_polynomial(tmp_path):
     text = MEASURED.replace(
         'column = "a"\nunit = "m/s2"',
@@ -94,6 +96,7 @@ def test_units_and_gains_are_converted(tmp_path):
     assert found["M"].value == pytest.approx(5.0)
 
 
+@pytest.mark.nightly
 def test_a_gain_is_read_from_the_log(tmp_path):
     from scipy.io import savemat
 
@@ -151,6 +154,7 @@ def test_a_stretch_between_gaps_too_short_to_filter_is_left_out_and_counted(tmp_
     assert prepared.notes == ("The clock has 2 gaps; no filter runs across them (15 samples left out).",)
 
 
+@pytest.mark.nightly
 def test_slow_samples_can_be_left_out(tmp_path):
     """The machine's friction is not Coulomb's below 0.05 m/s; what is faster gives the exact values."""
     odd = fitted(tmp_path, effort=lambda x, v, a: slide(x, v, a) * (np.abs(v) > 0.05))
@@ -172,6 +176,7 @@ def test_weights_count(tmp_path):
     assert result["offset"].value == pytest.approx(-0.5)
 
 
+@pytest.mark.nightly
 def test_standard_deviations_hold_for_coloured_noise(tmp_path):
     """AR(1) noise of correlation 0.95: 60 fits spread as Newey and West say, not as white noise would."""
     recipe, rng = read_recipe(recipe_of(tmp_path)), np.random.default_rng(5)
@@ -185,6 +190,7 @@ def test_standard_deviations_hold_for_coloured_noise(tmp_path):
     assert np.all(white < 0.5), white
 
 
+@pytest.mark.nightly
 def test_coloured_noise_is_called_coloured(tmp_path):
     assert "coloured" in said(fitted(tmp_path, noise=coloured(10_000, 0.95, np.random.default_rng(5))))
 
@@ -197,6 +203,7 @@ def test_white_noise_is_called_white(tmp_path):
     assert 0.6 * result.samples < result.effective_samples <= result.samples
 
 
+@pytest.mark.nightly
 def test_samples_of_an_autoregression_count_as_independent_ones(tmp_path):
     """A constant effort is the mean of n values: worth n (1 - a)/(1 + a), fewer by the widening, 1.16."""
     text = MEASURED + '[terms]\noffset = "offset"\n'
@@ -208,6 +215,7 @@ def test_samples_of_an_autoregression_count_as_independent_ones(tmp_path):
     assert np.median([one.effective_samples for one in found]) == pytest.approx(10_000 / 9 / 1.16, rel=0.25)
 
 
+@pytest.mark.nightly
 def test_a_poor_fit_is_called_poor_and_a_good_one_is_not(tmp_path):
     good = fitted(tmp_path, noise=0.1 * np.random.default_rng(0).normal(size=10_000))
     assert "Poor" not in said(good)
@@ -216,6 +224,7 @@ def test_a_poor_fit_is_called_poor_and_a_good_one_is_not(tmp_path):
     assert f"the model fits {100 * (1 - poor.joints[0].seen.relative_error):.0f} % of it" in said(poor)
 
 
+@pytest.mark.nightly
 def test_values_without_meaning_are_named(tmp_path):
     backwards = fitted(tmp_path, effort=lambda x, v, a: -5 * a + 12 * v + 3 * np.sign(v))
     assert "M = -5 kg is below zero, which inertia cannot be: check the signs" in said(backwards)
@@ -231,6 +240,7 @@ def test_an_effort_that_never_changes_is_refused(tmp_path):
         fitted(tmp_path, effort=lambda x, v, a: np.full_like(x, 2.0))
 
 
+@pytest.mark.nightly
 def test_a_log_of_another_machine_scores_worse(tmp_path):
     recipe = read_recipe(recipe_of(tmp_path))
     noise = np.random.default_rng(0).normal(size=10_000)
@@ -244,6 +254,7 @@ def test_a_log_of_another_machine_scores_worse(tmp_path):
     assert "other.csv" in said(result) and "same.csv" not in said(result)
 
 
+@pytest.mark.nightly
 def test_errors_below_a_per_cent_are_told_apart(tmp_path):
     noise = 0.03 * np.random.default_rng(0).normal(size=10_000)
     other = log_of(tmp_path, effort=lambda x, v, a: slide(x, v, a) + 0.08 * np.sign(v), noise=noise, name="other")
@@ -278,6 +289,7 @@ def test_turning_bodies_have_gravity_and_other_units(tmp_path):
 LAWS = '[friction]\ncompare = ["Coulomb", "Coulomb+viscous", "Conti"]\n'
 
 
+@pytest.mark.nightly
 def test_friction_that_rises_with_speed_is_not_taken_for_contis(tmp_path):
     """Concave: Conti with mu_s < mu_k fits it better than a straight line, and is put aside."""
 
@@ -305,6 +317,7 @@ def test_friction_of_each_direction_takes_the_place_of_the_offset(tmp_path):
     assert found.bic - found.aic == pytest.approx(6 * (np.log(laws.effective) - 2))
 
 
+@pytest.mark.nightly
 def test_contis_friction_is_found_where_it_is(tmp_path):
     def conti(x, v, a):
         return 5 * a + np.sign(v) * 10.0 * ((0.65 - 0.35) / (1 + 15 * np.abs(v)) + 0.35)

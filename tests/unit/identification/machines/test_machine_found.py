@@ -135,6 +135,7 @@ def test_it_is_run_beside_logs_window_by_window(arm: Mechanism, saved: Path):
         assert right.relative < 0.03 and other.relative > 5 * right.relative
 
 
+@pytest.mark.nightly
 def test_the_commands_take_it_further(tmp_path: Path, saved: Path):
     """Compare, report, apply: figures, a page that holds the fit, an FMU and a system with its values."""
     fit = read_machine_fit(saved)

@@ -48,6 +48,7 @@ def test_each_joint_has_its_own_law():
     assert elbow.values["F_c+"] == pytest.approx(ARM["f2"], rel=0.15)
 
 
+@pytest.mark.nightly
 def test_an_offset_of_the_machine_is_friction_by_direction():
     """The elbow's friction is greater forwards: declared as an offset of its effort, told by laws of either form."""
     arm = load(DATA / "two_link_arm.py")
@@ -63,6 +64,7 @@ def test_an_offset_of_the_machine_is_friction_by_direction():
     assert by_direction["F_c-"] == pytest.approx(ARM["f2"] - DIFFERENCE, rel=0.15)
 
 
+@pytest.mark.nightly
 def test_the_command_compares_laws_of_a_machine():
     arm, one = str(DATA / "two_link_arm.py"), str(DATA / "two_link_arm_1.csv")
     asked = [arm, one, "--set", "g=9.81", "--set", "l1=0.3", "--method", "least squares", "--laws"]

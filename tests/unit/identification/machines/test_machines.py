@@ -192,6 +192,7 @@ def test_the_figure_shows_efforts_and_residuals_of_each_joint(arm: Mechanism, fi
     assert shade.get_label() == "held out"
 
 
+@pytest.mark.nightly
 def test_noise_of_the_positions_biases_least_squares_and_not_the_instruments(arm: Mechanism):
     noisy = [noised(0.005), noised(0.03)]
     found, worse = (identify_machine(arm, logs, known=KNOWN, cutoff=25.0) for logs in noisy)
@@ -218,6 +219,7 @@ def noised(deviation: float) -> list[MachineLog]:
     ]
 
 
+@pytest.mark.nightly
 def test_a_torque_of_the_wrong_sign_or_unit_shows_in_the_weight(arm: Mechanism):
     turned = replace(log(1), effort=-log(1).effort)
     small = replace(log(1), effort=0.001 * log(1).effort)
@@ -286,6 +288,7 @@ def test_gaps_and_logs_of_two_rates_are_taken(arm: Mechanism):
     assert found["m2 r2"].value == pytest.approx(ARM["m2"] * ARM["r2"], rel=0.02)
 
 
+@pytest.mark.nightly
 def test_a_piece_between_gaps_too_short_for_the_low_cutoff_is_left_out_of_instruments(arm: Mechanism):
     whole = log(1)
     gap = (whole.time < 6) | ((whole.time > 6.5) & (whole.time < 7.3)) | (whole.time > 7.8)

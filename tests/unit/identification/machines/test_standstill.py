@@ -53,6 +53,7 @@ def resting(seed: int) -> MachineLog:
     return MachineLog(f"resting {seed}", time, q[:, None], (tau + NOISE * rng.normal(size=len(tau)))[:, None])
 
 
+@pytest.mark.nightly_for("instruments")
 @pytest.mark.parametrize("method", ["instruments", "least squares"])
 def test_a_joint_that_rests_at_its_turns_is_told_and_left_out_there(method: str):
     logs = [resting(1), resting(2)]
@@ -74,6 +75,7 @@ def test_a_joint_that_rests_at_its_turns_is_told_and_left_out_there(method: str)
     assert law.values["F"] == pytest.approx(F, rel=0.01)
 
 
+@pytest.mark.nightly
 def test_joints_that_slide_throughout_lose_nothing_by_it():
     arm, known = load(DATA / "two_link_arm.py"), {"g": ARM["g"], "l1": ARM["l1"]}
     whole, moving = (identify_machine(arm, [log(1), log(2)], known=known, still=still) for still in (0.0, 0.1))

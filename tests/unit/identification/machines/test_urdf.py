@@ -140,6 +140,7 @@ def test_the_command_takes_a_urdf(tmp_path: Path):
     assert frictional == {"fv1", "fs1", "fv2", "fs2"}  # an offset may have either sign
 
 
+@pytest.mark.nightly
 def test_a_robot_on_a_wall_has_its_gravity_from_the_command(tmp_path: Path):
     """The same arm in logs where gravity acts along its base's x: weight follows the cosine of where a link points."""
     (tmp_path / "arm.urdf").write_text(arm())

@@ -47,6 +47,7 @@ def test_the_way_the_disc_is_let_go_does_not_matter() -> None:
     assert found.damping_ratio == pytest.approx(1.0, rel=1e-8)
 
 
+@pytest.mark.nightly
 def test_noise_stays_within_the_stated_deviations_and_the_goal() -> None:
     truth = np.array([47.81, 1.0036])
     scores = []

@@ -44,6 +44,7 @@ def held(fit: FrictionFit) -> list[bool]:
     return [low <= value <= high for (low, high), value in ends]
 
 
+@pytest.mark.nightly
 def test_an_encoder_alone_gives_the_law(counted: list[RigLog], shot: FrictionFit) -> None:
     fit = shot
     assert all(held(fit))
@@ -71,6 +72,7 @@ def test_derivatives_by_lines_and_zero_are_those_of_the_residuals(shot: Friction
         assert slope == pytest.approx(here.gradient[:, names.index(name)], abs=1e-3 * np.abs(slope).max())
 
 
+@pytest.mark.nightly_for("weak-form")
 @pytest.mark.parametrize("estimator", ["weak-form", "savitzky-golay"])
 def test_regressions_carry_misplaced_lines_in_their_deviations(counted: list[RigLog], estimator: str) -> None:
     ready = pool(counted)
@@ -81,6 +83,7 @@ def test_regressions_carry_misplaced_lines_in_their_deviations(counted: list[Rig
     assert fit.whiteness is None
 
 
+@pytest.mark.nightly
 def test_without_a_free_decay_the_zero_is_open_by_half_a_pitch(counted: list[RigLog]) -> None:
     shot, regressed = (fit_friction(counted[:2], estimator=name) for name in ("shooting", "weak-form"))
     # drives in one direction: mu is off by k zero/(R N), with the zero even over a pitch of 2 pi/1000
@@ -132,6 +135,7 @@ def derivative(fit: FrictionFit, name: str) -> tuple[np.ndarray, np.ndarray]:
     return (ahead - behind) / 2e-5, problem.evaluate(x).gradient[:, place]
 
 
+@pytest.mark.nightly
 def test_a_laser_alone_has_its_gain_found_with_the_law() -> None:
     logs = bench(encoder=None)
     fit = fit_friction(logs)
@@ -155,6 +159,7 @@ def test_a_laser_whose_zero_nothing_shows_is_told_with_what_it_may_cost() -> Non
     assert not any("No free decay shows" in one for one in pool(logs[:2], free_decay=fit_free_decay(logs[2])).warnings)
 
 
+@pytest.mark.nightly
 def test_a_laser_alone_does_not_judge_the_radius() -> None:
     logs = bench(encoder=None)
     R = logs[0].rig.R
@@ -166,6 +171,7 @@ def test_a_laser_alone_does_not_judge_the_radius() -> None:
     assert not fit.contradictions
 
 
+@pytest.mark.nightly
 def test_a_laser_of_unknown_gain_leaves_intervals_at_least_so_wide() -> None:
     logs = bench(encoder=None)
     laser = logs[0].calibration.laser
@@ -175,6 +181,7 @@ def test_a_laser_of_unknown_gain_leaves_intervals_at_least_so_wide() -> None:
     assert fit.unstated("mu_s") == ("laser",) and fit.at_least("p")
 
 
+@pytest.mark.nightly
 def test_nominal_speeds_are_found_with_the_law() -> None:
     logs = bench(drive_encoder=None, speed_deviation=0.005)
     fit, regressed = (fit_friction(logs, estimator=name) for name in ("shooting", "weak-form"))
@@ -191,6 +198,7 @@ def test_nominal_speeds_are_found_with_the_law() -> None:
     assert any("How the drives turned is not recorded" in warning for warning in fit.warnings)
 
 
+@pytest.mark.nightly
 def test_a_drive_of_which_nothing_is_known_is_refused() -> None:
     log = bench(drive_encoder=None)[0]
     with pytest.raises(StickslipError, match=r"or a nominal speed: stickslip describe .* --set 'w:FILE="):
@@ -199,6 +207,7 @@ def test_a_drive_of_which_nothing_is_known_is_refused() -> None:
     assert "w_1" in unsure.unstated("p")
 
 
+@pytest.mark.nightly
 def test_a_log_that_begins_before_the_motion_has_settled_is_compared_from_its_own_state(shot: FrictionFit) -> None:
     let_go = {"transient": 0.0, "start_angle": 0.08, "at_rest": True, "duration": 12.0}
     settings = [replace(one, **let_go) for one in standard_set(speeds=(0.83, 1.4))[:2]]
@@ -220,6 +229,7 @@ def test_a_log_that_begins_before_the_motion_has_settled_is_compared_from_its_ow
     assert steady.members[0].settling is None
 
 
+@pytest.mark.nightly_for("savitzky-golay", "whole-cycle", "weak-form")
 @pytest.mark.parametrize("estimator", ["shooting", "whole-cycle", "weak-form", "savitzky-golay"])
 def test_the_force_of_a_load_cell_takes_the_place_of_a_constant(weighed: list[RigLog], estimator: str) -> None:
     # by the sensors' noise alone, as the bound on p is

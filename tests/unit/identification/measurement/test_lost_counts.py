@@ -37,6 +37,7 @@ def test_a_pitch_that_is_wrong_is_no_loss() -> None:
     assert not lost_counts(np.arange(100) * 0.75 * PITCH, PITCH).any()
 
 
+@pytest.mark.nightly
 def test_a_log_that_lost_counts_is_as_one_that_did_not() -> None:
     bench = Bench(lambda speed: 0.3 / (1 + 15 * speed) + 0.35)
     whole = pool(foreign_logs(bench, 3, (0.41, 0.83)))

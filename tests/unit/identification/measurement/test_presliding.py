@@ -63,6 +63,7 @@ def test_a_law_that_is_far_off_at_rest_makes_no_elastic_contact(rigid: Pool, coe
     assert one is None or not one.elastic
 
 
+@pytest.mark.nightly
 def test_slip_shooting_follows_some_cycles_with_bristles_for_their_stiffness(elastic: Pool) -> None:
     one = fit_friction(elastic).presliding
     assert one is not None and one.stiffness is not None and one.stiffness_deviation is not None

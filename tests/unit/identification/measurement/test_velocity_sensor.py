@@ -85,6 +85,7 @@ def test_noise_of_first_order_is_whitened() -> None:
     assert (found @ found.T) / (found @ found.T)[0, 0] == pytest.approx(np.eye(20), abs=0.02)
 
 
+@pytest.mark.nightly_for("weak-form", "shooting")
 @pytest.mark.parametrize("estimator", ["shooting", "weak-form", "savitzky-golay"])
 def test_a_velocity_sensor_makes_a_fit_surer(plain: list[RigLog], seen: list[RigLog], estimator: str) -> None:
     def fitted(logs: list[RigLog]) -> FrictionFit:

@@ -38,6 +38,7 @@ def test_area_of_an_ellipse() -> None:
     assert polygon_area(ellipse(2.0, 0.5)) == pytest.approx(np.pi, rel=1e-4)
 
 
+@pytest.mark.nightly
 @settings(max_examples=15, deadline=None)
 @given(a=st.floats(0.3, 3), b=st.floats(0.3, 3), x=st.floats(-3, 3), y=st.floats(-3, 3))
 def test_a_hole_or_two_apart_add_or_subtract(a: float, b: float, x: float, y: float) -> None:

@@ -161,6 +161,7 @@ def text() -> str:
     return page(findings())
 
 
+@pytest.mark.nightly
 def test_the_page_is_well_formed_and_needs_nothing_but_itself(text: str) -> None:
     reader = Reader()
     reader.feed(text)
@@ -199,6 +200,7 @@ def test_a_page_is_written_whole_and_replaces_nothing(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
+@pytest.mark.nightly
 def test_ids_of_an_inline_figure_have_its_prefix() -> None:
     svg = inline_svg(family_figure(family()), "one", 'what "it" shows')
     assert svg.startswith("<svg") and svg.endswith("</svg>")

@@ -152,6 +152,7 @@ def test_slips_that_repeat_themselves_are_not_called_irregular(tmp_path, run):
         assert said in model.verdict
 
 
+@pytest.mark.nightly
 def test_the_model_is_smoothed_as_the_log_was(tmp_path, run):
     """A long window takes much off the peaks; off those of the model too, so that its coefficients stay."""
     done, friction = run

@@ -45,6 +45,7 @@ def check_schema(name: str, content: bytes) -> None:
     assert schema.validate(etree.fromstring(content)), schema.error_log
 
 
+@pytest.mark.nightly_for("3.0")
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_copied_fmu_starts_from_the_fitted_values_and_runs_with_them(fit, tmp_path, version) -> None:
     of_another_machine = "binaries/darwin64/disc_rig.dylib"

@@ -1,7 +1,5 @@
 """What the commands for logs of other machines share: recipes in, results out."""
 
-from __future__ import annotations
-
 import json as json_files
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,6 +31,13 @@ class ResultFiles:
     def check(self) -> None:
         """Refuse files before the work rather than after it."""
         check_files(self.result, figures=[self.figure], overwrite=self.overwrite)
+
+    def draw(self, figure: Callable[[], Any]) -> None:
+        """Write a figure if one is asked for."""
+        if self.figure:
+            from fmu_models.base.figures import save_figure
+
+            save_figure(figure(), self.figure, overwrite=self.overwrite)
 
     def say(self, found: dict[str, Any], report: Callable[[], Any], figures: Sequence[Path] | None = None) -> None:
         """Write the result if asked for, and print it as JSON, or its report and the files written. figures: where

@@ -120,10 +120,10 @@ def disc_motion(log: RigLog) -> DiscMotion:
         )
     _check_counts(log)
     stamps, angle = angle_at_ticks(log)
-    clipped = laser_clipped(log) if _by_laser(log) else np.zeros(len(angle), dtype=bool)
+    clipped = laser_clipped(log) if angle_sensor(log) == "laser" else np.zeros(len(angle), dtype=bool)
     passes = passed_lines(log) if by_encoder(log) else None
     stray = _stray(angle, float(np.median(np.diff(stamps)))) if passes is None else np.zeros(len(angle), dtype=bool)
-    if _by_laser(log):
+    if angle_sensor(log) == "laser":
         stray |= np.isnan(angle) & ~clipped & np.isfinite(log.column("laser"))
     warnings = (*clipped_warning(log, clipped), *stray_warning(log, stray))
     good = np.isfinite(angle) & ~stray
@@ -288,7 +288,7 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     Raises:
         StickslipError: laser and encoder differ by more than a tolerance: one calibration is wrong.
     """
-    usable = [m for m in motions if _by_laser(m.log) and m.log.has("encoder_count")]
+    usable = [m for m in motions if angle_sensor(m.log) == "laser" and m.log.has("encoder_count")]
     # a log that passes one line alone fixes its own offset and tells nothing else
     usable = [m for m in usable if len(np.unique(_edge_equations([m], window).line)) > 1]
     if not usable:
@@ -324,7 +324,7 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     )
     rms = float(np.sqrt(np.mean(residual**2)))
     fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=_bend(equations))
-    return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
+    return [corrected(m, gain, delay) if angle_sensor(m.log) == "laser" else m for m in motions], fit
 
 
 def _bend(equations: EdgeEquations) -> tuple[float, float]:
@@ -344,13 +344,9 @@ def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:
     return SensorFit(covariance=np.diag([0.0, clock**2]), rms=rms)
 
 
-def _by_laser(log: RigLog) -> bool:
-    return log.has("laser") and not log.has("angle")
-
-
 def zeroed(motion: DiscMotion, zero: float) -> DiscMotion:
     """The motion with the angle sensor's zero put where it showed ``zero`` (rad)."""
-    if not _by_laser(motion.log):
+    if angle_sensor(motion.log) != "laser":
         passes = None if motion.passes is None else motion.passes.turned(-zero)
         return replace(motion, angle=motion.angle - zero, passes=passes)
     return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(zero)))

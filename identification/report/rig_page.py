@@ -1,26 +1,22 @@
 """The page of a rig's fit: verdicts, figures, tables, assumptions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmu_models.base.table import Table
+from identification.estimators.savitzky_golay import FrictionSamples
+from identification.fit.result import FrictionFit
+from identification.inference.problem import Evaluation
+from identification.measurement.free_decay import FreeDecay
+from identification.model_check.families import FamilyComparison
 from identification.model_check.portraits import MEANING
 from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
+from identification.next_step.design import Design
 from identification.report import tables
 from identification.report.citations import citations
 from identification.report.page import Findings, Section, bullets, drawing, nested, paragraph, warned
-
-if TYPE_CHECKING:
-    from identification.estimators.savitzky_golay import FrictionSamples
-    from identification.fit.result import FrictionFit
-    from identification.inference.problem import Evaluation
-    from identification.measurement.free_decay import FreeDecay
-    from identification.model_check.families import FamilyComparison
-    from identification.next_step.design import Design
-    from rig_io.logs.log import RigLog
+from rig_io.logs.log import RigLog
 
 INTERVALS = (
     "95 %: what noise and rig constants leave open together{least}. Noise: what sensors and the scatter from slip to "

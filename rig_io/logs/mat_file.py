@@ -13,13 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from rig_io.logs.guarded import Damaged
 
 LONG = 1000  # values
-
-
-class Damaged(StickslipError):
-    """The parser does not understand the file; the text is the parser's."""
 
 
 @dataclass(frozen=True)

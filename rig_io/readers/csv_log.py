@@ -210,8 +210,6 @@ def _whole_rows(path: Path, block: bytes, layout: Layout, line: int) -> bytes:
     body = block.rstrip(b"\r\n\t \x1a" if layout.separator != "\t" else b"\r\n \x1a")
     if not body.strip():
         return b""
-    if layout.separator == "\t":
-        body = block.rstrip(b"\r\n \x1a")
     start = body.rfind(b"\n") + 1
     final = body[start:].decode(layout.encoding, errors="replace")
     cells = _count(final, layout)

@@ -1,5 +1,7 @@
 """Command that shows the whole road once."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated
 

@@ -86,6 +86,7 @@ def inverse(
         from identification.machines.inverse import identify_machine
         from identification.machines.joint_laws import LAWS
         from identification.machines.read import is_recipe, machine_at
+        from identification.report.machine_tables import machine_report
 
         own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method or still)
         machine = machine_at(recipe, gravity_of(gravity), columns_of(columns))
@@ -110,9 +111,6 @@ def inverse(
             columns=columns_of(columns),
         )
         files.draw(lambda: _figure(machine.mechanism, fit, others))
-
-    from identification.report.machine_tables import machine_report
-
     files.say(fit.to_dict(), lambda: machine_report(fit))
 
 

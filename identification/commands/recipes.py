@@ -1,5 +1,7 @@
 """What the commands for logs of other machines share: recipes in, results out."""
 
+from __future__ import annotations
+
 import json as json_files
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -271,17 +271,8 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
         lasts = time[-1] - time[0]
         share = (time[inside] - time[0]) / lasts - 0.5
         same, load = np.ones(len(share)), load_factor(segment.motion, force)[inside]
-        places.append(
-            Whereabouts(
-                turned[id(segment.motion)][inside],
-                segment.angle,
-                share,
-                log * same,
-                load,
-                lasts * same,
-                np.gradient(segment.angle, segment.motion.step),
-            )
-        )
+        drive, speed = turned[id(segment.motion)][inside], np.gradient(segment.angle, segment.motion.step)
+        places.append(Whereabouts(drive, segment.angle, share, log * same, load, lasts * same, speed))
     return places
 
 

@@ -158,17 +158,9 @@ def _lines(ready: Pool) -> tuple[Unknown, ...]:
         return ()
     deviation = ready.sensors.rms
     reach = REACH * deviation
-    return tuple(
-        Unknown(
-            f"{LINE}{line}",
-            "rad",
-            -reach,
-            reach,
-            "misplacement of a line",
-            Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling"),
-        )
-        for line in np.unique(np.concatenate(passed))
-    )
+    lines = np.unique(np.concatenate(passed))
+    priors = [Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling") for line in lines]
+    return tuple(Unknown(prior.name, "rad", -reach, reach, "misplacement of a line", prior) for prior in priors)
 
 
 def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:

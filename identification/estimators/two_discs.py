@@ -319,12 +319,5 @@ def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> Joi
         return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
     these = build({})
-    return JointProblem(
-        law,
-        these,
-        ready.priors,
-        build,
-        drawn=ready.drawn,
-        zero=loose(ready),
-        guess=first_guess(these, law) if guess is None else guess,
-    )
+    guess = first_guess(these, law) if guess is None else guess
+    return JointProblem(law, these, ready.priors, build, drawn=ready.drawn, zero=loose(ready), guess=guess)

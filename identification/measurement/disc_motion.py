@@ -144,11 +144,7 @@ def disc_motion(log: RigLog) -> DiscMotion:
 
 
 def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
-    """Normal forces (n_discs, n) in N at times (n,); None where not each disc in contact has a load cell.
-
-    Raises:
-        StickslipError: a cell that pulls.
-    """
+    """Normal forces (n_discs, n) in N at times (n,); None where not each disc in contact has a load cell."""
     names = [f"load{contact[-1]}" for contact in log.contacts]
     if not names or not all(log.has(name) for name in names):
         return None
@@ -283,11 +279,7 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
 def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
     """Laser angles scaled and dated by the encoder.
 
-    Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`.
-
-    Raises:
-        StickslipError: laser and encoder differ by more than a tolerance: one calibration is wrong.
-    """
+    Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`."""
     usable = [m for m in motions if angle_sensor(m.log) == "laser" and m.log.has("encoder_count")]
     # a log that passes one line alone fixes its own offset and tells nothing else
     usable = [m for m in usable if len(np.unique(_edge_equations([m], window).line)) > 1]

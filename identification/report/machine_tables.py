@@ -35,14 +35,8 @@ def machine_report(fit: MachineFit) -> Group:
 def parameters_table(fit: MachineFit) -> Table:
     """Base parameters, by the method that was asked for and, beside instruments, by least squares."""
     squares = fit.method != METHODS[0]
-    columns: list[str | Column] = [
-        "parameter",
-        Column("meaning", spare=4),
-        "value",
-        "sd",
-        Column("sd if white", spare=3),
-    ]
-    columns += [Column("ratio", spare=3)] if squares else []
+    columns: list[str | Column] = ["parameter", Column("meaning", spare=4), "value", "sd"]
+    columns += [Column("sd if white", spare=3), *([Column("ratio", spare=3)] if squares else [])]
     columns += ["unit"]
     if not squares:
         columns += [*(Column(x, spare=2) for x in ("least squares", "its sd")), Column("shift, sd", spare=1)]

@@ -49,7 +49,6 @@ REPORTS = {
     HysteresisFit: hysteresis_report,
 }
 
-
 for kind, drawing in DRAWN.items():
     draw.register(kind, drawing)
 for kind, report in REPORTS.items():

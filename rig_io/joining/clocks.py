@@ -136,11 +136,7 @@ def _pairs(first: Table, second: Table) -> Iterator[tuple[str, str]]:
 
 
 def _aligned(first: Table, first_name: str, second: Table, second_name: str, sizes: Mapping[str, float]) -> ClockFit:
-    """The line between two clocks by two signals.
-
-    Raises:
-        StickslipError: they are not the same signal, or repeat themselves.
-    """
+    """The line between two clocks by two signals."""
     a, b = _signal(first, first_name), _signal(second, second_name)
     step, lags, score = _correlation(a, b)
     if score.max() < ALIKE:

@@ -158,11 +158,7 @@ def _rate(resource: Mapping[str, Any], where: str) -> float | None:
 
 
 def _calibrated(table: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:
-    """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows.
-
-    Raises:
-        StickslipError: nothing is stated of an instrument.
-    """
+    """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows."""
     columns, remarks = dict(table.columns), []
     for column, instrument in _INSTRUMENTS.items():
         if column not in columns:

@@ -230,11 +230,7 @@ def _count(row: str, layout: Layout) -> int:
 
 
 def _frame(path: Path, block: bytes, layout: Layout, numeric: Sequence[int], line: int) -> DataFrame:
-    """The wanted columns of a block of whole rows, numbers as float64, stamps as text.
-
-    Raises:
-        StickslipError: a row of another length, or a cell that is no number; with its line.
-    """
+    """The wanted columns of a block of whole rows, numbers as float64, stamps as text."""
     import pandas
 
     if not block.isascii():

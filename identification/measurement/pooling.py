@@ -90,7 +90,8 @@ def pool(
     segments = tuple(segment for _, segments in usable for segment in segments)
     said = (*warnings, *unfit, *empty, *sensors.warnings, *pool_warnings(sliding, sensors, priors, free_decay))
     said += zero_unseen(motions, segments, values, free_decay)
-    readings, of_logs = stated_readings(sliding) if free_decay is not None else (), (contacts, materials, arrangement)
+    readings = stated_readings(sliding) if free_decay is not None else ()
+    of_logs: tuple[tuple[str, ...], tuple[str, ...], Arrangement] = (contacts, materials, arrangement)
     return Pool(motions, segments, sensors, priors, *of_logs, threshold, said, readings, zero, free_decay)
 
 

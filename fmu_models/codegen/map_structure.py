@@ -1,6 +1,6 @@
 """The variables of a map's FMU: its states are discrete outputs, which change at its time events alone."""
 
-from fmu_models.codegen.model_structure import Unknown
+from fmu_models.codegen.model_structure import ModelUnknown
 from fmu_models.codegen.variables import Variables
 from fmu_models.lowering.hybrid_system import HybridSystem
 
@@ -24,7 +24,7 @@ class MapStructure:
     def __init__(self, system: HybridSystem) -> None:
         self.system = system
         self.variables = MapVariables(system)
-        self.output_unknowns = [Unknown(v) for v in self.variables.states]
-        self.derivative_unknowns: list[Unknown] = []
-        self.initial_unknowns: list[Unknown] = []
-        self.indicator_unknowns: list[Unknown] = []
+        self.output_unknowns = [ModelUnknown(v) for v in self.variables.states]
+        self.derivative_unknowns: list[ModelUnknown] = []
+        self.initial_unknowns: list[ModelUnknown] = []
+        self.indicator_unknowns: list[ModelUnknown] = []

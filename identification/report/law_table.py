@@ -3,7 +3,7 @@
 from math import isfinite
 
 from fmu_models.base.digits import value_with_sd
-from fmu_models.base.table import Cell, Column, Table, number, table
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, number, table
 from identification.inference.comparison import LawComparison, LawScore
 
 LEGEND = (
@@ -12,7 +12,7 @@ LEGEND = (
 )
 
 
-def law_table(found: LawComparison, of: str = "") -> Table:
+def law_table(found: LawComparison, of: str = "") -> PrintedTable:
     """One row for each law, the best first. of: what has the friction, before the title."""
     by = f" by {found.estimator}" if found.estimator else ""
     title = f"Friction laws{by}: {found.residuals} residuals, worth {found.effective:.0f} independent ones"
@@ -30,8 +30,17 @@ def law_table(found: LawComparison, of: str = "") -> Table:
         ]
         for score in found.scores
     ]
-    heads = ("law", "BIC", Column("AIC", spare=2), Column("weight", spare=1), "held out", "worse by", "parameters", "")
-    return table(f"{of}: {title}" if of else title, heads, rows)
+    heads = (
+        "law",
+        "BIC",
+        PrintedColumn("AIC", spare=2),
+        PrintedColumn("weight", spare=1),
+        "held out",
+        "worse by",
+        "parameters",
+        "",
+    )
+    return table(f"{of}: {title}" if of else title, (*heads, "held out", "worse by", "parameters", ""), rows)
 
 
 def _value(one: LawScore, name: str) -> str:

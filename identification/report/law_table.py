@@ -30,17 +30,9 @@ def law_table(found: LawComparison, of: str = "") -> PrintedTable:
         ]
         for score in found.scores
     ]
-    heads = (
-        "law",
-        "BIC",
-        PrintedColumn("AIC", spare=2),
-        PrintedColumn("weight", spare=1),
-        "held out",
-        "worse by",
-        "parameters",
-        "",
-    )
-    return table(f"{of}: {title}" if of else title, (*heads, "held out", "worse by", "parameters", ""), rows)
+    columns = ("law", "BIC", PrintedColumn("AIC", spare=2), PrintedColumn("weight", spare=1))
+    columns += ("held out", "worse by", "parameters", "")
+    return table(f"{of}: {title}" if of else title, columns, rows)
 
 
 def _value(one: LawScore, name: str) -> str:

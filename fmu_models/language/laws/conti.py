@@ -30,12 +30,10 @@ class Conti(DryFriction):
     p: sympy.Expr = field(metadata=declared(15.0, "s/m", "slope of the fall of friction with slip speed", 0.0, 1e4))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """N mu(speed), N, for a slip speed without sign, m/s."""
         return self.N * ((self.mu_s - self.mu_k) / (1 + self.p * speed) + self.mu_k)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Friction falls with the slip speed."""
         return (falling(self.mu_s, self.mu_k, "Conti"),)
 
 

@@ -37,7 +37,6 @@ class ContiViscous(DryFriction):
         return Conti(self.N, self.mu_s, self.mu_k, self.p)
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Force, N, for a slip speed without sign, m/s."""
         return self.dry.magnitude(speed) + self.N * self.mu_v * speed
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:

@@ -10,7 +10,6 @@ dynamics, Nonlinear Dynamics 46 (2006), equation (2).
 """
 
 from dataclasses import dataclass, field
-from typing import final
 
 import sympy
 
@@ -19,7 +18,6 @@ from fmu_models.language.dry_friction import DryFriction, falling
 from fmu_models.language.law_parameter import coefficient, declared
 
 
-@final
 @dataclass(frozen=True)
 class Conti(DryFriction):
     """Friction that falls hyperbolically from N mu_s at rest to N mu_k at high slip speed."""

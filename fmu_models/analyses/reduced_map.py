@@ -18,13 +18,12 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.sections.system import SectionSystem
 
-Vector = NDArray[np.float64]
 # Newton's method: steps, the residual of a root in sizes of the states, and halvings of a step in x where it fails
 STEPS, ROOT, HALVINGS = 12, 1e-12, 12
 
@@ -106,8 +105,7 @@ def reduced_map(
     )  # fmt: skip
 
 
-# a point (n,), x after the step, the slope there
-_Place = tuple[Vector, float, float]
+_Place = tuple[Vector, float, float]  # a point (n,), x after the step, the slope there
 
 
 class _Curve:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 _MANY = 3000
 
 
-class Kind(NamedTuple):
+class FunctionKind(NamedTuple):
     """A kind of function: what its name ends in, and what stands before ``void`` in the text of one."""
 
     parameters: str
@@ -30,9 +30,11 @@ class Kind(NamedTuple):
         return "\n".join([*texts, _definition(whole, self.parameters, _switch(calls) or ["(void)c;"])])
 
 
-SERIES = Kind("const Real *p, const Real *d, Jets *j, int k")
-VARIATION = Kind("const double *p, const double *d, const Jets *j, Variation *l, int k", "_variation", "static CALLED ")
-DISC = Kind("const double *p, const double *d, const Jets *j, Jets *b", "_disc", "static CALLED ")
+SERIES = FunctionKind("const Real *p, const Real *d, Jets *j, int k")
+VARIATION = FunctionKind(
+    "const double *p, const double *d, const Jets *j, Variation *l, int k", "_variation", "static CALLED "
+)
+DISC = FunctionKind("const double *p, const double *d, const Jets *j, Jets *b", "_disc", "static CALLED ")
 
 
 def split(name: str, lines: list[str], head: str) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
-from fmu_models.codegen.c_function import DISC, SERIES, VARIATION, Kind, by_case, split, table
+from fmu_models.codegen.c_function import DISC, SERIES, VARIATION, FunctionKind, by_case, split, table
 from fmu_models.codegen.constants import Constants
 from fmu_models.codegen.discs import states_read
 from fmu_models.codegen.inertia import assign_inertia, solve
@@ -181,7 +181,9 @@ def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> lis
 
 
 def _texts(
-    kind: Kind, functions: Mapping[str, Recurrences | list[Recurrences]], lines: Callable[[Recurrences], list[str]]
+    kind: FunctionKind,
+    functions: Mapping[str, Recurrences | list[Recurrences]],
+    lines: Callable[[Recurrences], list[str]],
 ) -> list[str]:
     """The functions of one kind from the lines of each body."""
     return [

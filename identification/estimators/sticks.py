@@ -139,7 +139,7 @@ def first_releases(sticks: Sticks, rig: RigValues, ready: Pool) -> tuple[np.ndar
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class StickSearch:
     """Where a search ended. at: (n, 2) theta_0, rad, and x^2; weight: (n,) how much the motion says of x^2; good: (n,)
     whether a stick was found."""
 
@@ -148,7 +148,9 @@ class Search:
     good: np.ndarray
 
 
-def searched(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, start: np.ndarray, steps: int) -> Search:
+def searched(
+    sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, start: np.ndarray, steps: int
+) -> StickSearch:
     """theta_0 and x^2 of each stick by Gauss-Newton steps from (n, 2)."""
     at = start.copy()
     good, weight = np.ones(len(at), dtype=bool), np.ones(len(at))
@@ -173,7 +175,7 @@ def searched(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, st
         good = inside & (np.abs(moved[:, 1]) < FOUND) & (at[:, 1] < HIGHEST**2)
         if np.all(np.abs(moved[:, 1]) < SETTLED):
             break
-    return Search(at, weight, good)
+    return StickSearch(at, weight, good)
 
 
 def release_of(

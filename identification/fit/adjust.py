@@ -15,9 +15,9 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, FrictionProblem, Options
 from identification.inference.adjustment import (
     UNKNOWN,
+    ConstantReading,
     Contradiction,
     Pull,
-    Reading,
     adjusted,
     contradiction,
     pull,
@@ -146,9 +146,9 @@ def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool, hold:
     return Adjusted(estimate, update.covariance, stated, turned)
 
 
-def _reading(prior: Prior) -> Reading:
+def _reading(prior: Prior) -> ConstantReading:
     deviation = max(prior.standard_uncertainty / prior.value, EXACT) if prior.stated else UNKNOWN
-    return Reading(prior.name, {prior.name: 1}, prior.value, deviation, prior.stated)
+    return ConstantReading(prior.name, {prior.name: 1}, prior.value, deviation, prior.stated)
 
 
 def _source(stated: Prior, deviation: float) -> str:
@@ -192,7 +192,7 @@ def _evidence(
 
 
 def _steps(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], pulled: Pull, conflict: Contradiction
+    names: Sequence[str], at: np.ndarray, readings: Sequence[ConstantReading], pulled: Pull, conflict: Contradiction
 ) -> tuple[np.ndarray, ...]:
     """How the constants would move if each of the readings that contradict each other were right."""
     steps = []

@@ -25,7 +25,7 @@ from identification.fit.result import FrictionFit
 from identification.fit.summaries import bins, sensors, summaries
 from identification.inference.choice import Inference, Inferred, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
-from identification.inference.problem import Problem, Solution, among, determines, information, prior_rows, searched
+from identification.inference.problem import FitProblem, Solution, among, determines, information, prior_rows, searched
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -230,7 +230,7 @@ def _finite(bound: float) -> float | None:
     return bound if np.isfinite(bound) else None
 
 
-def _check_determined(problem: Problem, solution: Solution, law: FittableLaw) -> None:
+def _check_determined(problem: FitProblem, solution: Solution, law: FittableLaw) -> None:
     if not determines(information(problem, solution.evaluation)):
         names = [unknown.name for unknown in problem.unknowns if unknown.name in law.names]
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, solution.values, strict=False))
@@ -269,7 +269,7 @@ def _parameters(
     )
 
 
-def white_covariance(problem: Problem, solution: Solution) -> np.ndarray:
+def white_covariance(problem: FitProblem, solution: Solution) -> np.ndarray:
     """Covariance (m, m) as if residuals were white: of unit variance where the noise is known (then it is the bound of
     Cramer and Rao), otherwise of the variance that they show."""
     inverse = np.linalg.inv(information(problem, solution.evaluation))
@@ -280,7 +280,7 @@ def white_covariance(problem: Problem, solution: Solution) -> np.ndarray:
 
 
 def _shifts(
-    problem: FrictionProblem, solution: Solution, reduced: Problem, seen: Solution, free: np.ndarray
+    problem: FrictionProblem, solution: Solution, reduced: FitProblem, seen: Solution, free: np.ndarray
 ) -> dict[str, np.ndarray]:
     """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; reduced, seen: the
     problem and solution of the unknowns that are ``free`` (m,)."""

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from fmu_models.base.digits import value_with_sd
-from fmu_models.base.table import Cell, Column, Table, number, table
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, number, table
 
 if TYPE_CHECKING:
     from identification.inference.comparison import LawComparison, LawScore
@@ -17,7 +17,7 @@ LEGEND = (
 )
 
 
-def law_table(found: LawComparison, of: str = "") -> Table:
+def law_table(found: LawComparison, of: str = "") -> PrintedTable:
     """One row for each law, the best first. of: what has the friction, before the title."""
     by = f" by {found.estimator}" if found.estimator else ""
     title = f"Friction laws{by}: {found.residuals} residuals, worth {found.effective:.0f} independent ones"
@@ -38,8 +38,8 @@ def law_table(found: LawComparison, of: str = "") -> Table:
     columns = (
         "law",
         "BIC",
-        Column("AIC", spare=2),
-        Column("weight", spare=1),
+        PrintedColumn("AIC", spare=2),
+        PrintedColumn("weight", spare=1),
         "held out",
         "worse by",
         "parameters",

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.table import Table
+from fmu_models.base.table import PrintedTable
 from identification.model_check.portraits import MEANING
 from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
 from identification.report import tables
 from identification.report.citations import citations
-from identification.report.page import Findings, Section, bullets, drawing, nested, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, drawing, nested, paragraph, warned
 
 if TYPE_CHECKING:
     from identification.estimators.savitzky_golay import FrictionSamples
@@ -86,23 +86,23 @@ class RigFindings(Findings):
         table = tables.parameter_table(fit).html()
         return [table, paragraph(meaning, "about"), *warned("Warnings", fit.warnings)]
 
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[PageSection]:
         """In the order of the page."""
         fit = self.fit
         sections = _friction_sections(self)
         sections += [_family_section(place, family) for place, family in enumerate(self.families)]
         if self.live:
-            sections.append(Section("live", "The model, moved", [paragraph(LIVE), self.live]))
+            sections.append(PageSection("live", "The model, moved", [paragraph(LIVE), self.live]))
         sections += _residual_sections(self)
-        sections.append(Section("assumptions", "Assumptions", [bullets(fit.structure)]))
+        sections.append(PageSection("assumptions", "Assumptions", [bullets(fit.structure)]))
         if self.design is not None:
             parts = [paragraph(self.design.advice), tables.design_table(self.design).html()]
-            sections.append(Section("next", "Next experiment", parts))
+            sections.append(PageSection("next", "Next experiment", parts))
         if other := tables.other_fields(fit):
             parts = [f"<h3>{name.replace('_', ' ').capitalize()}</h3>\n{nested(item)}" for name, item in other.items()]
-            sections.append(Section("more", "Identifiability and further results", parts))
+            sections.append(PageSection("more", "Identifiability and further results", parts))
         notes = [paragraph(note) for note in self.notes]
-        return [*sections, Section("tables", "Tables", [*(one.html() for one in _tables(self)), *notes])]
+        return [*sections, PageSection("tables", "Tables", [*(one.html() for one in _tables(self)), *notes])]
 
 
 def _summary(findings: RigFindings) -> list[str]:
@@ -145,7 +145,7 @@ def _summary(findings: RigFindings) -> list[str]:
     return said
 
 
-def _friction_sections(findings: RigFindings) -> list[Section]:
+def _friction_sections(findings: RigFindings) -> list[PageSection]:
     if findings.samples is None:
         return []
     from identification.report.friction_figure import fitted_law, friction_figure
@@ -158,10 +158,10 @@ def _friction_sections(findings: RigFindings) -> list[Section]:
     fit = findings.fit
     parts = [drawing(friction_figure(fit, findings.samples), "friction", caption)]
     parts += [paragraph(fit.free.words(fitted_law(fit, fit.contacts[0])))] if fit.free else []
-    return [Section("law", "Friction law", parts)]
+    return [PageSection("law", "Friction law", parts)]
 
 
-def _residual_sections(findings: RigFindings) -> list[Section]:
+def _residual_sections(findings: RigFindings) -> list[PageSection]:
     fit = findings.fit
     if fit.whiteness is None:
         return []
@@ -174,10 +174,10 @@ def _residual_sections(findings: RigFindings) -> list[Section]:
         f"correlation of neighbours {tables.shown(fit.autocorrelation)}."
     )
     figure = residual_figure(fit, findings.evaluation)
-    return [Section("residuals", "Residuals", [drawing(figure, "residuals", caption), paragraph(power)])]
+    return [PageSection("residuals", "Residuals", [drawing(figure, "residuals", caption), paragraph(power)])]
 
 
-def _family_section(place: int, family: FamilyComparison) -> Section:
+def _family_section(place: int, family: FamilyComparison) -> PageSection:
     from identification.report.family_figure import family_figure
 
     caption = (
@@ -191,10 +191,10 @@ def _family_section(place: int, family: FamilyComparison) -> Section:
         sequence_table(family).html(),
         paragraph(MEANING, "about"),
     ]
-    return Section(f"family{place}", "Model against measurement", parts)
+    return PageSection(f"family{place}", "Model against measurement", parts)
 
 
-def _tables(findings: RigFindings) -> list[Table]:
+def _tables(findings: RigFindings) -> list[PrintedTable]:
     fit = findings.fit
     found = [tables.correlation_table(fit), tables.constants_table(fit)]
     found += [tables.plain_table(fit)] if fit.causes else []

@@ -23,7 +23,7 @@ from rig_io.bench.materials import CONTI, STANDARD_SPEEDS, material
 from rig_io.bench.oscillator import Turning, simulated
 from rig_io.logs.arrangement import CHANGEOVER
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigLog
+from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigLog
 from rig_io.packages.datapackage import check_target, write_package
 from rig_io.sensors.motion import Motion, integrated
 
@@ -88,7 +88,7 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         columns=columns,
         units={name: COLUMNS[name].unit for name in (TIME.name, *columns)},
         rig=settings.rig if len(settings.discs) == 2 else replace(settings.rig, N1=None),
-        calibration=Calibration(laser=_laser_calibration(settings), **calibrations),
+        calibration=InstrumentCalibrations(laser=_laser_calibration(settings), **calibrations),
         experiment=_experiment(settings, seed, number),
     )
 

@@ -41,7 +41,7 @@ class File:
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class DescribedLog:
     """One run: its files (several if they are joined by ``rule``); kind of experiment and why it is thought so."""
 
     name: str
@@ -173,7 +173,9 @@ def runs_of(files: Sequence[File], rule: str) -> list[list[File]]:
     return [list(files)]
 
 
-def described_log(files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any]) -> Log:
+def described_log(
+    files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any]
+) -> DescribedLog:
     """known: what was said of the experiment before."""
     name = _stem(files[0].path) if len(files) == 1 else _common(files)
     stated_kind = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
@@ -185,7 +187,7 @@ def described_log(files: Sequence[File], rule: str | None, answers: Answers, exp
         and "kind" not in experiment.get("guessed", {})
     ):
         stated_kind, kind, reason = experiment["kind"], experiment["kind"], "as described before"
-    return Log(
+    return DescribedLog(
         slug(name), tuple(files), rule, kind, reason, stated_kind is not None or answers.confirm or reason == TURNS
     )
 

@@ -29,7 +29,7 @@ PATIENCE = 60.0  # s for a small file, on a machine that is busy
 SLOWEST = 1e5  # bytes/s of a sound one; workbooks come near it
 
 
-class Damaged(StickslipError):
+class DamagedTable(StickslipError):
     """The parser does not understand the file; the text is the parser's."""
 
 
@@ -84,7 +84,7 @@ def table_of(
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         try:
             parsed, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
-        except Damaged as error:
+        except DamagedTable as error:
             raise StickslipError(
                 f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
             ) from error
@@ -133,14 +133,14 @@ def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[
             raise StickslipError(f"'{path}' holds channels of different lengths: {listing}. Choose those of one rate.")
         rows = next(iter(lengths.values()))
         if 8 * rows * len(lengths) > LARGEST:
-            raise Damaged(f"{len(lengths)} columns of {rows} rows")
+            raise DamagedTable(f"{len(lengths)} columns of {rows} rows")
         with open(Path(room) / _COLUMNS, "wb") as file, np.errstate(invalid="ignore", over="ignore"):
             for channel in parsed.channels:
                 np.ascontiguousarray(channel.values, dtype=np.float64).tofile(file)
     except (StickslipError, MemoryError):
         raise
     except Exception as error:  # the parsers raise errors of many kinds on damaged files
-        raise Damaged(str(error).strip().rstrip(".")[:300] or type(error).__name__) from error
+        raise DamagedTable(str(error).strip().rstrip(".")[:300] or type(error).__name__) from error
     bare = [Channel(channel.name, np.zeros(0), channel.unit) for channel in parsed.channels]
     return Channels(bare, parsed.left_out, parsed.scalars, parsed.begin, parsed.stamps, parsed.notes), rows
 

@@ -17,7 +17,7 @@ from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import conversion
 from rig_io.joining.joined import Joined, joined
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigConstants, RigLog, StickslipWarning
+from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigConstants, RigLog, StickslipWarning
 from rig_io.logs.table import Table
 from rig_io.packages import sidecar
 from rig_io.packages.described import Field, fields_of, files_of, with_roles, with_units
@@ -35,7 +35,7 @@ def read_log(
     path: str | os.PathLike[str],
     *,
     rig: RigConstants | None = None,
-    calibration: Calibration | None = None,
+    calibration: InstrumentCalibrations | None = None,
     experiment: Experiment | None = None,
     repair: Collection[str] = (),
     reader: Reference | None = None,
@@ -165,7 +165,9 @@ def _rate(resource: Mapping[str, Any], where: str) -> float | None:
     return None if rate is None else float(rate)
 
 
-def _calibrated(table: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:
+def _calibrated(
+    table: Checked, instruments: InstrumentCalibrations, stated: Mapping[str, Any]
+) -> tuple[Checked, tuple[str, ...]]:
     """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows.
 
     Raises:

@@ -14,13 +14,12 @@ means of a quasi-periodic motion converge faster than any power of its length.
 Source: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017).
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Runner
@@ -67,11 +66,7 @@ def sign_of(exponent: float, error: float) -> str:
 
 
 def largest_exponents(
-    runner: Runner,
-    system: SectionSystem,
-    starts: Vector,
-    varied: Mapping[str, Vector] | None = None,
-    stages: int = STAGES,
+    runner: Runner, system: SectionSystem, starts: Vector, varied: Varied | None = None, stages: int = STAGES
 ) -> tuple[Vector, Vector]:
     """(m,) largest exponents of the motions from starts (m, n) per step, and their standard errors; nan where a motion
     does not go on. But for that along a motion which nothing forces, where the section is one of time."""

@@ -6,13 +6,13 @@ the exact derivatives; how far out it still falls is tried on steps of the syste
 has come inside stays inside.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
-from fmu_models.base.arrays import Flags, Integers, Vector
+from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.families import jobs as families
 from fmu_models.sections.periodic import (
     Cycles,
@@ -60,9 +60,7 @@ class Claims:
         return motions
 
 
-def claimed(
-    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
-) -> Claims:
+def claimed(system: SectionSystem, rows: RunRows, varied: Varied | None = None, *, longest: int = 24) -> Claims:
     """The stable periodic motions that runs have come to, solved to rounding.
 
     Args:
@@ -90,7 +88,7 @@ def claimed(
 
 
 def _solved(
-    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], indices: Integers, period: int
+    system: SectionSystem, rows: RunRows, varied: Varied, indices: Integers, period: int
 ) -> Iterator[tuple[Cycles, Integers]]:
     """The stable motions of a period near the last points of some runs, and the numbers of these."""
     guesses = _last(rows, indices, period)

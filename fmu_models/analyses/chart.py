@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
-from fmu_models.base.arrays import Flags, Integers, Vector
+from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -158,7 +158,7 @@ class _Cells:
     points: int
     longest: int
 
-    def jobs(self, varied: Mapping[str, Vector], count: int) -> Jobs:
+    def jobs(self, varied: Varied, count: int) -> Jobs:
         rows = max(self.points, 2 * self.longest) if self.what != "exponent" else 1
         longest = 0 if self.what in ("stick", "exponent") else self.longest
         starts = np.tile(self.start, (count, 1))
@@ -238,9 +238,7 @@ def _beside_another(labels: NDArray[np.object_]) -> Flags:
     return edges
 
 
-def _signs(
-    runner: Runner, system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector]
-) -> list[tuple[str, float]]:
+def _signs(runner: Runner, system: SectionSystem, rows: RunRows, varied: Varied) -> list[tuple[str, float]]:
     """Sign and value of the exponent of each run; no sign where it failed."""
     signs = [("", np.nan)] * len(rows.filled)
     sound = np.flatnonzero((rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
@@ -251,9 +249,7 @@ def _signs(
     return signs
 
 
-def _classes(
-    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], cells: _Cells
-) -> list[tuple[str, float]]:
+def _classes(system: SectionSystem, rows: RunRows, varied: Varied, cells: _Cells) -> list[tuple[str, float]]:
     """Label and number of each run; no label where it failed."""
     quantity, longest = cells.what, cells.longest
     sound = rows.outcomes <= families.ABSORBED

@@ -277,14 +277,9 @@ def _kind(boundary: Boundary) -> str:
 def _still(curve: Curve) -> Curve:
     """The same with eigenvalues for multipliers, and the periods of small cycles at Hopf points."""
     spectra = np.array([eigenvalues_of(node) for node in curve.nodes])
-    hopf = curve.kind == kinds.HOPF
-    return replace(
-        curve,
-        multipliers=spectra,
-        called="eigenvalues",
-        periods=np.array([_period(eigenvalues) if hopf else np.nan for eigenvalues in spectra]),
-        meetings=tuple(_still_meeting(meeting, curve) for meeting in curve.meetings),
-    )
+    periods = np.array([_period(eigenvalues) if curve.kind == kinds.HOPF else np.nan for eigenvalues in spectra])
+    meetings = tuple(_still_meeting(meeting, curve) for meeting in curve.meetings)
+    return replace(curve, multipliers=spectra, called="eigenvalues", periods=periods, meetings=meetings)
 
 
 def _still_meeting(point: CurvePoint, curve: Curve) -> CurvePoint:

@@ -10,14 +10,13 @@ process, another machine (``execution``).
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
@@ -65,7 +64,7 @@ class Jobs:
     """
 
     starts: Vector
-    varied: Mapping[str, Vector] = field(default_factory=dict)
+    varied: Varied = field(default_factory=dict)
     transient: int = 0
     rows: int = 1
     batch: int = 1

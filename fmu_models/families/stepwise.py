@@ -11,7 +11,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Flags, Integers, Vector
+from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.families import jobs as outcome
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows, joined
@@ -50,10 +50,10 @@ class Stepping(Protocol):
 
     @property
     def contacts(self) -> tuple[str, ...]: ...
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step: ...
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step: ...
     def difference(self, points: Vector) -> Vector: ...
     def sizes(self) -> Vector: ...
-    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector: ...
+    def along(self, points: Vector, varied: Varied | None = None) -> Vector: ...
 
 
 def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
@@ -112,9 +112,8 @@ class _Together:
     def run(self, stop: NDArray[np.int32]) -> RunRows:
         rows = self.rows
         while not stop[0]:
-            going = np.flatnonzero(
-                (rows.outcomes == outcome.FINISHED) & ((self.left > 0) | (rows.filled < self.wanted))
-            )
+            unfinished = (self.left > 0) | (rows.filled < self.wanted)
+            going = np.flatnonzero((rows.outcomes == outcome.FINISHED) & unfinished)
             if not going.size:
                 break
             # those that record a row of several steps and those in their transient keep in step by the batch
@@ -138,9 +137,8 @@ class _Together:
             if jobs.flow:
                 rows.growth[group, row, 0] = self._speed(group)
         for _ in range(steps):
-            varied = {name: values[group] for name, values in jobs.varied.items()}
             derivative = jobs.tangents > 0 or jobs.derivatives
-            stepped = self.system.step(self.x[group], varied, derivative=derivative)
+            stepped = self.system.step(self.x[group], self._varied(group), derivative=derivative)
             growth = self._grow(group, stepped)
             self.x[group] = stepped.points
             rows.steps[group] += 1
@@ -157,9 +155,8 @@ class _Together:
             # less that of the speed, which says nothing of a motion that stays where it is
             rows.growth[group[arrived], row[arrived], 0] -= self._speed(group[arrived])
         if recording:
-            arrived_group = group[arrived]
-            rows.points[arrived_group, rows.filled[arrived_group]] = self.x[arrived_group]
-            rows.filled[arrived_group] += 1
+            rows.points[group[arrived], row[arrived]] = self.x[group[arrived]]
+            rows.filled[group[arrived]] += 1
         else:
             self.left[group[arrived]] -= 1
             # differences that were lost on the way to where the motion stays say nothing of it
@@ -168,8 +165,10 @@ class _Together:
         self._end(group[arrived])
 
     def _speed(self, group: Integers) -> Vector:
-        varied = {name: values[group] for name, values in self.jobs.varied.items()}
-        return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
+        return np.log(np.sqrt((self.system.along(self.x[group], self._varied(group)) ** 2).sum(axis=1)))
+
+    def _varied(self, group: Integers) -> Varied:
+        return {name: values[group] for name, values in self.jobs.varied.items()}
 
     def _lose(self, group: Integers, stepped: Step) -> None:
         """Runs that do not arrive, or go to infinity."""

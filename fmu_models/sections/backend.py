@@ -5,12 +5,12 @@
 A backend knows a section by its points, and by the four questions that follow from what it is (``point``).
 """
 
-from collections.abc import Mapping
 from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.sections.point import FmuPoints, Vector
@@ -35,7 +35,7 @@ class Backend(Protocol):
         """The same backend with nothing counted yet."""
         ...
 
-    def step(self, section: FmuPoints, points: Vector, varied: Mapping[str, Vector], *, derivative: bool) -> Step:
+    def step(self, section: FmuPoints, points: Vector, varied: Varied, *, derivative: bool) -> Step:
         """One step of points (m, n)."""
         ...
 
@@ -48,6 +48,6 @@ class Backend(Protocol):
 class DirectedBackend(Backend, Protocol):
     """A backend that tells the direction of a motion; the engine follows it by itself, and is not asked."""
 
-    def along(self, section: FmuPoints, points: Vector, varied: Mapping[str, Vector]) -> Vector:
+    def along(self, section: FmuPoints, points: Vector, varied: Varied) -> Vector:
         """(m, n) rates of the states at points (m, n)."""
         ...

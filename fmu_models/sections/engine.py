@@ -1,7 +1,6 @@
 """The engine in an FMU of ours, and its exact lanes, as backends: whole families of runs in one call."""
 
 import copy
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
@@ -9,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
@@ -48,7 +48,7 @@ class EngineBackend:
         """A stepper of this many motions at once; None where the engine makes the steps."""
         return None
 
-    def step(self, section: FmuPoints, points: Vector, varied: Mapping[str, Vector], *, derivative: bool) -> Step:
+    def step(self, section: FmuPoints, points: Vector, varied: Varied, *, derivative: bool) -> Step:
         """One step of points (m, n), all by one instance."""
         rows = self.run(section, Jobs(points, varied, derivatives=derivative), np.zeros(1, np.int32))
         lost = np.flatnonzero(rows.filled == 0)

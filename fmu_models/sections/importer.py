@@ -6,7 +6,7 @@ rates where it offers none. Where they are not known (an event that moves the st
 they are central differences of steps.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from threading import Semaphore
@@ -15,7 +15,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families import stepwise
 from fmu_models.families.jobs import Jobs
@@ -60,7 +60,7 @@ class ImporterBackend:
     def fresh(self) -> Self:
         return self
 
-    def step(self, section: FmuPoints, points: Vector, varied: Mapping[str, Vector], *, derivative: bool) -> Step:
+    def step(self, section: FmuPoints, points: Vector, varied: Varied, *, derivative: bool) -> Step:
         """One step of points (m, n), one after the other."""
         (m, k), n = points.shape, len(section.fmu.states)
         points, periods = section.placed(points), section.periods(varied, m)
@@ -88,7 +88,7 @@ class ImporterBackend:
     def run(self, section: FmuPoints, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         return stepwise.run(section, jobs, stop)
 
-    def along(self, section: FmuPoints, points: Vector, varied: Mapping[str, Vector]) -> Vector:
+    def along(self, section: FmuPoints, points: Vector, varied: Varied) -> Vector:
         """(m, n) rates of the states at points (m, n)."""
         periods = section.periods(varied, len(points))
         rates = np.zeros_like(points)

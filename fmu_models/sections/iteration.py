@@ -16,7 +16,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.package import built_of
@@ -142,7 +142,7 @@ class Iteration(SectionSystem):
         """(n,) sizes of the box."""
         return self.box[:, 1] - self.box[:, 0]
 
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), angles within their modulus."""
         x, n = np.asarray(points, dtype=float), len(self.states) if derivative else 0
         values = [np.asarray({**self.values, **(varied or {})}[name]) for name in self.values]

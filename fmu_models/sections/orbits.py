@@ -21,7 +21,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.newton import newton
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 STEPS, HALVINGS = 30, 3
 
@@ -119,14 +119,11 @@ def find_orbit(
             matrix, miss = np.block([[matrix, f[1][:, None]], [f[0], 0.0]]), np.append(miss, 0.0)
         return miss[None], matrix[None]
 
-    search = newton(
-        equations,
-        np.array([[*guessed, period] if autonomous else guessed]),
-        accuracy=accuracy,
-        steps=STEPS,
-        halvings=HALVINGS,
-        scale=lambda points: np.maximum(1e-3, np.abs(points[:, : len(states)]).max(axis=1)),
-    )
+    def scale(points: Vector) -> Vector:
+        return np.maximum(1e-3, np.abs(points[:, : len(states)]).max(axis=1))
+
+    guesses = np.array([[*guessed, period] if autonomous else guessed])
+    search = newton(equations, guesses, accuracy=accuracy, steps=STEPS, halvings=HALVINGS, scale=scale)
     if not search.converged.any():
         raise StickslipError(
             f"No motion of period {period:g} s was found from that guess: after {STEPS} steps at most it still misses "

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
@@ -108,11 +109,11 @@ class FmuSection(FmuPoints):
         options: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
         return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **options)
 
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), all by one instance."""
         return self.backend.step(self, points, varied or {}, derivative=derivative)
 
-    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+    def along(self, points: Vector, varied: Varied | None = None) -> Vector:
         """(m, n) rates of the states at points (m, n), where the backend tells them."""
         if isinstance(self.backend, DirectedBackend):
             return self.backend.along(self, points, varied or {})

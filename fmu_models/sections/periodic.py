@@ -11,14 +11,13 @@ others.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Complex, Flags, Integers, Vector
+from fmu_models.base.arrays import Complex, Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.families.stepwise import Step
@@ -157,19 +156,14 @@ def _through(system: SectionSystem, cycles: Vector, step: Step, sound: Flags) ->
     for i in range(period):
         monodromy = derivatives[:, i] @ monodromy
     miss = system.difference(step.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
-    return Cycles(
-        points,
-        # a number of a point that the others determine has an eigenvalue 0 of its own
-        eigenvalues_of(monodromy)[:, : system.dimension],
-        step.times.reshape(m, period)[sound].sum(axis=1),
-        step.began.reshape(m, period, step.began.shape[1])[sound].sum(axis=1),
-        np.abs(miss).max(axis=(1, 2)),
-    )
+    # a number of a point that the others determine has an eigenvalue 0 of its own
+    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension]
+    times, began = step.times.reshape(m, period), step.began.reshape(m, period, step.began.shape[1])
+    sums = times[sound].sum(axis=1), began[sound].sum(axis=1)
+    return Cycles(points, eigenvalues, *sums, np.abs(miss).max(axis=(1, 2)))
 
 
-def cycles_at(
-    system: SectionSystem, cycles: Vector, varied: Mapping[str, Vector] | None = None
-) -> tuple[Cycles, Integers]:
+def cycles_at(system: SectionSystem, cycles: Vector, varied: Varied | None = None) -> tuple[Cycles, Integers]:
     """The motions through cycles (m, period, n) at values (m,) of parameters, without those from which a step has no
     derivative, and their numbers (k,)."""
     m, period, n = cycles.shape
@@ -185,9 +179,7 @@ def _sound(m: int, period: int, step: Step) -> Flags:
     return sound
 
 
-def corrected_cycles(
-    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
-) -> tuple[Cycles, Integers]:
+def corrected_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Cycles, Integers]:
     """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved, without those of which
     a step has no derivative, and their numbers (k,). Their eigenvalues are those at the guess."""
     m, period, n = guesses.shape
@@ -217,14 +209,12 @@ def _cycle_matrix(derivatives: Vector) -> Vector:
     return matrix.reshape(m, period * n, period * n)
 
 
-def find_cycles(system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+def find_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> Vector:
     """(k, period, n) cycles that Newton's method comes to from guesses (m, period, n); those it loses are left out."""
     return solved_cycles(system, guesses, varied)[0]
 
 
-def solved_cycles(
-    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
-) -> tuple[Vector, Integers]:
+def solved_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Vector, Integers]:
     """Cycles (k, period, n) from guesses (m, period, n), and the numbers (k,) of the guesses that they come from.
 
     Args:

@@ -14,7 +14,7 @@ from typing import Self
 
 import numpy as np
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
@@ -155,7 +155,7 @@ class FmuPoints(SectionSystem):
         """The phase is one of whole turns."""
         return np.array([1.0 if name == "phase" else np.inf for name in self.states])
 
-    def periods(self, varied: Mapping[str, Vector], m: int) -> Vector:
+    def periods(self, varied: Varied, m: int) -> Vector:
         """(m,) periods of the forcing, s; 0 where nothing forces the motion."""
         if self.forcing is None:
             return np.full(m, self.period or 0.0)

@@ -16,14 +16,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.run import check_names, check_value
 from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
 
@@ -131,7 +131,7 @@ class ReturnMap(SectionSystem):
         """(1,) nominal value of the state."""
         return np.array([self.fmu.size_of(self.state)])
 
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One return of points (m, 1), one after the other."""
         m = len(points)
         after, slopes, times = np.full((m, 1), np.nan), np.full((m, 1, 1), np.nan), np.full(m, np.nan)

@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Vector
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.families import stepwise
@@ -95,7 +95,7 @@ class SectionSystem(Shown, ABC):
         """
 
     @abstractmethod
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n); varied: values (m,) of parameters by name."""
 
     @property
@@ -103,7 +103,7 @@ class SectionSystem(Shown, ABC):
         """Where steps and their derivatives come from, in words, where that is not a matter of course."""
         return ""
 
-    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+    def along(self, points: Vector, varied: Varied | None = None) -> Vector:
         """(m, n) the direction of the motion at points (m, n), of what is autonomous."""
         raise StickslipError(f"{self.name} has no direction of its motion: a step of it is no part of a flow.")
 

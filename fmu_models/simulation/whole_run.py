@@ -63,20 +63,13 @@ def run(
     """
     values = np.empty((request.times.size, request.references.size))
     c = _filled(instance.whole_run, request, values)
-    c.n_events = c.next_time = c.next_knot = 0
-    chunks = []
-    status = RUN.MORE
-    seconds = 0.0
-    while status == RUN.MORE:
-        c.n_events = 0
-        started = time.perf_counter()
-        status = engine.simulate(instance.handle, c)
-        seconds += time.perf_counter() - started
+    c.next_time = c.next_knot = 0
+    chunks, seconds = [], 0.0
+    for took in _calls(engine.simulate, instance, c, c):
+        seconds += took
         chunks.append(instance.events(c.n_events))
         if progress:
             progress(c.next_time / max(1, len(values)))
-    if status != RUN.DONE:
-        raise instance.failure()
     events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
     return Result(values, events, c.steps, c.evaluations, seconds)
 
@@ -93,12 +86,20 @@ def crossings(engine: Engine, instance: EngineInstance, request: Request, sectio
     c.crossings = row.ctypes.data
     c.crossing_capacity = 1
     c.crossing_state, c.level, c.direction = section.reference, section.level, section.direction
-    status = RUN.MORE
-    while status == RUN.MORE:
-        c.n_events = c.n_crossings = 0
-        status = engine.simulate(instance.handle, c)
+    for _ in _calls(engine.simulate, instance, c, c):
         if c.n_crossings:
             yield row.copy()
+        c.n_crossings = 0
+
+
+def _calls(call: Callable[[int, Any], int], instance: EngineInstance, c: Any, run_structure: Any) -> Iterator[float]:
+    """Call the engine until its run is done, and tell how long each call took, s."""
+    status = RUN.MORE
+    while status == RUN.MORE:
+        run_structure.n_events = 0
+        started = time.perf_counter()
+        status = call(instance.handle, c)
+        yield time.perf_counter() - started
     if status != RUN.DONE:
         raise instance.failure()
 
@@ -197,19 +198,13 @@ class Differentiator:
         details = self._details
         if details:
             details.ask(c, len(values))
-        events, changes = [], []
-        status, seconds = RUN.MORE, 0.0
-        while status == RUN.MORE:
-            c.run.n_events = 0
-            started = time.perf_counter()
-            status = self._engine.differentiate(self._instance.handle, c)
-            seconds += time.perf_counter() - started
+        events, changes, seconds = [], [], 0.0
+        for took in _calls(self._engine.differentiate, self._instance, c, c.run):
+            seconds += took
             events.append(self._instance.events(c.run.n_events))
             changes.append(self._event_derivatives[: c.run.n_events].copy())
             if details:
                 details.keep(c.run.n_events)
-        if status != RUN.DONE:
-            raise self._instance.failure()
         self.passage = details.passage(c) if details else None
         result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
         return result, derivatives, np.concatenate(changes), c.corners > 0

@@ -15,7 +15,7 @@ from identification.commands.logs import ReaderOption, Repairs
 from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
-    from identification.machines.machine import Machine
+    from identification.machines.by_recipe import Machine
     from identification.machines.machine_fit import MachineFit
 
 Gravity = Annotated[

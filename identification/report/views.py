@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import draw, move, tell
-from identification.calibration.course import Course
 from identification.calibration.result import Calibration
+from identification.calibration.track import Course
 from identification.fit.result import FrictionFit
 from identification.hysteresis.result import HysteresisFit
 from identification.inference.comparison import LawComparison

@@ -17,7 +17,7 @@ import numpy as np
 from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector, Word, cyclic
-from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIMARK_SACKER
+from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, KINDS, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
@@ -87,12 +87,9 @@ class Node:
     def tests(self) -> dict[str, float]:
         """Functions that change their sign at a fold, a branch point, a flip, a Neimark-Sacker point."""
         multipliers = self.problem.own(self.multipliers)
-        return {
-            FOLD: float(self.tangent[-1]),
-            BRANCH_POINT: float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
-            FLIP: passing_test(multipliers, "-1"),
-            NEIMARK_SACKER: passing_test(multipliers, "circle"),
-        }
+        crossing = float(np.linalg.det(np.vstack([scaled(self), self.tangent])))
+        passing = {kind: passing_test(multipliers, KINDS[kind].passes) for kind in (FLIP, NEIMARK_SACKER)}
+        return {FOLD: float(self.tangent[-1]), BRANCH_POINT: crossing, **passing}
 
     def matched(self, like: Passing) -> Passing:
         """The event or miss of another motion, as this one has it. Lost: it has none."""

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from rig_io.bench.materials import Material as Material
     from rig_io.bench.materials import material as material
     from rig_io.bench.scenes import emulations as emulations
-    from rig_io.logs.log import Calibration as Calibration
     from rig_io.logs.log import EncoderCalibration as EncoderCalibration
     from rig_io.logs.log import Experiment as Experiment
+    from rig_io.logs.log import InstrumentCalibrations as InstrumentCalibrations
     from rig_io.logs.log import LaserCalibration as LaserCalibration
-    from rig_io.logs.log import Quantity as Quantity
     from rig_io.logs.log import RigConstants as RigConstants
     from rig_io.logs.log import RigLog as RigLog
+    from rig_io.logs.log import StatedQuantity as StatedQuantity
     from rig_io.logs.log import StickslipWarning as StickslipWarning
     from rig_io.logs.table import Reader as Reader
     from rig_io.logs.table import Table as Table

@@ -16,9 +16,9 @@ from fmu_models.scene.check import KEYS as SCENE
 from fmu_models.scene.check_compute import AXES
 from fmu_models.scene.check_compute import KEYS as COMPUTE
 from fmu_models.scene.kinds import KINDS
-from identification.machines.axis_terms import FRICTION_KEYS, TERM_KEYS
-from identification.machines.axis_terms import KINDS as TERMS
-from identification.machines.force_law import comparable
+from identification.machines.axis import FRICTION_KEYS, TERM_KEYS
+from identification.machines.axis import KINDS as TERMS
+from identification.machines.joint_laws import comparable
 from identification.measurement.recipe import (
     FILTER_KEYS,
     IMPLIED,
@@ -34,9 +34,9 @@ from rig_io.logs import packed
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME
 from rig_io.logs.log import (
     RIG_UNITS,
-    Calibration,
     EncoderCalibration,
     Experiment,
+    InstrumentCalibrations,
     LaserCalibration,
     LoadCalibration,
     RigConstants,
@@ -164,7 +164,7 @@ def _sidecar() -> Iterator[str]:
     yield "## experiment\n\n" + _said(Experiment)
     yield _fields(Experiment)
     yield "`guessed`: what of it nobody has confirmed, and why it was guessed. Any other key is refused."
-    yield "## calibration\n\n" + _said(Calibration)
+    yield "## calibration\n\n" + _said(InstrumentCalibrations)
     for kind, instruments in KINDS_OF.items():
         yield f"### {instruments}\n\n" + _said(kind)
         yield _fields(kind)

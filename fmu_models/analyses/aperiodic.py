@@ -14,20 +14,17 @@ means of a quasi-periodic motion converge faster than any power of its length.
 Source: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017).
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
-
-Vector = NDArray[np.float64]
 
 CHAOS, TORUS, CYCLE, NOT_DECIDED = "chaos", "torus", "cycle", "not decided"
 SURE = 5.0  # standard errors by which an exponent differs from zero
@@ -41,7 +38,7 @@ TORUS_STEPS = 4096
 
 
 @dataclass(frozen=True)
-class Verdict(Shown):
+class AperiodicVerdict(Shown):
     """The verdict on an aperiodic motion.
 
     Attributes:
@@ -69,11 +66,7 @@ def sign_of(exponent: float, error: float) -> str:
 
 
 def largest_exponents(
-    runner: Runner,
-    system: SectionSystem,
-    starts: Vector,
-    varied: Mapping[str, Vector] | None = None,
-    stages: int = STAGES,
+    runner: Runner, system: SectionSystem, starts: Vector, varied: Varied | None = None, stages: int = STAGES
 ) -> tuple[Vector, Vector]:
     """(m,) largest exponents of the motions from starts (m, n) per step, and their standard errors; nan where a motion
     does not go on. But for that along a motion which nothing forces, where the section is one of time."""
@@ -81,15 +74,8 @@ def largest_exponents(
     remaining, ends, steps = np.arange(len(starts)), np.array(starts, dtype=float), STEPS
     for _ in range(stages):
         subset = {name: v[remaining] for name, v in (varied or {}).items()}
-        jobs = Jobs(
-            ends[remaining],
-            subset,
-            transient=BATCHES,
-            rows=BATCHES,
-            batch=steps // BATCHES,
-            tangents=system.dimension,
-            flow=system.autonomous,
-        )
+        tangents = {"tangents": system.dimension, "flow": system.autonomous}
+        jobs = Jobs(ends[remaining], subset, BATCHES, BATCHES, steps // BATCHES, **tangents)
         rows = runner.make(jobs, quiet=True)
         sound = rows.filled == BATCHES
         growth = rows.growth / jobs.batch
@@ -99,9 +85,7 @@ def largest_exponents(
         k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
         largest = growth[np.arange(len(k)), :, k]
         values[remaining] = np.where(sound, largest.mean(axis=1), np.nan)
-        errors[remaining] = [
-            _error(exponent) if fine else np.inf for exponent, fine in zip(largest, sound, strict=True)
-        ]
+        errors[remaining] = [_error(g) if fine else np.inf for g, fine in zip(largest, sound, strict=True)]
         ends[remaining] = np.where(sound[:, None], rows.ends, ends[remaining])
         open_ = [sign_of(values[i], errors[i]) == NOT_DECIDED and np.isfinite(values[i]) for i in remaining]
         remaining, steps = remaining[open_], 4 * steps
@@ -123,7 +107,7 @@ def _error(batches: Vector) -> float:
     return largest
 
 
-def judged(runner: Runner, system: SectionSystem, start: Vector) -> Verdict:
+def judged(runner: Runner, system: SectionSystem, start: Vector) -> AperiodicVerdict:
     """What the motion from a point (n,) is, on which it stays and does not repeat itself."""
     exponent, error = _largest(runner, system, start, 1)
     # of what nothing forces a cycle is as smooth as a torus: there the exponent must tell first
@@ -131,10 +115,10 @@ def judged(runner: Runner, system: SectionSystem, start: Vector) -> Verdict:
         exponent, error = _largest(runner, system, start, STAGES)
     sign = sign_of(exponent, error)
     if sign == "positive":
-        return Verdict(CHAOS, exponent, error)
+        return AperiodicVerdict(CHAOS, exponent, error)
     if system.autonomous and sign != "zero":
-        return Verdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
-    return Verdict(TORUS if _is_torus(runner, system, start) else NOT_DECIDED, exponent, error)
+        return AperiodicVerdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
+    return AperiodicVerdict(TORUS if _is_torus(runner, system, start) else NOT_DECIDED, exponent, error)
 
 
 def _largest(runner: Runner, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:
@@ -172,11 +156,16 @@ def _signals(system: SectionSystem, points: Vector) -> Vector:
     return signals[:, varies] / spread[varies]
 
 
+def birkhoff_weights(count: int) -> Vector:
+    """(count,) weights of a mean over as many steps; see the module."""
+    t = (np.arange(count) + 0.5) / count
+    return np.exp(-1.0 / (t * (1.0 - t)))
+
+
 def digits(signals: Vector) -> float:
     """The number of digits to which the weighted means of both halves of signals (k, s) agree, at least."""
     half = len(signals) // 2
-    t = (np.arange(half) + 0.5) / half
-    weights = np.exp(-1.0 / (t * (1.0 - t)))
+    weights = birkhoff_weights(half)
     weights /= weights.sum()
     deviation = np.abs(weights @ signals[:half] - weights @ signals[half : 2 * half]).max()
     return float(-np.log10(max(deviation, 1e-17)))

@@ -6,13 +6,13 @@ the exact derivatives; how far out it still falls is tried on steps of the syste
 has come inside stays inside.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
+from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.families import jobs as families
 from fmu_models.sections.periodic import (
     Cycles,
@@ -27,8 +27,6 @@ from fmu_models.sections.stability import are_stable
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 NEAR = 1e-3  # of the size of a state: by so much Newton's method may move a point of a motion that repeats itself
 ALIKE = 1e-5  # two points of a run that are nearer may be those of a motion that repeats itself
@@ -49,8 +47,8 @@ class Claims:
         periods: (m,) 0 where a run repeats itself after no period that was looked for.
     """
 
-    parts: Sequence[tuple[Cycles, NDArray[np.int64]]]
-    periods: NDArray[np.int64]
+    parts: Sequence[tuple[Cycles, Integers]]
+    periods: Integers
 
     @property
     def motions(self) -> list[PeriodicMotion | None]:
@@ -62,9 +60,7 @@ class Claims:
         return motions
 
 
-def claimed(
-    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
-) -> Claims:
+def claimed(system: SectionSystem, rows: RunRows, varied: Varied | None = None, *, longest: int = 24) -> Claims:
     """The stable periodic motions that runs have come to, solved to rounding.
 
     Args:
@@ -78,7 +74,7 @@ def claimed(
     for filled in np.unique(rows.filled[finished]):
         indices = np.flatnonzero(finished & (rows.filled == filled))
         periods[indices] = _alike(system, rows.points[indices, :filled], longest)
-    groups: list[tuple[Cycles, NDArray[np.int64]]] = []
+    groups: list[tuple[Cycles, Integers]] = []
     least = np.zeros(len(periods), np.int64)
     # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
     shorter = _shorter(system, rows, periods)
@@ -92,8 +88,8 @@ def claimed(
 
 
 def _solved(
-    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], indices: NDArray[np.int64], period: int
-) -> Iterator[tuple[Cycles, NDArray[np.int64]]]:
+    system: SectionSystem, rows: RunRows, varied: Varied, indices: Integers, period: int
+) -> Iterator[tuple[Cycles, Integers]]:
     """The stable motions of a period near the last points of some runs, and the numbers of these."""
     guesses = _last(rows, indices, period)
     cycles, numbers = corrected_cycles(system, guesses, {name: v[indices] for name, v in varied.items()})
@@ -110,13 +106,13 @@ def _solved(
         yield cycles.only(theirs), indices[repeated[theirs]]
 
 
-def _last(rows: RunRows, indices: NDArray[np.int64], period: int) -> Vector:
+def _last(rows: RunRows, indices: Integers, period: int) -> Vector:
     """(k, period, n) the last points of some runs."""
     first = np.maximum(rows.filled[indices] - period, 0)
     return rows.points[indices[:, None], first[:, None] + np.arange(period)]
 
 
-def _shorter(system: SectionSystem, rows: RunRows, periods: NDArray[np.int64]) -> NDArray[np.int64]:
+def _shorter(system: SectionSystem, rows: RunRows, periods: Integers) -> Integers:
     """(m,) the least parts of their periods after which the last points of runs look alike."""
     shorter = periods.copy()
     for period in np.unique(periods[periods > 0]):
@@ -125,7 +121,7 @@ def _shorter(system: SectionSystem, rows: RunRows, periods: NDArray[np.int64]) -
     return shorter
 
 
-def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> NDArray[np.bool_]:
+def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> Flags:
     """(k,) motions that are stable, solved, of that least period, and the ones of their runs."""
     sizes = system.sizes()
     distances = np.abs(system.difference(cycles.points - guesses)) / sizes
@@ -138,7 +134,7 @@ def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> NDArray[n
     )
 
 
-def _alike(system: SectionSystem, points: Vector, longest: int) -> NDArray[np.int64]:
+def _alike(system: SectionSystem, points: Vector, longest: int) -> Integers:
     """(m,) the least numbers of points after which the last ones of runs (m, k, n) look alike; 0 if there is none."""
     least = np.zeros(len(points), np.int64)
     within = ALIKE * system.sizes()
@@ -219,13 +215,11 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
         distances = system.difference(images[:, i] - motion.points[k])
         with np.errstate(invalid="ignore"):
             values = np.einsum("rsi,ij,rsj->rs", distances, forms[k], distances)
-            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(
-                axis=1
-            )
-    inside = np.flatnonzero(~falls)
-    return float(
-        radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6
-    )
+            fall = FALLS * min(1.0, _least_fall(forms[i], system))
+            falls &= (values <= (1.0 - fall) * radii[:, None] ** 2).all(axis=1)
+    # the first radius inside the last shell on which they do not all fall
+    first = int(np.flatnonzero(~falls).max(initial=-1)) + 1
+    return float(radii[first]) if first < len(radii) else 1e-6
 
 
 def _least_fall(form: Vector, system: SectionSystem) -> float:

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fmu_models.analyses.attractors import UNDECIDED, claimed, index_of, targets_of
 from fmu_models.analyses.clouds import Cloud, assign_clouds
@@ -35,6 +35,7 @@ from fmu_models.analyses.unforced import (
     mirror_images,
     settle_flows,
 )
+from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -42,12 +43,10 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.periodic import PeriodicMotion
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 INFINITE, FAILED = -2, -3  # labels beside UNDECIDED
 COARSE = 64  # starts that look for attractors first
@@ -82,9 +81,9 @@ class Basins(Pictured):
     model: str
     states: tuple[str, ...]
     axes: Mapping[str, Vector]
-    labels: NDArray[np.int64]
+    labels: Integers
     attractors: tuple[Attractor, ...]
-    steps: NDArray[np.int64]
+    steps: Integers
     failures: Mapping[tuple[int, ...], str]
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -149,13 +148,8 @@ class Basins(Pictured):
         return words
 
     def _contents(self) -> Mapping[str, Any]:
-        return {
-            "attractors": self.words,
-            "shares": self.shares,
-            "undecided": self.undecided,
-            "boundary": self.boundary,
-            "how": self.how or None,
-        }
+        shares = {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+        return {"attractors": self.words, **shares, "how": self.how or None}
 
 
 def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
@@ -209,23 +203,21 @@ def basins(
     """
     system = seen(system)
     if isinstance(system, Strobe) and system.unforced and not system.autonomous:  # steps of no meaning to it
-        system = system.seen_by()
+        system = strobe_of(system)
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
-        result = _mapped(runner, system, values, starts, most, longest)
-        runner.finish(result)
-    return result
+        return runner.finish(_mapped(runner, system, values, starts, most, longest))
 
 
 def _mapped(
     runner: Runner, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
 ) -> Basins:
     rows, shape = 2 * longest, tuple(len(value) for value in values.values())
-    jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
-    sample = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
+    stride = max(1, len(starts) // COARSE)
+    sample = Jobs(starts[stride // 2 :: stride], transient=most, rows=rows, longest=longest, settled=SETTLED)
     attractors: list[Attractor] = []
-    if len(sample):
+    if len(starts) > COARSE:
         _decide(runner, system, runner.make(sample, quiet=True), attractors, longest)
     periodic = _at(system, attractors)
     labels, steps = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
@@ -262,36 +254,17 @@ def _mapped(
     position = {old: new for new, old in enumerate(order)}
     labels = np.array([position.get(int(label), int(label)) for label in labels])
     ordered = tuple(attractors[i] for i in order)
-    return Basins(
-        system.name,
-        tuple(system.states),
-        values,
-        labels.reshape(shape),
-        ordered,
-        steps.reshape(shape),
-        failures,
-        system.how,
-        runner.provenance,
-        mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else (),
-    )
+    mirrored = mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else ()
+    decided = labels.reshape(shape), ordered, steps.reshape(shape), failures
+    return Basins(system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored)
 
 
-def _ended(rows: RunRows) -> NDArray[np.int64]:
+def _ended(rows: RunRows) -> Integers:
     """Labels of the runs that end without an attractor."""
     labels = np.full(len(rows.outcomes), UNDECIDED)
     labels[rows.outcomes == families.ESCAPED] = INFINITE
     labels[(rows.outcomes == families.BROKEN) | (rows.outcomes == families.LOST)] = FAILED
     return labels
-
-
-def _every(jobs: Jobs, stride: int) -> Jobs:
-    return Jobs(
-        jobs.starts[stride // 2 :: stride],
-        transient=jobs.transient,
-        rows=jobs.rows,
-        longest=jobs.longest,
-        settled=jobs.settled,
-    )
 
 
 def _at(system: SectionSystem, attractors: Sequence[Attractor]) -> list[PeriodicMotion]:
@@ -302,7 +275,7 @@ def _at(system: SectionSystem, attractors: Sequence[Attractor]) -> list[Periodic
 
 def _decide(
     runner: Runner, system: SectionSystem, rows: RunRows, attractors: list[Attractor], longest: int
-) -> NDArray[np.int64]:
+) -> Integers:
     """Labels of the runs that repeat themselves; motions that are not known yet are added."""
     labels = _ended(rows)
     indices = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))

@@ -23,8 +23,7 @@ from fmu_models.sections.periodic import PeriodicMotion, Vector, find_cycles, fi
 from fmu_models.sections.system import SectionSystem
 
 KINDS = {FOLD: "saddle-node", BRANCH_POINT: "saddle-node", FLIP: "flip"}
-# share of the box up to which the motions at one value are one: a double zero has the root of rounding
-SAME = 1e-4
+SAME = 1e-4  # share of the box up to which the motions at one value are one: a double zero has the root of rounding
 POINTS = 2000  # of a branch, at most
 
 

@@ -109,19 +109,8 @@ def follow_branch(
         raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
     system, start = at_its_cycle(system, start)
     formula = Formula.read(closed_form) if closed_form else None
-    followed = branches(
-        system,
-        over,
-        between,
-        start=start,
-        settle=settle,
-        points=points,
-        switch=switch,
-        longest=longest,
-        of=of,
-        execution=execution,
-        progress=progress,
-    )
+    options: dict[str, Any] = {"settle": settle, "points": points, "switch": switch, "longest": longest, "of": of}
+    followed = branches(system, over, between, start=start, execution=execution, progress=progress, **options)
     if curve is None or followed.interrupted:
         return Followed(followed)
     curves = followed.curves(curve[0], curve[1:])

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
+from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -30,8 +31,6 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 WHAT = ("period", "impacts", "stick", "exponent", "attractor")
 UNKNOWN = -1
@@ -63,9 +62,9 @@ class Chart(Pictured):
     what: str
     axes: Mapping[str, Vector]
     classes: tuple[str, ...]
-    labels: NDArray[np.int64]
+    labels: Integers
     values: Vector
-    made: NDArray[np.bool_]
+    made: Flags
     failures: Mapping[tuple[int, int], str]
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -99,12 +98,7 @@ class Chart(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         counts = {name: int((self.labels == i).sum()) for i, name in enumerate(self.classes)}
-        return {
-            **{name: values for name, values in self.axes.items()},
-            "cells": counts,
-            "failed": len(self.failures),
-            "how": self.how or None,
-        }
+        return {**self.axes, "cells": counts, "failed": len(self.failures), "how": self.how or None}
 
 
 def chart(
@@ -151,9 +145,7 @@ def chart(
     cells = _Cells(what, system.start(start), transient, points, longest)
     plan = {"analysis": "chart", **vars(cells), "refine": refine, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
-        result = _charted(runner, system, cells, refine, values)
-        runner.finish(result)
-    return result
+        return runner.finish(_charted(runner, system, cells, refine, values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,15 +158,11 @@ class _Cells:
     points: int
     longest: int
 
-    def jobs(self, varied: Mapping[str, Vector], count: int) -> Jobs:
-        return Jobs(
-            np.tile(self.start, (count, 1)),
-            varied,
-            transient=self.transient,
-            rows=max(self.points, 2 * self.longest) if self.what != "exponent" else 1,
-            longest=0 if self.what in ("stick", "exponent") else self.longest,
-            settled=SETTLED,
-        )
+    def jobs(self, varied: Varied, count: int) -> Jobs:
+        rows = max(self.points, 2 * self.longest) if self.what != "exponent" else 1
+        longest = 0 if self.what in ("stick", "exponent") else self.longest
+        starts = np.tile(self.start, (count, 1))
+        return Jobs(starts, varied, self.transient, rows, longest=longest, settled=SETTLED)
 
 
 def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, values: Mapping[str, Vector]) -> Chart:
@@ -193,7 +181,7 @@ def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, 
             for i, cell in enumerate(cells[first:end]):
                 computed[cell] = results[i]
                 if chunk.outcomes[i] > families.ABSORBED:
-                    failures[cell] = chunk.messages.get(i) or families.OUTCOMES[int(chunk.outcomes[i])]
+                    failures[cell] = families.reason(chunk, i)
 
         runner.each(setup.jobs(varied, len(cells)), take)
 
@@ -205,9 +193,8 @@ def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, 
     for cell, (_, value) in computed.items():
         numbers[cell], chunk[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
-    return Chart(
-        system.name, setup.what, values, classes, indices, numbers, chunk, failures, system.how, runner.provenance
-    )
+    cells = classes, indices, numbers, chunk, failures
+    return Chart(system.name, setup.what, values, *cells, system.how, runner.provenance)
 
 
 def _in_order(label: str) -> tuple[Any, ...]:
@@ -241,7 +228,7 @@ def _filled(
         fresh = _beside_another(coarse) & ~reached[np.ix_(*ticks)]
 
 
-def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
+def _beside_another(labels: NDArray[np.object_]) -> Flags:
     """Which cells have one of another class beside them, along either axis."""
     edges = np.zeros(labels.shape, bool)
     for grid, mark in ((labels, edges), (labels.T, edges.T)):
@@ -251,9 +238,7 @@ def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
     return edges
 
 
-def _signs(
-    runner: Runner, system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector]
-) -> list[tuple[str, float]]:
+def _signs(runner: Runner, system: SectionSystem, rows: RunRows, varied: Varied) -> list[tuple[str, float]]:
     """Sign and value of the exponent of each run; no sign where it failed."""
     signs = [("", np.nan)] * len(rows.filled)
     sound = np.flatnonzero((rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
@@ -264,21 +249,15 @@ def _signs(
     return signs
 
 
-def _classes(
-    system: SectionSystem, rows: RunRows, varied: Mapping[str, Vector], cells: _Cells
-) -> list[tuple[str, float]]:
+def _classes(system: SectionSystem, rows: RunRows, varied: Varied, cells: _Cells) -> list[tuple[str, float]]:
     """Label and number of each run; no label where it failed."""
     quantity, longest = cells.what, cells.longest
     sound = rows.outcomes <= families.ABSORBED
     if quantity == "stick":
         sticking = rows.held.sum(axis=1) > 0.0
-        names = [
-            ", ".join(n for n, touched in zip(system.contacts, row, strict=True) if touched) or "none"
-            for row in sticking
-        ]
-        return [
-            (name if good else "", float(row.sum())) for name, row, good in zip(names, sticking, sound, strict=True)
-        ]
+        names = [", ".join(np.array(system.contacts, object)[row]) or "none" for row in sticking]
+        counts = sticking.sum(axis=1).tolist()
+        return [(n if good else "", float(count)) for n, count, good in zip(names, counts, sound, strict=True)]
     motions = claimed(system, rows, varied, longest=longest).motions
     classes: list[tuple[str, float]] = []
     for i, motion in enumerate(motions):

@@ -7,18 +7,16 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fmu_models.analyses.aperiodic import Verdict, judged
+from fmu_models.analyses.aperiodic import AperiodicVerdict, judged
 from fmu_models.analyses.attractors import UNDECIDED
+from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.shown import Shown
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 CLOUD = 4096  # points of an attractor that has no period
 CELLS = 40  # cells across it
@@ -40,7 +38,7 @@ class Cloud(Shown):
     points: Vector
     size: Vector
     cells: frozenset[tuple[int, ...]]
-    verdict: Verdict
+    verdict: AperiodicVerdict
 
     RECORD: ClassVar = ("period", "points=sample", "kind=word", "exponent")
 
@@ -81,8 +79,8 @@ class Cloud(Shown):
 
 
 def assign_clouds(
-    runner: Runner, system: SectionSystem, rows: RunRows, labels: NDArray[np.int64], attractors: list[Any]
-) -> NDArray[np.int64]:
+    runner: Runner, system: SectionSystem, rows: RunRows, labels: Integers, attractors: list[Any]
+) -> Integers:
     """Labels of the runs that never repeat themselves, by the cells of attractors without a period."""
     undecided = np.flatnonzero((labels == UNDECIDED) & (rows.outcomes == families.FINISHED))
     clouds = {i: attractor for i, attractor in enumerate(attractors) if isinstance(attractor, Cloud)}
@@ -114,10 +112,7 @@ def _cloud(runner: Runner, system: SectionSystem, start: Vector) -> Cloud | None
         {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in set(half) for step in steps}
         for half in places
     )
-    filled = (
-        sum(cell in cells for cell in half) / len(half)
-        for half, cells in zip(places, (second_cells, first_cells), strict=True)
-    )
-    if min(filled) < FILLED:
+    halves = zip(places, (second_cells, first_cells), strict=True)
+    if min(sum(cell in cells for cell in half) / len(half) for half, cells in halves) < FILLED:
         return None
     return Cloud(points, size, frozenset(first_cells | second_cells), judged(runner, system, points[-1]))

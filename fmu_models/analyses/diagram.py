@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
+from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.branch import Branch
@@ -28,9 +29,6 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
 SETTLED = 1e-11
@@ -72,8 +70,8 @@ class Diagram(Pictured):
     values: Vector
     directions: tuple[str, ...]
     points: Vector
-    periods: NDArray[np.int64]
-    began: NDArray[np.int64]
+    periods: Integers
+    began: Integers
     exponents: Vector
     failures: Mapping[tuple[str, float], str]
     steps: int
@@ -140,12 +138,8 @@ class Diagram(Pictured):
         return f"Diagram of {self.model} over {self.over}: {len(self.values)} values, {', '.join(self.directions)}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {
-            self.over: self.values,
-            "periods": np.unique(self.periods),
-            "failures": len(self.failures),
-            "how": self.how or None,
-        }
+        counts = {"periods": np.unique(self.periods), "failures": len(self.failures)}
+        return {self.over: self.values, **counts, "how": self.how or None}
 
 
 def orbit_diagram(
@@ -211,8 +205,7 @@ def orbit_diagram(
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:
-        result = _swept(runner, system, sweep, of or system.states[0])
-        runner.finish(result)
+        result = runner.finish(_swept(runner, system, sweep, of or system.states[0]))
     if branches:
         ends = (swept[0], swept[-1])
         result = replace(result, branches=branches_through(system, over, _motions(result), ends, branches, of))
@@ -243,15 +236,8 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
     directions, m = sweep.directions, sweep.values.size
     order = np.concatenate([np.arange(m) if direction == "up" else np.arange(m)[::-1] for direction in directions])
     varied = {sweep.over: sweep.values[order]}
-    jobs = Jobs(
-        np.tile(sweep.start, (order.size, 1)),
-        varied,
-        transient=sweep.transient,
-        rows=max(sweep.points, 2 * sweep.longest),
-        chain=m,
-        longest=sweep.longest,
-        settled=SETTLED,
-    )
+    starts, kept = np.tile(sweep.start, (order.size, 1)), max(sweep.points, 2 * sweep.longest)
+    jobs = Jobs(starts, varied, sweep.transient, kept, chain=m, longest=sweep.longest, settled=SETTLED)
     rows = runner.make(jobs)
     claims = claimed(system, rows, varied, longest=sweep.longest)
     images = rows.points[:, : sweep.points].copy()
@@ -272,35 +258,16 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
     def shaped(array: NDArray[Any]) -> NDArray[Any]:
         return array[inverse].reshape(len(directions), m, *array.shape[1:])
 
+    bad = np.flatnonzero(rows.outcomes > families.ABSORBED).tolist()
+    failures = {(directions[i // m], float(sweep.values[order[i]])): families.reason(rows, i) for i in bad}
+    units = {name: system.unit_of(name) for name in (*system.states, sweep.over)}
+    names = system.name, sweep.over, tuple(system.states), tuple(system.contacts)
+    arrays = shaped(images), shaped(claims.periods), shaped(began), shaped(growth)
+    origin = system.how, runner.provenance, units
+    steps = int(rows.steps.sum())
     return Diagram(
-        system.name,
-        sweep.over,
-        tuple(system.states),
-        tuple(system.contacts),
-        sweep.values,
-        directions,
-        shaped(images),
-        shaped(claims.periods),
-        shaped(began),
-        shaped(growth),
-        _failures(rows, order, sweep.values, directions),
-        int(rows.steps.sum()),
-        of,
-        system.how,
-        runner.provenance,
-        {name: system.unit_of(name) for name in (*system.states, sweep.over)},
-        exponent_errors=shaped(errors),
+        *names, sweep.values, directions, *arrays, failures, steps, of, *origin, exponent_errors=shaped(errors)
     )
-
-
-def _failures(
-    rows: RunRows, order: NDArray[np.int64], values: Vector, directions: Sequence[str]
-) -> dict[tuple[str, float], str]:
-    bad = np.flatnonzero(rows.outcomes > families.ABSORBED)
-    reasons = (rows.messages.get(int(i)) or families.OUTCOMES[int(rows.outcomes[i])] for i in bad)
-    return {
-        (directions[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, reasons, strict=True)
-    }
 
 
 def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:

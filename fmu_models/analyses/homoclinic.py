@@ -21,16 +21,14 @@ from itertools import islice, pairwise, product
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.analyses.saddle import Saddle, saddle_of
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
-
-Vector = NDArray[np.float64]
 
 # distances in sizes of the states: of the begin from the saddle, and of places of arrival that are tried
 BESIDE = 1e-7
@@ -63,7 +61,7 @@ class Homoclinic(Pictured):
     value: float
     states: tuple[str, ...]
     saddle: Vector
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: Complex
     width: float
     times: Vector
     points: Vector

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.base.arrays import Flags, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
@@ -31,8 +31,6 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 SPREAD = 1e-6  # of the size of each state: by so much the starts differ
 BATCHES = 1000  # of one motion, at most
@@ -84,11 +82,7 @@ class Exponents(Pictured):
     """
 
     COLUMNS: ClassVar = (
-        "[exponent]=numbers",
-        "per_step=values",
-        "error=errors",
-        "per_time",
-        "per_time_error=per_time_errors",
+        *("[exponent]=numbers", "per_step=values", "error=errors", "per_time", "per_time_error=per_time_errors"),
     )
     RECORD: ClassVar = (
         *("model", "exponents=values", "errors", "per_time", "per_time_errors", "unit", "steps", "zero", "identity"),
@@ -184,23 +178,15 @@ def lyapunov(
     starts = point + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(point)))
     # a power of two: a mean over whole periods of what has doubled its period is exact
     batch = 1 << (-(-steps // BATCHES) - 1).bit_length()
-    rows = steps // batch
     k = system.dimension
-    jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
+    jobs = Jobs(starts, {}, transient, steps // batch, batch, tangents=k, flow=system.autonomous)
     plan = {"analysis": "lyapunov", "start": point, "periods": periods, "transient": transient, "motions": motions}
     plan["seed"] = seed
     with Runner(system, plan, execution, progress) as runner:
-        result = _followed(runner, system, jobs)
-        runner.finish(result)
-    return result
-
-
-def _followed(runner: Runner, system: SectionSystem, jobs: Jobs) -> Exponents:
-    rows = runner.make(jobs)
-    _check(system, jobs.starts[0], rows)
-    exponents = _exponents(system, rows, jobs.batch)
-    identity = _identity(runner, system, rows.ends[:1], jobs.tangents)
-    return dataclasses.replace(exponents, identity=identity, provenance=runner.provenance)
+        rows = runner.make(jobs)
+        _check(system, starts[0], rows)
+        exponents, identity = _exponents(system, rows, batch), _identity(runner, system, rows.ends[:1], k)
+        return runner.finish(dataclasses.replace(exponents, identity=identity, provenance=runner.provenance))
 
 
 def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: int) -> float | None:
@@ -220,9 +206,9 @@ def _check(system: SectionSystem, point: Vector, rows: RunRows) -> None:
     if not bad.size:
         return
     coordinates = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, point, strict=True))
-    outcome, steps = int(rows.outcomes[bad[0]]), int(rows.steps[bad[0]])
-    reason = rows.messages.get(int(bad[0]), families.OUTCOMES[outcome])
-    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({reason})"
+    first, steps = int(bad[0]), int(rows.steps[bad[0]])
+    escaped = rows.outcomes[first] == families.ESCAPED
+    why = "leaves every bound" if escaped else f"cannot be continued ({families.reason(rows, first)})"
     raise StickslipError(
         f"{system.name}: the motion from {coordinates} {why} after {steps} steps, so it has no exponents. Start "
         "elsewhere, or change the parameters."
@@ -248,20 +234,13 @@ def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
     zero = int(np.abs(values[order]).argmin()) if system.autonomous else None
     total = float(times[used].sum())
     shares = {name: float(rows.held[..., c][used].sum()) / total for c, name in enumerate(system.contacts)}
-    return Exponents(
-        *(column[order] for column in (values, errors, per_time, per_time_errors)),
-        unit=system.unit,
-        steps=steps,
-        zero=zero,
-        lost=int((~np.isfinite(values)).sum()),
-        shares=shares,
-        transient=transient,
-        how=system.how,
-        model=system.name,
-    )
+    values, errors, per_time, per_time_errors = (c[order] for c in (values, errors, per_time, per_time_errors))
+    counts = system.unit, steps, zero, int((~np.isfinite(values)).sum())
+    columns = values, errors, per_time, per_time_errors
+    return Exponents(*columns, *counts, shares, transient, system.how, model=system.name)
 
 
-def _mean(growth: Vector, weights: Vector, used: NDArray[np.bool_]) -> tuple[float, float]:
+def _mean(growth: Vector, weights: Vector, used: Flags) -> tuple[float, float]:
     """Growth (motions, batches) per weight over what is kept, and its standard error."""
     if not np.isfinite(growth[used]).all():
         return -np.inf, 0.0
@@ -297,7 +276,7 @@ def _memory(series: list[Vector]) -> float:
     return float(max(summed[within[0] if within.size else -1], 1.0 / WINDOW))
 
 
-def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int64], Transient | None]:
+def _changes(growth: Vector, times: Vector, batch: int) -> tuple[Integers, Transient | None]:
     """Per motion the batch from which on its growth is another one, 0 where it does not change; what it was before."""
     m, n = growth.shape
     begins = np.zeros(m, np.int64)
@@ -328,9 +307,8 @@ def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int6
 
 def _numbers(exponents: Exponents) -> dict[str, float]:
     values: dict[str, float] = {}
-    for i, (value, error) in enumerate(
-        zip(exponents.per_time.tolist(), exponents.per_time_errors.tolist(), strict=True), 1
-    ):
+    pairs = zip(exponents.per_time.tolist(), exponents.per_time_errors.tolist(), strict=True)
+    for i, (value, error) in enumerate(pairs, 1):
         values |= {f"exponent{i}": value, f"error{i}": error}
     return {**values, **{f"{name}_share": share for name, share in exponents.shares.items()}}
 

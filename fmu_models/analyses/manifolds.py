@@ -21,13 +21,13 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from fmu_models.analyses.declaration import EITHER, Analysis, Option, Range
 from fmu_models.analyses.homoclinic import Homoclinic
 from fmu_models.analyses.homoclinic import homoclinic as locate_homoclinic
 from fmu_models.analyses.saddle import Saddle, saddle_of
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
@@ -36,14 +36,9 @@ from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate
 
-Vector = NDArray[np.float64]
-
-# of the sizes of the states: where a manifold begins, beside its saddle
-BESIDE = 1e-6
-# of the first piece: points are put in between no finer than that
-FINEST = 1e-11
-# Newton's method for the past of a point
-STEPS, ACCURATE = 30, 1e-12
+BESIDE = 1e-6  # of the sizes of the states: where a manifold begins, beside its saddle
+FINEST = 1e-11  # of the first piece: points are put in between no finer than that
+STEPS, ACCURATE = 30, 1e-12  # Newton's method for the past of a point
 # growth of a motion beside an equilibrium, in powers of e, its points, and what else is tried where it is not done then
 GROWTH, SAMPLES, LONGER = 45.0, 4001, (1.0, 3.0, 10.0)
 # of each half, and between neighbours on a curve
@@ -88,7 +83,7 @@ class Manifolds(Pictured):
     model: str
     states: tuple[str, ...]
     saddle: Vector
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: Complex
     curves: tuple[Manifold, ...]
     of: tuple[str, ...]
 
@@ -98,10 +93,8 @@ class Manifolds(Pictured):
         import pandas
 
         columns = list(self.states)
-        frames = [
-            pandas.DataFrame(curve.points, columns=columns).assign(curve=i, kind=curve.kind)
-            for i, curve in enumerate(self.curves)
-        ]
+        tables = (pandas.DataFrame(curve.points, columns=columns) for curve in self.curves)
+        frames = [table.assign(curve=i, kind=self.curves[i].kind) for i, table in enumerate(tables)]
         return pandas.concat(frames, ignore_index=True)
 
     def _heading(self) -> str:

@@ -18,14 +18,13 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.analyses.declaration import STATE, Analysis
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.sections.system import SectionSystem
 
-Vector = NDArray[np.float64]
 # Newton's method: steps, the residual of a root in sizes of the states, and halvings of a step in x where it fails
 STEPS, ROOT, HALVINGS = 12, 1e-12, 12
 
@@ -133,8 +132,7 @@ ANALYSIS = Analysis(
 )
 
 
-# a point (n,), x after the step, the slope there
-_Place = tuple[Vector, float, float]
+_Place = tuple[Vector, float, float]  # a point (n,), x after the step, the slope there
 
 
 class _Curve:

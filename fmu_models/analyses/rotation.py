@@ -12,15 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.analyses.aperiodic import birkhoff_weights
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
-from fmu_models.families import jobs as families
-from fmu_models.families.jobs import Jobs
-from fmu_models.sections.system import SectionSystem
-
-Vector = NDArray[np.float64]
+from fmu_models.sections.system import SectionSystem, named_point
 
 
 @dataclass(frozen=True)
@@ -68,11 +65,8 @@ def rotation_number(
         raise StickslipError(
             f"Turns are seen in two states, over at least 8 steps; found {list(about)}, {steps} steps."
         )
-    rows = system.make(Jobs(system.start(start)[None], transient=transient, rows=steps))
-    if rows.filled[0] < steps:
-        why = rows.messages.get(0) or families.OUTCOMES[int(rows.outcomes[0])]
-        raise StickslipError(f"{system.name}: the motion ends after {rows.steps[0]} steps: {why}. Start elsewhere.")
-    points = system.difference(rows.points[0] - _place(system, about))
+    points = system.motion(start, transient, steps).points[0]
+    points = system.difference(points - named_point(system.name, system.states, np.zeros(points.shape[1]), about))
     columns = [list(system.states).index(name) for name in about]
     locked = _period(points[:, columns], longest)
     u, v = (points[:, i] / np.abs(points[:, i]).max() for i in columns)
@@ -86,16 +80,8 @@ def rotation_number(
     return RotationNumber(value if named is None else named[0] / named[1], abs(mean - half), steps, named)
 
 
-def _place(system: SectionSystem, about: Mapping[str, float]) -> Vector:
-    position = np.zeros(len(system.states))
-    for name, value in about.items():
-        position[list(system.states).index(name)] = value
-    return position
-
-
 def _mean(turns: Vector) -> float:
-    t = (np.arange(len(turns)) + 0.5) / len(turns)
-    weights = np.exp(-1.0 / (t * (1.0 - t)))
+    weights = birkhoff_weights(len(turns))
     return float(weights @ turns / weights.sum())
 
 

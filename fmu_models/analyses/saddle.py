@@ -8,14 +8,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.field import VectorField
-from fmu_models.simulation.run import check_names, check_value
-
-Vector = NDArray[np.float64]
+from fmu_models.simulation.run import check_settings
 
 STEPS, ACCURATE = 50, 1e-13
 
@@ -49,14 +47,14 @@ class Saddle:
         return np.array([self.fmu.size_of(name) for name in self.fmu.states])
 
     @cached_property
-    def _eigen(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def _eigen(self) -> tuple[Complex, Complex]:
         eigen: Any = np.linalg.eig(self.slopes)
         values, vectors = eigen
         order = np.argsort(-values.real)
         return values[order].astype(complex), vectors[:, order].astype(complex)
 
     @property
-    def values(self) -> NDArray[np.complex128]:
+    def values(self) -> Complex:
         """(n,) eigenvalues by falling real part, 1/s."""
         return self._eigen[0]
 
@@ -113,10 +111,8 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
         raise StickslipError(
             f"'{fmu.path}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
         )
-    check_names(fmu, "parameter or input", given, [*fmu.parameters, *fmu.inputs])
-    check_names(fmu, "state", start, fmu.states)
-    for name, value in {**given, **start}.items():
-        check_value(fmu, name, value)
+    check_settings(fmu, "parameter or input", given, [*fmu.parameters, *fmu.inputs])
+    check_settings(fmu, "state", start, fmu.states)
     field = VectorField(fmu, given)
     point = np.array([float(start.get(name, fmu.start_of(name))) for name in fmu.states])
     point, slopes = _rest(fmu, field, point)
@@ -142,9 +138,6 @@ def _rest(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
 
 def _checked(saddle: Saddle) -> Saddle:
     if not (saddle.unstable and saddle.stable):
-        listing = ", ".join(f"{value:.4g}" for value in saddle.values)
-        raise StickslipError(
-            f"The equilibrium of '{saddle.name}' near that start is no saddle with real "
-            f"eigenvalues: they are {listing}."
-        )
+        listing = f"eigenvalues: they are {', '.join(f'{value:.4g}' for value in saddle.values)}."
+        raise StickslipError(f"The equilibrium of '{saddle.name}' near that start is no saddle with real {listing}")
     return saddle

@@ -8,13 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
-from fmu_models.families import jobs as families
-from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,20 +63,9 @@ def poincare_section(
         raise StickslipError(
             f"{points} points after {transient} steps: ask for one point at least, and no step below 0."
         )
-    rows = system.make(Jobs(system.start(start)[None], transient=transient, rows=points), progress=progress)
-    filled = int(rows.filled[0])
-    if filled < points:
-        why = rows.messages.get(0) or families.OUTCOMES[int(rows.outcomes[0])]
-        raise StickslipError(f"{system.name}: the motion ends after {rows.steps[0]} steps: {why}. Start elsewhere.")
-    return PoincareSection(
-        system.name,
-        tuple(system.states),
-        tuple(system.contacts),
-        rows.points[0],
-        rows.times[0],
-        rows.began[0],
-        system.how,
-    )
+    rows = system.motion(start, transient, points, progress)
+    names = system.name, tuple(system.states), tuple(system.contacts)
+    return PoincareSection(*names, rows.points[0], rows.times[0], rows.began[0], system.how)
 
 
 def _numbers(result: PoincareSection) -> dict[str, float]:

@@ -14,12 +14,12 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import welch
 from scipy.stats import chi2
 
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.families.jobs import Jobs
@@ -27,8 +27,6 @@ from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.trajectory import Trajectory
-
-Vector = NDArray[np.float64]
 
 NODES = 24  # of Gauss's rule on a panel
 PANELS = 0.25  # of the period of the highest line: longest panel
@@ -83,12 +81,8 @@ class Spectrum(Pictured):
         return f"Spectrum of {self.of}: {'lines' if self.lines else 'density'}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {
-            "frequency": self.frequency,
-            "amplitude": self.amplitude,
-            "mean square": self.mean_square,
-            "how": self.how or None,
-        }
+        shown = {"frequency": self.frequency, "amplitude": self.amplitude, "mean square": self.mean_square}
+        return {**shown, "how": self.how or None}
 
 
 def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None, *, lines: int = 8) -> Spectrum:
@@ -116,19 +110,10 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
     turns = np.exp(-2j * np.pi * np.outer(np.arange(count + 1), times / motion.time))
     coefficients = (turns * weights) @ values / motion.time
     amplitude = np.abs(coefficients) * np.where(np.arange(count + 1) > 0, 2.0, 1.0)
-    return Spectrum(
-        name,
-        str(system.fmu.variables[name].unit or "1"),
-        np.arange(count + 1) / motion.time,
-        amplitude,
-        amplitude,
-        amplitude,
-        np.angle(coefficients),
-        float(weights @ values**2 / motion.time),
-        lines=True,
-        period=motion.period,
-        how=system.how,
-    )
+    unit, frequency = str(system.fmu.variables[name].unit or "1"), np.arange(count + 1) / motion.time
+    columns = amplitude, amplitude, amplitude, np.angle(coefficients)
+    mean_square = float(weights @ values**2 / motion.time)
+    return Spectrum(name, unit, frequency, *columns, mean_square, True, motion.period, system.how)
 
 
 def _nodes(edges: Vector, longest: float) -> tuple[Vector, Vector]:

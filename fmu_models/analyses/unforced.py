@@ -18,21 +18,19 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.analyses.attractors import UNDECIDED, claimed, targets_of
+from fmu_models.base.arrays import Complex, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.periodic import PeriodicMotion
 from fmu_models.sections.stability import ON_CIRCLE, Stability
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked for, relative distance of equal points
 SPAN, SAMPLES = 1024, 4097  # steps of the strobe over which a cycle is sampled, and how finely
@@ -87,7 +85,7 @@ class LimitCycle(PeriodicMotion):
         return f"cycle of {self.time:.6g} s"
 
     @property
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """(n - 1,) largest modulus first."""
         return self.stability.eigenvalues
 
@@ -100,7 +98,7 @@ class LimitCycle(PeriodicMotion):
         """Whether points (k, n) of an attractor are its own."""
         return bool(self.absorbs(points[:1], 1).all())
 
-    def absorbs(self, starts: Vector, workers: int | None, **jobs: Any) -> NDArray[np.int64]:
+    def absorbs(self, starts: Vector, workers: int | None, **jobs: Any) -> Integers:
         """(m,) turns after which starts (m, n) have surely come to it; 0 if they have not."""
         runs = Jobs(starts, targets=self.targets, **{"transient": 4 * self.period, **jobs})
         rows = Runner(self.section, execution=Execution(workers=workers)).make(runs, quiet=True)
@@ -154,16 +152,11 @@ def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]
             f"'{system.name}' comes to no cycle from that start, so that it needs a period: give about how long it is "
             "(--period with --autonomous, period= with autonomous=True), or start elsewhere."
         )
-    return system.seen_by(period=cycle.time, autonomous=True), cycle.points[0]
+    return strobe_of(system, period=cycle.time, autonomous=True), cycle.points[0]
 
 
 def absorb(
-    attractors: Sequence[Any],
-    starts: Vector,
-    labels: NDArray[np.int64],
-    steps: NDArray[np.int64],
-    workers: int,
-    **jobs: Any,
+    attractors: Sequence[Any], starts: Vector, labels: Integers, steps: Integers, workers: int, **jobs: Any
 ) -> None:
     """Label the starts (m, n) without a label that come to the cycles among attractors, and add their turns to steps.
 
@@ -178,7 +171,7 @@ def absorb(
 
 
 def settle_flows(
-    system: Strobe, rows: RunRows, labels: NDArray[np.int64], attractors: list[Any], workers: int, **search: Any
+    system: Strobe, rows: RunRows, labels: Integers, attractors: list[Any], workers: int, **search: Any
 ) -> None:
     """Label the runs that have come to equilibria side by side or to cycles; those that are not known are added.
 

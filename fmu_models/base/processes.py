@@ -71,11 +71,13 @@ def in_processes(
         Index of the job, and its value or an error: those that ``isolated`` raises. Ending the iteration, or an
         interrupt, ends the children.
     """
-    with Pool(function, processes=min(processes, len(jobs)), limits=limits, threads=threads, progress=progress) as pool:
+    with ProcessPool(
+        function, processes=min(processes, len(jobs)), limits=limits, threads=threads, progress=progress
+    ) as pool:
         yield from pool.run(jobs, group=group)
 
 
-class Pool(Generic[Value]):
+class ProcessPool(Generic[Value]):
     """Child processes for one function: they start at once, so that they are ready when the jobs are known, and stay.
 
     Args:

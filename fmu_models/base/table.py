@@ -42,7 +42,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Column:
+class PrintedColumn:
     """A head and its unit. spare: columns that a narrow terminal may leave out, the highest first; 0: none of them."""
 
     head: str
@@ -56,17 +56,17 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class PrintedTable:
     """Rows of as many cells as there are columns; the first cell of a row is its name."""
 
     title: str
-    columns: tuple[Column, ...]
+    columns: tuple[PrintedColumn, ...]
     rows: tuple[tuple[Cell, ...], ...]
 
-    def turned(self) -> Table:
+    def turned(self) -> PrintedTable:
         """Rows as columns."""
         head, *others = zip(tuple(Cell(column.words) for column in self.columns), *self.rows, strict=True)
-        return Table(self.title, tuple(Column(cell.words) for cell in head), tuple(others))
+        return PrintedTable(self.title, tuple(PrintedColumn(cell.words) for cell in head), tuple(others))
 
     def is_number(self, index: int) -> bool:
         """Whether a column is one of numbers."""
@@ -98,11 +98,11 @@ class Table:
             yield Text(f"Left out for want of width: {names} (--json has all).\n", style="italic")
 
 
-def table(title: str, columns: Sequence[str | Column], rows: Iterable[Sequence[str | Cell]]) -> Table:
+def table(title: str, columns: Sequence[str | PrintedColumn], rows: Iterable[Sequence[str | Cell]]) -> PrintedTable:
     """A table of plain heads and texts, or of columns and cells."""
-    return Table(
+    return PrintedTable(
         title,
-        tuple(column if isinstance(column, Column) else Column(column) for column in columns),
+        tuple(column if isinstance(column, PrintedColumn) else PrintedColumn(column) for column in columns),
         tuple(tuple(cell if isinstance(cell, Cell) else Cell(cell) for cell in row) for row in rows),
     )
 
@@ -144,14 +144,14 @@ def verdict(passed: bool | None, words: str = "") -> Cell:
 
 
 @dataclass(frozen=True)
-class Layout:
+class TableLayout:
     """blocks: places and widths of the columns that stand side by side, block under block; left_out: places."""
 
     blocks: tuple[tuple[tuple[int, int], ...], ...]
     left_out: tuple[int, ...]
 
 
-def layout(table: Table, width: int) -> Layout:
+def layout(table: PrintedTable, width: int) -> TableLayout:
     """Where each column of a table stands in ``width`` characters."""
     widths = [_widths(table, index) for index in range(len(table.columns))]
     columns = list(range(len(table.columns)))
@@ -163,10 +163,10 @@ def layout(table: Table, width: int) -> Layout:
         columns.remove(spare)
         left_out.append(spare)
     blocks = _blocks(columns, [least for least, _ in widths], width)
-    return Layout(tuple(tuple(_widened(block, widths, width)) for block in blocks), tuple(sorted(left_out)))
+    return TableLayout(tuple(tuple(_widened(block, widths, width)) for block in blocks), tuple(sorted(left_out)))
 
 
-def _widths(table: Table, index: int) -> tuple[int, int]:
+def _widths(table: PrintedTable, index: int) -> tuple[int, int]:
     """Least and best width of a column."""
     from rich.cells import cell_len
 
@@ -211,7 +211,7 @@ def _widened(block: Sequence[int], widths: Sequence[tuple[int, int]], width: int
     return [(index, granted[index]) for index in block]
 
 
-def _block(table: Table, block: Sequence[tuple[int, int]]) -> RichTable:
+def _block(table: PrintedTable, block: Sequence[tuple[int, int]]) -> RichTable:
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
@@ -225,7 +225,7 @@ def _block(table: Table, block: Sequence[tuple[int, int]]) -> RichTable:
     return grid
 
 
-def _row(table: Table, row: tuple[Cell, ...]) -> str:
+def _row(table: PrintedTable, row: tuple[Cell, ...]) -> str:
     html = f'<th scope="row">{_words(row[0])}</th>'
     for index, cell in enumerate(row[1:], 1):
         classes = ["number"] * table.is_number(index) + ["fail"] * (cell.kind == "fail")

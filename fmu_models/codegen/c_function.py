@@ -3,13 +3,13 @@
 import re
 from collections.abc import Iterable, Sequence
 from itertools import accumulate, groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 # characters of the statements of one function
 _MANY = 3000
 
 
-class Kind(NamedTuple):
+class FunctionKind(NamedTuple):
     """A kind of function: what its name ends in, and what stands before ``void`` in the text of one."""
 
     parameters: str
@@ -30,9 +30,11 @@ class Kind(NamedTuple):
         return "\n".join([*texts, _definition(whole, self.parameters, _switch(calls) or ["(void)c;"])])
 
 
-SERIES = Kind("const Real *p, const Real *d, Jets *j, int k")
-VARIATION = Kind("const double *p, const double *d, const Jets *j, Variation *l, int k", "_variation", "static CALLED ")
-DISC = Kind("const double *p, const double *d, const Jets *j, Jets *b", "_disc", "static CALLED ")
+SERIES = FunctionKind("const Real *p, const Real *d, Jets *j, int k")
+VARIATION = FunctionKind(
+    "const double *p, const double *d, const Jets *j, Variation *l, int k", "_variation", "static CALLED "
+)
+DISC = FunctionKind("const double *p, const double *d, const Jets *j, Jets *b", "_disc", "static CALLED ")
 
 
 def split(name: str, lines: list[str], head: str) -> str:
@@ -49,6 +51,11 @@ def split(name: str, lines: list[str], head: str) -> str:
         ]
         lines = [f"{callee}({_names(parameters)});" for callee in names]
     return "\n".join([*texts, _definition(head, parameters, lines)])
+
+
+def table(kind: str, name: str, size: str, values: Iterable[Any], none: str = "0") -> str:
+    """An array of the model; ``none`` stands where there are no values."""
+    return f"{kind} model_{name}[{size}] = {{{', '.join(map(str, values)) or none}}};"
 
 
 def by_case(head: str, cases: Sequence[str], *end: str) -> str:

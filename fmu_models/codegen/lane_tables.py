@@ -218,11 +218,10 @@ class _Tables:
             # the next number is that of its partner, 0: it has none
             "partner": [0 if contact.partner is None else contact.partner + 1 for contact in contacts],
         }
-        guard = "STICKSLIP_MODEL_LANES_H"
         return "\n".join(
             [
                 f"/* Generated from the declaration of {self.system.name} for lanes; do not edit. */",
-                f"#ifndef {guard}\n#define {guard}\n",
+                "#pragma once\n",
                 "enum {",
                 *(f"    LANES_{name} = {value}," for name, value in sizes.items()),
                 "};\n",
@@ -241,7 +240,6 @@ class _Tables:
                 self._sums("BOUND_SUMS", "B, x, b", _row_sums("b", "B", "x", bounds)),
                 "",
                 self._rows(),
-                "#endif\n",
             ]
         )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.codegen.variables import SystemVariables, Variable
+from fmu_models.codegen.variables import Variable, Variables
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State
 from fmu_models.lowering.hybrid_system import acting
@@ -23,7 +23,7 @@ _LARGEST_EXPRESSION = 100
 
 
 @dataclass(frozen=True)
-class Unknown:
+class ModelUnknown:
     """An entry of the model structure: a variable and the references it depends on, all of them if ``None``.
 
     ``kinds`` says of each how: by a constant factor, by one of parameters ("tunable"), or in another way ("dependent").
@@ -45,31 +45,33 @@ class ModelStructure:
 
     def __init__(self, system: HybridSystem) -> None:
         self.system = system
-        self.variables = SystemVariables(system)
+        self.variables = Variables(system)
+        # the states of a map jump, and none of them is integrated
+        velocities = [q.v for q in system.coordinates]
+        self._rates = [] if system.rule else [*velocities, *system.rate_symbols, *system.internal_rates]
 
     @property
-    def output_unknowns(self) -> list[Unknown]:
-        """Outputs, and the contact states among them, which depend on everything through the events."""
+    def output_unknowns(self) -> list[ModelUnknown]:
+        """Outputs, and the contact states among them, which depend on everything through the events; of a map its
+        states, which depend on all by its steps."""
+        if self.system.rule:
+            return [ModelUnknown(v) for v in self.variables.states]
         unknowns = [
             self._unknown(v, self._symbols([o.expression]), o.expression)
             for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
         ]
-        return unknowns + [Unknown(v) for v in self._shown_states]
+        return unknowns + [ModelUnknown(v) for v in self._shown_states]
 
     @property
-    def derivative_unknowns(self) -> list[Unknown]:
+    def derivative_unknowns(self) -> list[ModelUnknown]:
         """Derivatives of the states."""
-        system = self.system
-        sources = [
-            *({q.v} for q in system.coordinates),
-            *(self._accelerations[a] for a in system.rate_symbols),
-            *(self._symbols([rate]) for rate in system.internal_rates),
+        return [
+            self._unknown(v, self._symbols([rate]), rate)
+            for v, rate in zip(self.variables.derivatives, self._rates, strict=True)
         ]
-        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
-        return [self._unknown(v, s, e) for v, s, e in zip(self.variables.derivatives, sources, rates, strict=True)]
 
     @property
-    def indicator_unknowns(self) -> list[Unknown]:
+    def indicator_unknowns(self) -> list[ModelUnknown]:
         """Indicators of the contacts."""
         sources = []
         for c in self.system.contacts:
@@ -84,20 +86,20 @@ class ModelStructure:
         return [self._unknown(v, s) for v, s in zip(self.variables.indicators, sources, strict=True)]
 
     @property
-    def initial_unknowns(self) -> list[Unknown]:
+    def initial_unknowns(self) -> list[ModelUnknown]:
         """What initialization computes, in order of reference.
 
         It chooses the states of the contacts, by everything, and lets bodies bounce that move into a wall.
         """
-        system = self.system
-        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
-        sources = [*rates, *(o.expression for o in system.outputs)]
+        sources = [*self._rates, *(o.expression for o in self.system.outputs)]
         variables = (*self.variables.derivatives, *self.variables.outputs)
         unknowns = [
-            self._unknown(v, behind, e, initial=True) if (behind := self._start_values([e])) is not None else Unknown(v)
+            self._unknown(v, behind, e, initial=True)
+            if (behind := self._start_values([e])) is not None
+            else ModelUnknown(v)
             for v, e in zip(variables, sources, strict=True)
         ]
-        return unknowns + [Unknown(v) for v in self._shown_states]
+        return unknowns + [ModelUnknown(v) for v in self._shown_states]
 
     def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
         """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
@@ -120,7 +122,7 @@ class ModelStructure:
         expression: sympy.Expr | None = None,
         *,
         initial: bool = False,
-    ) -> Unknown:
+    ) -> ModelUnknown:
         """An entry with what it depends on; its expression, if given, says how."""
         references = self.variables.references | (self.variables.parameters if initial else {})
         ordered = sorted(((references[s], s) for s in symbols if s in references), key=lambda pair: pair[0])
@@ -137,7 +139,7 @@ class ModelStructure:
                     kinds[i] = "constant"
                 elif not initial and factors <= self.variables.parameters.keys():
                     kinds[i] = "tunable"
-        return Unknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
+        return ModelUnknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
 
     @property
     def _shown_states(self) -> list[Variable]:

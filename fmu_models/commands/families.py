@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.base.shown import Pictured
     from fmu_models.families.execution import Execution
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.report.interactive import Motion
+    from fmu_models.report.interactive import PickedMotion
     from fmu_models.scene.scene import Compute, Scene
     from fmu_models.sections.system import SectionSystem
 
@@ -173,10 +173,10 @@ class SectionOptions:
         fmu, values = self.oscillator()
         return fmu, {"parameters": values}
 
-    def motion(self) -> Motion | None:
+    def motion(self) -> PickedMotion | None:
         """What a click in a page shows; None of a map, and, with a warning, of what no page can compute."""
         from fmu_models.explorer.page import explore
-        from fmu_models.report.interactive import Motion
+        from fmu_models.report.interactive import PickedMotion
 
         if self.model in MAPS.members():
             return None
@@ -186,7 +186,7 @@ class SectionOptions:
             console.warn(f"A click in the page shows no motion: {error}")
             return None
         values = {**console.assignments(self.settings, "parameter"), **self.starts()}
-        return Motion(page._repr_html_(), page.name, page.version, values)
+        return PickedMotion(page._repr_html_(), page.name, page.version, values)
 
     def axes(self, kind: str, over: Sequence[str] | None, count: int | None = None) -> dict[str, Any]:
         """Values along each axis; those of a scene of the same kind where none are given.

@@ -19,8 +19,7 @@ from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import EnsembleRuns
 from fmu_models.simulation.run import simulate
 
-# periods of a run that settles to its motion
-SETTLE = 400
+SETTLE = 400  # periods of a run that settles to its motion
 # a motion farther out than this goes to infinity, as the engine has it for runs over a section
 FAR = EnsembleRuns.bound
 
@@ -56,11 +55,8 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
 def _placed(
     system: SectionSystem, problem: Problem, flow_problem: FlowProblem | None, point: Vector, value: float, settle: bool
 ) -> tuple[Problem, Vector]:
-    """The start, or where a run from it settles, and the problem at a phase where nothing holds.
-
-    Args:
-        flow_problem: The problem, if it tells of events.
-    """
+    """The start, or where a run from it settles, and the problem at a phase where nothing holds; ``flow_problem`` is
+    the problem, if it tells of events."""
     try:
         point = _settled(system, point) if settle else point
     except StickslipError as error:

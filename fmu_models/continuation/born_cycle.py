@@ -26,12 +26,10 @@ from fmu_models.continuation.special.boundary import Boundary
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.sections import crossings
 
-# amplitudes, in scales of the states, at which a cycle is looked for beside a Hopf point
-SMALL = (0.02, 0.05, 0.1)
+SMALL = (0.02, 0.05, 0.1)  # amplitudes, in scales of the states, at which a cycle is looked for beside a Hopf point
 # how far from the point at a surface its cycles are looked for, in u; how often their size is doubled, from that on
 ASIDE, DOUBLINGS = 0.01, 9
-# periods that one turn takes at most
-TURN = 5.0
+TURN = 5.0  # periods that one turn takes at most
 
 
 def cycles_from_hopf(node: Node, frequency: float, between: tuple[float, float], points: int) -> tuple[Branch, ...]:

@@ -38,8 +38,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.continuation.ended import SolutionBranch, seen_on
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
@@ -53,8 +53,7 @@ from fmu_models.continuation.step.imported import ImportedFollower
 from fmu_models.continuation.step.same_motion import passes
 from fmu_models.continuation.step.way import Ways, joined, ways
 
-# what a picture shows in place of a state
-MULTIPLIER, PERIOD = "multiplier", "period"
+MULTIPLIER, PERIOD = "multiplier", "period"  # what a picture shows in place of a state
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,17 +67,12 @@ class Branch(SolutionBranch):
     """
 
     COLUMNS: ClassVar = (
-        "{over}=values",
-        "{states}=points",
-        "period=periods",
-        "stable",
-        "multiplier{}=multipliers",
-        "word=texts",
+        *("{over}=values", "{states}=points", "period=periods", "stable", "multiplier{}=multipliers", "word=texts"),
     )
     RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
 
     periods: Vector
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
     special: tuple[Special, ...]
     every: int = 1
     nodes: tuple[Node, ...] = field(default=(), repr=False)

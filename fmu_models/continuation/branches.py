@@ -24,8 +24,7 @@ from fmu_models.continuation.step.same_motion import passes
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.sections.system import SectionSystem
 
-# special points of two branches that lie no further apart are one
-SAME = 1e-9
+SAME = 1e-9  # special points of two branches that lie no further apart are one
 
 
 def branch(system: SectionSystem, over: str, between: tuple[float, float], **options: Any) -> Branch:
@@ -133,9 +132,8 @@ class Branches(Pictured):
         """One row per point; ``branch`` is the number of its branch."""
         import pandas
 
-        return pandas.concat(
-            [member.frame.assign(branch=i) for i, member in enumerate(self.branches)], ignore_index=True
-        )
+        frames = [member.frame.assign(branch=i) for i, member in enumerate(self.branches)]
+        return pandas.concat(frames, ignore_index=True)
 
     @property
     def special(self) -> tuple[Special, ...]:
@@ -146,13 +144,9 @@ class Branches(Pictured):
         """The points, and what is special beside them."""
         of = [i for i, member in enumerate(self.branches) for _ in member.special]
         places = [count for member in self.branches for count in member.places]
-        columns = {
-            "kind": np.array([special.kind for special in self.special], dtype=object),
-            "value": np.array([special.value for special in self.special]),
-            "contact": np.array([special.contact for special in self.special], dtype=object),
-            "branch": np.array(of, dtype=int),
-            "place": np.array(places, dtype=int),
-        }
+        told = ("kind", object), ("value", None), ("contact", object)
+        columns = {name: np.array([getattr(s, name) for s in self.special], dtype) for name, dtype in told}
+        columns |= {"branch": np.array(of, dtype=int), "place": np.array(places, dtype=int)}
         return super().to_xarray().assign({f"special_{name}": ("special", column) for name, column in columns.items()})
 
     def curves(
@@ -174,9 +168,8 @@ class Branches(Pictured):
         for special in self.special:
             if only is not None and special.kind != only:
                 continue
-            if any(
-                special.contact == earlier.contact and abs(special.value - earlier.value) <= SAME for earlier in tried
-            ):
+            twins = (earlier for earlier in tried if earlier.contact == special.contact)
+            if any(abs(special.value - twin.value) <= SAME for twin in twins):
                 continue
             tried.append(special)
             try:
@@ -230,7 +223,7 @@ def _switched_at(followed: list[Branch], longest: int, points: int, keeper: Keep
             if member.every * (2 if special.kind == FLIP else 1) > longest:
                 continue
             for node in leaving(special):
-                if node.problem.turns <= longest and not any(
-                    earlier.every == node.problem.turns and passes(earlier.nodes, node) for earlier in followed
-                ):
+                turns = node.problem.turns
+                same = (earlier.nodes for earlier in followed if earlier.every == turns)
+                if turns <= longest and not any(passes(nodes, node) for nodes in same):
                     yield followed_from(node, member.between, points, keeper)

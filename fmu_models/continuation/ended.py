@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Flags
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Vector, Word
@@ -57,7 +57,7 @@ class SolutionBranch(Ended):
     states: tuple[str, ...]
     values: Vector
     points: Vector
-    stable: NDArray[np.bool_]
+    stable: Flags
     words: tuple[Word, ...]
     special: tuple[SpecialPoint, ...]
     places: tuple[int, ...]

@@ -36,10 +36,9 @@ from fmu_models.continuation.special.sticking_set import StickingSet, followed, 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import STICK
 from fmu_models.simulation.field import VectorField
-from fmu_models.simulation.run import check_names, check_value
+from fmu_models.simulation.run import check_settings
 
-# condition number beyond which an equilibrium does not stand alone
-ALONE = 1e12
+ALONE = 1e12  # condition number beyond which an equilibrium does not stand alone
 
 
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:
@@ -104,16 +103,15 @@ def _sets(
         progress((node.value - between[0]) / (between[1] - between[0]))
 
     forward, last = followed(first_set, between, 1.0, points, tell)
-    backward, first = (
-        ([first_set], last) if last[0] == "interrupted" else followed(first_set, between, -1.0, points, tell)
-    )
+    backward, first = [first_set], last
+    if last[0] != "interrupted":
+        backward, first = followed(first_set, between, -1.0, points, tell)
     if len(forward) == len(backward) == 1 and {first[0], last[0]} == {"unresolved"}:
         problem = first_set.middle.problem
         sticking = ", ".join(name for name, state, _ in first_set.middle.seen.word if state == STICK)
         names = [axis for axis, e in zip(problem.states, first_set.along, strict=True) if abs(e) > ZERO]
-        ends = [
-            "; ".join(f"{name} = {end[problem.states.index(name)]:.9g}" for name in names) for end in first_set.ends
-        ]
+        places = [(name, problem.states.index(name)) for name in names]
+        ends = ["; ".join(f"{name} = {end[i]:.9g}" for name, i in places) for end in first_set.ends]
         raise StickslipError(
             f"The equilibrium of '{problem.name}' at the start does not stand alone: {sticking} sticks, from {ends[0]} "
             f"to {ends[1]}, and it does so at {problem.over} = {first_set.middle.value:g} alone. Follow it over "
@@ -126,17 +124,9 @@ def _start(
     fmu: Fmu, over: str, between: tuple[float, float], start: dict[str, float], constants: dict[str, float]
 ) -> tuple[EquilibriumProblem, Vector]:
     """The problem, and z of the start. StickslipError: unknown names or values out of their range, no Model Exchange, a
-    model that is forced.
-
-    Args:
-        between: range of the parameter, which holds its present value.
-        start: states near it; as the declaration says what is left out.
-        constants: values of parameters and inputs that are not at their default.
-    """
-    check_names(fmu, "parameter or input", constants, numbers_of(fmu))
-    check_names(fmu, "state", start, fmu.states)
-    for name, value in {**constants, **start}.items():
-        check_value(fmu, name, value)
+    model that is forced."""
+    check_settings(fmu, "parameter or input", constants, numbers_of(fmu))
+    check_settings(fmu, "state", start, fmu.states)
     point = np.array([float(start.get(state, fmu.start_of(state))) for state in fmu.states])
     field = (VectorField if fmu.ours else ImportedField)(fmu, constants)
     problem = problem_at(field, over, constants, point, between)
@@ -164,8 +154,6 @@ def _why(problem: EquilibriumProblem, z: Vector) -> str:
             f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
             "needs one that does: start where it slips, or free it."
         )
-    missed = (
-        "" if seen is None else f" (rates there: {', '.join(f'{rate:.3g}' for rate in seen.residual / problem.share)})"
-    )
-    name = problem.name
-    return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."
+    rates = "" if seen is None else ", ".join(f"{rate:.3g}" for rate in seen.residual / problem.share)
+    start = f"that start (rates there: {rates})" if rates else "that start"
+    return f"No equilibrium of '{problem.name}' was found near {start}. Start nearer, or let a run settle first."

@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
 from fmu_models.continuation.branch import Branch, follower_of
@@ -28,9 +28,7 @@ from fmu_models.continuation.special.sticking_set import StickingSet
 from fmu_models.continuation.step.equilibrium import AtSurface
 from fmu_models.continuation.step.way import Ends, Found, Ways, joined
 
-Complex = NDArray[np.complex128]
-# what a picture may show beside a state
-EIGENVALUES = "eigenvalues"
+EIGENVALUES = "eigenvalues"  # what a picture may show beside a state
 # what a meeting of motions is where they are equilibria
 MEETINGS = {
     **{"1:1 resonance": "Bogdanov-Takens", "fold-Neimark-Sacker": "fold-Hopf"},
@@ -126,13 +124,8 @@ class SpecialEquilibrium(SpecialPoint):
         return _still(curve_of(self.kind, self.node, None, second, between, self.between, points))
 
     def _contents(self) -> dict[str, object]:
-        contents: dict[str, object] = {
-            "kind": self.kind,
-            self.parameter: self.value,
-            "criticality": self.criticality or None,
-        }
-        contents |= {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
-        return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        spectra = {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
+        return self._told({"criticality": self.criticality or None, **spectra})
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -153,14 +146,7 @@ class EquilibriumBranch(SolutionBranch):
         "eigenvalue{}=eigenvalues",
     )
     RECORD: ClassVar = (
-        "model",
-        "over",
-        "states",
-        "ends=named_ends",
-        "points=rows",
-        "special",
-        "intervals",
-        "cycles=cycle_ends",
+        *("model", "over", "states", "ends=named_ends", "points=rows", "special", "intervals", "cycles=cycle_ends"),
     )
 
     of: str
@@ -266,16 +252,14 @@ def _special(finding: Found, between: tuple[float, float], turned: bool) -> Spec
         return SpecialEquilibrium(kind=kind, eigenvalues=eigenvalues_of(node), **values)
     before, after = problem.eigenvalues(boundary.jacobian), None
     if boundary.jacobian_after is not None:
-        after = problem.eigenvalues(boundary.jacobian_after)
-        before, after = (after, before) if turned else (before, after)
+        sides = before, problem.eigenvalues(boundary.jacobian_after)
+        before, after = reversed(sides) if turned else sides
     return SpecialEquilibrium(
         kind=_kind(boundary),
         eigenvalues=before,
         eigenvalues_after=after,
-        crossings=boundary.crossings,
-        contact=boundary.contact,
-        turns=boundary.turns,
         boundary=boundary,
+        **{name: getattr(boundary, name) for name in ("crossings", "contact", "turns")},
         **values,
     )
 
@@ -293,14 +277,9 @@ def _kind(boundary: Boundary) -> str:
 def _still(curve: Curve) -> Curve:
     """The same with eigenvalues for multipliers, and the periods of small cycles at Hopf points."""
     spectra = np.array([eigenvalues_of(node) for node in curve.nodes])
-    hopf = curve.kind == kinds.HOPF
-    return replace(
-        curve,
-        multipliers=spectra,
-        called="eigenvalues",
-        periods=np.array([_period(eigenvalues) if hopf else np.nan for eigenvalues in spectra]),
-        meetings=tuple(_still_meeting(meeting, curve) for meeting in curve.meetings),
-    )
+    periods = np.array([_period(eigenvalues) if curve.kind == kinds.HOPF else np.nan for eigenvalues in spectra])
+    meetings = tuple(_still_meeting(meeting, curve) for meeting in curve.meetings)
+    return replace(curve, multipliers=spectra, called="eigenvalues", periods=periods, meetings=meetings)
 
 
 def _still_meeting(point: CurvePoint, curve: Curve) -> CurvePoint:

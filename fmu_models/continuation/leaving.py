@@ -1,5 +1,7 @@
 """Motions beside a special, on the branches that leave a branch there."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from fmu_models.continuation.problem.node import Lost, Node
@@ -38,8 +40,7 @@ def _at_touch(special: Special, touch: Touch) -> list[Node]:
 
 def beside_branch_point(node: Node) -> list[Node]:
     """Motions on both sides of the branch that crosses at a branch point."""
-    direction = other_direction(node)
-    return [neighbour for neighbour in (_aside(node, direction), _aside(node, -direction)) if neighbour is not None]
+    return _on_both_sides(node, other_direction(node))
 
 
 def _doubled(node: Node) -> list[Node]:
@@ -51,14 +52,14 @@ def _doubled(node: Node) -> list[Node]:
     along = np.zeros_like(at.z)
     along[:n] = np.real(vectors[:, np.abs(values + 1.0).argmin()])
     along /= at.scales
-    along /= np.linalg.norm(along)
-    return [neighbour for neighbour in (_aside(at, along), _aside(at, -along)) if neighbour is not None]
+    return _on_both_sides(at, along / np.linalg.norm(along))
 
 
-def _aside(node: Node, direction: Vector) -> Node | None:
-    for distance in BESIDE:
-        try:
-            return beside(node, direction, distance)
-        except Lost:
-            continue
-    return None
+def _on_both_sides(node: Node, direction: Vector) -> list[Node]:
+    nodes: list[Node] = []
+    for away in (direction, -direction):
+        for distance in BESIDE:
+            with suppress(Lost):
+                nodes.append(beside(node, away, distance))
+                break
+    return nodes

@@ -22,7 +22,7 @@ from fmu_models.continuation.problem.problem import Vector
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.oscillator import FmuSection
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate
 
@@ -76,13 +76,9 @@ def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tup
         raise StickslipError(f"{type(system).__name__} has no branches: name a map, or an oscillator at a section.")
     strobe = _strobe(system)
     points = {
-        (d, i): [
-            _at_phase_0(system, diagram.over, float(value), point)
-            for point in diagram.points[d, i]
-            if np.isfinite(point).all()
-        ]
+        (d, i): [_at_phase_0(system, diagram.over, value, x) for x in diagram.points[d, i] if np.isfinite(x).all()]
         for d in range(len(diagram.directions))
-        for i, value in enumerate(diagram.values)
+        for i, value in enumerate(diagram.values.tolist())
     }
     between = (float(diagram.values[0]), float(diagram.values[-1]))
     motions = _motions(system, diagram, points)
@@ -106,15 +102,13 @@ def _strobe(system: Section) -> Strobe | Iteration:
         raise StickslipError(
             f"Branches are compared with sweeps of what is forced, or of maps; nothing forces '{system.name}' here."
         )
-    settings = {"forcing": system.forcing, "period": system.period, "parameters": system.values}
-    return Strobe(system.fmu, **settings, tolerance=system.tolerance, stepper=system.stepper)
+    return strobe_of(system, forcing=system.forcing, period=system.period)
 
 
 def _motions(system: Section, diagram: Swept, points: dict[tuple[int, int], list[Vector]]) -> Iterator[Motion]:
     """The periodic motions of the diagram, at phase 0."""
     for d, i in np.argwhere(diagram.periods > 0).tolist():
-        value = float(diagram.values[i])
-        periods = int(diagram.periods[d, i])
+        value, periods = float(diagram.values[i]), int(diagram.periods[d, i])
         if not isinstance(system, Strobe | Iteration):
             at = system.at(**{diagram.over: value})
             times = at.step(diagram.points[d, i, :periods], derivative=False).times
@@ -151,10 +145,8 @@ def _stable_ahead(branch: Branch, segment: int, value: float, onward: float) -> 
     k = segment + (step > 0)
     while (onward - branch.values[k]) * sense > 0:
         k += step
-        if (
-            not 0 <= k < len(branch.values)
-            or not branch.stable[k]
-            or (branch.values[k] - branch.values[k - step]) * sense <= 0
-        ):
+        if not 0 <= k < len(branch.values) or not branch.stable[k]:
+            return None
+        if (branch.values[k] - branch.values[k - step]) * sense <= 0:
             return None
     return min(k, k - step)

@@ -11,12 +11,9 @@ from fmu_models.continuation.branches import Branches, branch, spread
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.sections.strobe import Strobe
 
-# of a branch, in each direction: more do not show
-POINTS = 500
-# value of the parameter, period in steps of the section, and a point (n,)
-Motion = tuple[float, int, Vector]
-# of what the states span on a branch: a motion no further from it, between its points, is on it
-NEAR = 0.02
+POINTS = 500  # of a branch, in each direction: more do not show
+Motion = tuple[float, int, Vector]  # value of the parameter, period in steps of the section, and a point (n,)
+NEAR = 0.02  # of what the states span on a branch: a motion no further from it, between its points, is on it
 
 
 def branches_through(
@@ -36,11 +33,8 @@ def branches_through(
     interrupted = False
     every = system.every if isinstance(system, Strobe) else 1
     for value, period, point in motions:
-        if (
-            interrupted
-            or period > longest
-            or any(member.every == period * every and segments_near(member, value, [point]) for member in followed)
-        ):
+        same = (member for member in followed if member.every == period * every)
+        if interrupted or period > longest or any(segments_near(member, value, [point]) for member in same):
             continue
         section = system.at(**{over: value})
         if isinstance(section, Strobe):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.version import version
-from fmu_models.explorer.subject import Subject
+from fmu_models.explorer.subject import ExplorerSubject
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language import contact_kinds
 
@@ -20,7 +20,7 @@ SPAN = 3.0  # of a range without bounds, in parts of the value
 DECADES = 2.0  # of a logarithmic range without bounds, to either side
 
 
-def describe(subject: Subject, plot: Sequence[str] | None = None) -> dict[str, Any]:
+def describe(subject: ExplorerSubject, plot: Sequence[str] | None = None) -> dict[str, Any]:
     """All of it, as JSON takes it.
 
     Args:
@@ -85,7 +85,7 @@ def _named(variable: ScalarVariable) -> dict[str, Any]:
     return {"name": variable.name, "unit": variable.unit or "1", "meaning": variable.description or ""}
 
 
-def _quantity(subject: Subject, variable: ScalarVariable) -> dict[str, Any]:
+def _quantity(subject: ExplorerSubject, variable: ScalarVariable) -> dict[str, Any]:
     """A quantity that can be set: its value, its bounds, and the range of its slider."""
     value = float(subject.values.get(variable.name, variable.start or 0.0))
     low, high = (None if bound is None else float(bound) for bound in (variable.min, variable.max))

@@ -17,7 +17,7 @@ from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.explorer.bundle import WEB, framed, single_file
 from fmu_models.explorer.description import describe
 from fmu_models.explorer.module import wasm
-from fmu_models.explorer.subject import Subject, subject_of
+from fmu_models.explorer.subject import ExplorerSubject, subject_of
 from fmu_models.simulation.run import simulate
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def explore(
     return explored(subject_of(model, contacts, trust=trust), plot)
 
 
-def explored(subject: Subject, plot: Sequence[str] | None = None) -> Explorer:
+def explored(subject: ExplorerSubject, plot: Sequence[str] | None = None) -> Explorer:
     """The page of what is to be explored, an FMU that passes ``check``; other errors as in `explore`."""
     described = describe(subject, plot)
     states = subject.fmu.states
@@ -119,7 +119,7 @@ def rendered(model: dict[str, Any], module: bytes, still: str) -> str:
     return single_file(WEB / "page.html.j2", scripts, style, {"engine": module}, model=model, data=data, still=still)
 
 
-def _still(subject: Subject, plane: tuple[str, str]) -> str:
+def _still(subject: ExplorerSubject, plane: tuple[str, str]) -> str:
     """The portrait of the motion from the default start, as SVG without styles, which the policy would refuse."""
     fmu = subject.fmu
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Subject:
+class ExplorerSubject:
     """The subject of a page.
 
     Attributes:
@@ -45,7 +45,7 @@ class Subject:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bool = False) -> Subject:
+def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bool = False) -> ExplorerSubject:
     """A declaration, the name, file or module of a model, a scene (trust: as in `read_scene`), or an FMU of this suite.
 
     Raises:
@@ -62,7 +62,7 @@ def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bo
     chosen = None if contacts is None else tuple(contacts)
     fmu = load(model, contacts=chosen)
     check(fmu)
-    return Subject(
+    return ExplorerSubject(
         fmu=fmu,
         model=os.fspath(model) if isinstance(model, str | os.PathLike) else "",
         arguments="" if chosen is None else shlex.join(["--contacts", ",".join(chosen) or "none"]),
@@ -73,7 +73,7 @@ def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bo
     )
 
 
-def _of_scene(scene: Scene) -> Subject:
+def _of_scene(scene: Scene) -> ExplorerSubject:
     """Its model with its contacts and laws; what it makes constants can be moved here."""
     from fmu_models.codegen.package import built
 
@@ -84,7 +84,7 @@ def _of_scene(scene: Scene) -> Subject:
     drives = {name: drive.values[0] for name, drive in scene.drives.items()}
     names = {*fmu.parameters, *fmu.inputs, *fmu.states, *fmu.memories}
     settings = {**scene.fixed, **scene.free, **drives, **scene.start}
-    return Subject(
+    return ExplorerSubject(
         fmu=fmu,
         model=model,
         arguments="" if scene.contacts is None else shlex.join(["--contacts", ",".join(scene.contacts) or "none"]),

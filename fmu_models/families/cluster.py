@@ -8,7 +8,6 @@ a temporary folder, and builds the library where the FMU has none for its machin
 import hashlib
 import io
 import pickle
-from collections.abc import Iterable
 from concurrent.futures import Future
 from functools import lru_cache
 from typing import Any
@@ -60,11 +59,6 @@ class Cluster:
     def submit(self, jobs: Jobs) -> Future[RunRows]:
         """Have a chunk made."""
         return self._executor.submit(run_part, version(), self._parcel, jobs, *self._fmus)
-
-    def cancel(self, pending: Iterable[Future[RunRows]]) -> None:
-        """Chunks that nobody waits for any more."""
-        for future in pending:
-            future.cancel()
 
     def close(self) -> None:
         """Disconnect."""

@@ -12,16 +12,17 @@ import dataclasses
 import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Tabular
 from fmu_models.base.version import version
@@ -32,8 +33,8 @@ from fmu_models.families.processes import Processes, no_workers
 from fmu_models.families.store import Stage, Store
 from fmu_models.simulation.rows import RunRows, joined
 
-Vector = NDArray[np.float64]
 Take = Callable[[int, RunRows], Any]
+Result = TypeVar("Result", bound=Tabular)
 
 AHEAD = 4  # chunks per worker that are under way or wait for one before them
 TICK = 0.05  # s between looks at the progress
@@ -123,10 +124,11 @@ class Runner:
         if self.store is not None and isinstance(error, KeyboardInterrupt):
             error.add_note(f"Finished chunks are in '{self.store.path}'. Go on: --resume (in Python resume=True).")
 
-    def finish(self, result: Tabular) -> None:
-        """Keep what an analysis has found beside its runs."""
+    def finish(self, result: Result) -> Result:
+        """Store the result next to the runs it was computed from."""
         if self.store is not None:
             self.store.finish(result.to_xarray())
+        return result
 
     def make(self, jobs: Jobs, *, quiet: bool = False) -> RunRows:
         """All rows at once; ``quiet``: without a word of progress."""
@@ -163,7 +165,7 @@ class Runner:
         ready = deque(k for k in range(len(chunks)) if not sink.has(k) and (not chunks[k].follows or sink.has(k - 1)))
         pending: dict[Future[RunRows], int] = {}
         stop = np.zeros(1, np.int32)
-        pool, taken = self._pool(min(self.workers, len(chunks))), 0
+        pool, taken = ThreadPoolExecutor(max(1, min(self.workers, len(chunks))), "runs"), 0
         try:
             while True:
                 while taken < len(chunks) and sink.has(taken):
@@ -176,12 +178,9 @@ class Runner:
                     return
                 while ready and len(pending) < self._ahead and (sink.has_room() or not pending):
                     k = ready.popleft()
-                    chunk_jobs = self._part(jobs, chunks, k, sink)
-                    pending[
-                        self.cluster.submit(chunk_jobs)
-                        if self.cluster
-                        else pool.submit(self.system.run, chunk_jobs, stop)
-                    ] = k
+                    part = self._part(jobs, chunks, k, sink)
+                    future = self.cluster.submit(part) if self.cluster else pool.submit(self.system.run, part, stop)
+                    pending[future] = k
                 for future in wait(pending, TICK, FIRST_COMPLETED).done:
                     k, rows = pending.pop(future), future.result()
                     if families.STOPPED in rows.outcomes:
@@ -202,11 +201,8 @@ class Runner:
         finally:
             stop[0] = 1
             pool.shutdown(cancel_futures=True)
-            if self.cluster is not None:
-                self.cluster.cancel(pending)
-
-    def _pool(self, count: int) -> Executor:
-        return ThreadPoolExecutor(max(1, count), "runs")
+            for future in pending:
+                future.cancel()
 
     def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, sink: _InMemory | Stage) -> Jobs:
         """The jobs of a chunk; the first of a link goes on where the link before it ended, unless that failed."""

@@ -10,27 +10,30 @@ process, another machine (``execution``).
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
-
-Vector = NDArray[np.float64]
+from fmu_models.simulation.rows import RunRows
 
 # steps of a section in a chunk, about: some 50 ms of work; of one that is stored or travels: at least and at most,
 # and how many chunks there are between these
 CHUNK = 5000
 FAR_CHUNK, MOST_CHUNK, FAR_CHUNKS = 40_000, 400_000, 250
-# steps after which a run that may end early has ended, as a rule
-EARLY = 50
+EARLY = 50  # steps after which a run that may end early has ended, as a rule
 # how a run ended
 FINISHED, SETTLED, ABSORBED, ESCAPED, LOST, BROKEN, STOPPED = range(7)
 OUTCOMES = ("finished", "settled", "absorbed", "to infinity", "section not met", "error", "stopped")
+
+
+def reason(rows: RunRows, i: int) -> str:
+    """Why a run ended early, or how it ended."""
+    return rows.messages.get(i) or OUTCOMES[int(rows.outcomes[i])]
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class Jobs:
     """
 
     starts: Vector
-    varied: Mapping[str, Vector] = field(default_factory=dict)
+    varied: Varied = field(default_factory=dict)
     transient: int = 0
     rows: int = 1
     batch: int = 1
@@ -76,6 +79,12 @@ class Jobs:
 
     def __len__(self) -> int:
         return len(self.starts)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What the engine is asked for, as in ``EnsembleRuns``."""
+        names = ("transient", "rows", "batch", "resumed", "longest", "settled", "flow")
+        return {name: getattr(self, name) for name in names} | {"follow": self.chain > 1, "jacobians": self.derivatives}
 
     def part(self, begin: int, end: int) -> Jobs:
         """The jobs from ``begin`` up to ``end``."""

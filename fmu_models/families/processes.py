@@ -47,11 +47,6 @@ class Processes:
         ended = {k: future.result() for future, k in pending.items() if not future.cancel()}
         return sorted(ended.items())
 
-    def cancel(self, pending: Mapping[Future[RunRows], int]) -> None:
-        """Chunks that nobody waits for any more."""
-        for future in pending:
-            future.cancel()
-
     def close(self) -> None:
         """End the workers."""
         self._stop[0] = 1

@@ -6,16 +6,15 @@ known orbit, leaves every bound or does not arrive is followed no farther.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.families import jobs as outcome
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows, joined
-
-Vector = NDArray[np.float64]
 
 FAR = 1e12  # a motion farther out than this goes to infinity
 LOST_SHARE = 1e-13  # less is left of a difference only by rounding
@@ -40,16 +39,21 @@ class Step:
     held: Vector
     why: Mapping[int, str]
 
+    @classmethod
+    def without_contacts(cls, points: Vector, derivatives: Vector, times: Vector, why: Mapping[int, str]) -> Self:
+        """A step of what has no contacts."""
+        return cls(points, derivatives, times, np.zeros((len(points), 0), np.int32), np.zeros((len(points), 0)), why)
+
 
 class Stepping(Protocol):
     """What a family needs of a system; see ``section_system``."""
 
     @property
     def contacts(self) -> tuple[str, ...]: ...
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step: ...
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step: ...
     def difference(self, points: Vector) -> Vector: ...
     def sizes(self) -> Vector: ...
-    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector: ...
+    def along(self, points: Vector, varied: Varied | None = None) -> Vector: ...
 
 
 def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
@@ -65,7 +69,7 @@ def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
     return joined(pieces, range(len(pieces)))
 
 
-def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, Flags]:
     """Vectors (m, n, k) made orthonormal in order, by Gram and Schmidt's method, twice; their sizes (m, k) before, and
     whether nothing but rounding was left of one."""
     orthonormal = vectors.copy()
@@ -108,9 +112,8 @@ class _Together:
     def run(self, stop: NDArray[np.int32]) -> RunRows:
         rows = self.rows
         while not stop[0]:
-            going = np.flatnonzero(
-                (rows.outcomes == outcome.FINISHED) & ((self.left > 0) | (rows.filled < self.wanted))
-            )
+            unfinished = (self.left > 0) | (rows.filled < self.wanted)
+            going = np.flatnonzero((rows.outcomes == outcome.FINISHED) & unfinished)
             if not going.size:
                 break
             # those that record a row of several steps and those in their transient keep in step by the batch
@@ -124,7 +127,7 @@ class _Together:
             rows.outcomes[rows.outcomes == outcome.FINISHED] = outcome.STOPPED
         return rows
 
-    def _row(self, group: NDArray[np.int64], steps: int) -> None:
+    def _row(self, group: Integers, steps: int) -> None:
         jobs, rows = self.jobs, self.rows
         recording = bool((self.left[group] == 0).all())
         row = rows.filled[group]
@@ -134,9 +137,8 @@ class _Together:
             if jobs.flow:
                 rows.growth[group, row, 0] = self._speed(group)
         for _ in range(steps):
-            varied = {name: values[group] for name, values in jobs.varied.items()}
             derivative = jobs.tangents > 0 or jobs.derivatives
-            stepped = self.system.step(self.x[group], varied, derivative=derivative)
+            stepped = self.system.step(self.x[group], self._varied(group), derivative=derivative)
             growth = self._grow(group, stepped)
             self.x[group] = stepped.points
             rows.steps[group] += 1
@@ -153,9 +155,8 @@ class _Together:
             # less that of the speed, which says nothing of a motion that stays where it is
             rows.growth[group[arrived], row[arrived], 0] -= self._speed(group[arrived])
         if recording:
-            arrived_group = group[arrived]
-            rows.points[arrived_group, rows.filled[arrived_group]] = self.x[arrived_group]
-            rows.filled[arrived_group] += 1
+            rows.points[group[arrived], row[arrived]] = self.x[group[arrived]]
+            rows.filled[group[arrived]] += 1
         else:
             self.left[group[arrived]] -= 1
             # differences that were lost on the way to where the motion stays say nothing of it
@@ -163,11 +164,13 @@ class _Together:
             self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
 
-    def _speed(self, group: NDArray[np.int64]) -> Vector:
-        varied = {name: values[group] for name, values in self.jobs.varied.items()}
-        return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
+    def _speed(self, group: Integers) -> Vector:
+        return np.log(np.sqrt((self.system.along(self.x[group], self._varied(group)) ** 2).sum(axis=1)))
 
-    def _lose(self, group: NDArray[np.int64], stepped: Step) -> None:
+    def _varied(self, group: Integers) -> Varied:
+        return {name: values[group] for name, values in self.jobs.varied.items()}
+
+    def _lose(self, group: Integers, stepped: Step) -> None:
         """Runs that do not arrive, or go to infinity."""
         for i, why in stepped.why.items():
             self.rows.outcomes[group[i]] = outcome.BROKEN if why else outcome.LOST
@@ -178,7 +181,7 @@ class _Together:
         self.rows.outcomes[group[escaped]] = outcome.ESCAPED
         self.x[group[escaped]] = 0.0
 
-    def _grow(self, group: NDArray[np.int64], stepped: Step) -> Vector:
+    def _grow(self, group: Integers, stepped: Step) -> Vector:
         """(m, k) logarithms of the growth of each difference."""
         k = self.jobs.tangents
         if not k:
@@ -190,7 +193,7 @@ class _Together:
         self.frames[group] = frames
         return np.where(lost | np.isnan(growth), -np.inf, growth)
 
-    def _end(self, group: NDArray[np.int64]) -> None:
+    def _end(self, group: Integers) -> None:
         """Runs that have come to a known orbit, or repeat themselves."""
         jobs, rows = self.jobs, self.rows
         if jobs.targets is not None:
@@ -212,7 +215,7 @@ class _Together:
             self.left[repeating] = rows.filled[repeating] = 0
         self.ring[self.seen % jobs.longest, group] = self.x[group]
 
-    def _absorb(self, group: NDArray[np.int64]) -> None:
+    def _absorb(self, group: Integers) -> None:
         targets = self.jobs.targets
         assert targets is not None
         differences = self.system.difference(self.x[group][:, None] - targets.points[None])

@@ -48,7 +48,7 @@ class Store:
 
     def __init__(self, path: Path, root: Any) -> None:
         self.path, self._root = path, root
-        self._logs: dict[str, Log] = {}
+        self._logs: dict[str, RunLog] = {}
 
     @property
     def finished(self) -> bool:
@@ -120,11 +120,11 @@ class Store:
             if pieces
         ]
 
-    def _log(self, name: str) -> Log:
+    def _log(self, name: str) -> RunLog:
         """A log: beside the arrays of the store, or in one of them, where finishing has put it."""
         path, packed = self.path / f"{name}.log", self.path / name / CHUNK
         with _disk(self.path):
-            self._logs[name] = Log(packed if packed.is_file() and not path.is_file() else path)
+            self._logs[name] = RunLog(packed if packed.is_file() and not path.is_file() else path)
         return self._logs[name]
 
     def finish(self, result: Any) -> None:
@@ -151,7 +151,7 @@ class Store:
             Store._existing(self.path)._root.attrs[FINISHED] = True
 
 
-class Log:
+class RunLog:
     """Records that are only added to a file: number, length, checksum, content. Of two with one number the last counts.
 
     What follows a record that is not whole counts for nothing, and the next one takes its place.
@@ -209,7 +209,7 @@ class Log:
             return
         path = self.path.with_suffix(".partial")
         path.unlink(missing_ok=True)
-        ordered = Log(path)
+        ordered = RunLog(path)
         for number in self.numbers:
             ordered.put(number, self.get(number))
         os.replace(path, self.path)
@@ -219,7 +219,7 @@ class Log:
 class Stage:
     """One family of runs in a store."""
 
-    def __init__(self, path: Path, log: Log, jobs: Jobs) -> None:
+    def __init__(self, path: Path, log: RunLog, jobs: Jobs) -> None:
         self.path, self._log = path, log
         self._fresh: dict[int, RunRows] = {}
         what = jobs.digest().encode()
@@ -272,7 +272,7 @@ class Chain:
         texts: those that are there.
     """
 
-    def __init__(self, path: Path, log: Log) -> None:
+    def __init__(self, path: Path, log: RunLog) -> None:
         self.path, self._log = path, log
         self.texts = [log.get(number).decode() for number in log.numbers]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from fmu_models.base import console
-from fmu_models.base.table import Cell, Column, table
+from fmu_models.base.table import Cell, PrintedColumn, table
 from fmu_models.fmu.library import platforms, sources, this_folder
 from fmu_models.report.run_summary import LISTED, print_unlisted
 
@@ -151,6 +151,13 @@ def _print_variables(variables: list[dict[str, Any]], causality: str, out: conso
         ]
         for v in variables[:LISTED]
     ]
-    columns = (causality, "start", "unit", Column("type", spare=1), Column("variability", spare=2), "description")
+    columns = (
+        causality,
+        "start",
+        "unit",
+        PrintedColumn("type", spare=1),
+        PrintedColumn("variability", spare=2),
+        "description",
+    )
     out.print(table("", columns, rows))
     print_unlisted(len(variables) - LISTED, out)

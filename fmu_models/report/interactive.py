@@ -38,7 +38,7 @@ CLICK = """document.getElementById("{plot_id}").on("plotly_click", ({ points }) 
 
 
 @dataclass(frozen=True)
-class Motion:
+class PickedMotion:
     """What a click shows. frame: of a page of `fmu_models.explorer`; model, version: as that page has them; values: by
     name, that hold in every cell."""
 
@@ -63,7 +63,7 @@ def check_page(path: str | os.PathLike[str]) -> Path:
 
 
 def write_page(
-    result: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False, motion: Motion | None = None
+    result: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False, motion: PickedMotion | None = None
 ) -> Path:
     """Write a family as a page. motion: the one that a click shows below; none if None.
 
@@ -90,7 +90,7 @@ def write_page(
     return target
 
 
-def _clicked(result: Any, motion: Motion) -> str:
+def _clicked(result: Any, motion: PickedMotion) -> str:
     """What a click has to know, as JSON: a point of a diagram is a motion's own state, a cell names two values."""
     content: dict[str, Any] = {
         "state": {"model": motion.model, "version": motion.version, "set": dict(motion.values)},

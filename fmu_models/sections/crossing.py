@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.backend import PATIENCE, Begin
 from fmu_models.sections.oscillator import ON_LEVEL, FmuSection
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import PATIENCE, Begin, Vector
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.sections import Section
 
@@ -26,11 +25,6 @@ class Crossing(FmuSection):
         super().__init__(fmu, **others)
         Section(state, level, direction).check(fmu)
         self.state, self.level, self.direction = state, float(level), direction
-
-    @property
-    def dimension(self) -> int:
-        """The level binds one of the states; the phase counts instead where there is one."""
-        return len(self.fmu.states) - (not self.forced)
 
     def placed(self, starts: Vector) -> Vector:
         column = self.states.index(self.state)

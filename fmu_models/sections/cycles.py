@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Flags, Vector
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
@@ -73,21 +73,15 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     # a motion that came to rest long ago closes no cycle
     if until - stop > 2.0 * (stop - start):
         return None
-    inside = tuple(event for event in events if start <= event.time < stop)
-    trajectory, extremes = _extremes(fmu, inside, float(start), float(stop), run)
+    inside, span = tuple(event for event in events if start <= event.time < stop), (float(start), float(stop))
+    trajectory, extremes = _extremes(fmu, inside, *span, run)
     at = dict(zip(trajectory.time, trajectory[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:
         angles.setdefault((event.contact, event.after), []).append(float(at[event.time]))
-    return Cycle(
-        start=float(start),
-        period=float(stop - start),
-        minimum={name: low for name, (low, _) in extremes.items()},
-        maximum={name: high for name, (_, high) in extremes.items()},
-        stick=_stick_shares(fmu.contacts, inside, float(start), float(stop)),
-        angles=angles,
-        events=inside,
-    )
+    minimum, maximum = ({name: ends[i] for name, ends in extremes.items()} for i in (0, 1))
+    stick = _stick_shares(fmu.contacts, inside, *span)
+    return Cycle(span[0], float(stop - start), minimum, maximum, stick, angles, inside)
 
 
 def _marks(events: Sequence[Event]) -> list[float]:
@@ -100,7 +94,7 @@ def _marks(events: Sequence[Event]) -> list[float]:
     return [event.time for event in events if (event.contact, event.before, event.after) in kinds]
 
 
-def _closed(states: Trajectory, marked: NDArray[np.bool_], names: Sequence[str]) -> int | None:
+def _closed(states: Trajectory, marked: Flags, names: Sequence[str]) -> int | None:
     """How many marks back from the last one the motion was where it is there."""
     at, sizes = {n: states[n][marked] for n in names}, {n: np.abs(states[n]).max() for n in names}
     for lag in range(1, np.count_nonzero(marked)):
@@ -144,7 +138,7 @@ def _extremes(
     return sampled, {name: (float(lowest[i]), float(highest[i])) for i, name in enumerate(names)}
 
 
-def _beyond(time: NDArray[np.float64], x: NDArray[np.float64], rate: NDArray[np.float64]) -> NDArray[np.float64]:
+def _beyond(time: Vector, x: Vector, rate: Vector) -> Vector:
     """Times at which x may be larger than all its known values (n,), given its rates there: the most promising ones."""
     h = np.diff(time)
     rise = np.diff(x)

@@ -27,14 +27,10 @@ from fmu_models.base.shown import Shown
 
 Function = Callable[[float], float]
 
-# how often a cell between two even samples is halved before it counts as crooked for one narrow reason
-DEPTH = 6
-# not one half: a function that is odd about the middle of a cell would look straight there
-SPLIT = 0.4871
-# a fixed point whose residual is worth more than this slope is a jump across the diagonal
-STEEPEST = 1e6
-# shortest stretch, as a share of the range, that counts as one of fixed points throughout
-STRETCH = 1e-6
+DEPTH = 6  # how often a cell between two even samples is halved before it counts as crooked for one narrow reason
+SPLIT = 0.4871  # not one half: a function that is odd about the middle of a cell would look straight there
+STEEPEST = 1e6  # a fixed point whose residual is worth more than this slope is a jump across the diagonal
+STRETCH = 1e-6  # shortest stretch, as a share of the range, that counts as one of fixed points throughout
 
 
 @dataclass(frozen=True)
@@ -209,12 +205,14 @@ class _Scan:
     def _narrow_edge(self, a: float, b: float) -> None:
         """Bisect for the end of an undefined stretch; exactly one of a and b has a value."""
         undefined = math.isnan(self(a))
-        while b - a > self.accuracy:
-            m = (a + b) / 2
-            if math.isnan(self(m)) == undefined:
-                a = m
-            else:
-                b = m
+        self._bisected(a, b, lambda x: math.isnan(self(x)) == undefined)
+
+    def _bisected(self, inside: float, outside: float, holds: Callable[[float], bool]) -> float:
+        """Where something ends that holds at one of two places, from that side."""
+        while abs(outside - inside) > self.accuracy:
+            m = (inside + outside) / 2
+            inside, outside = (m, outside) if holds(m) else (inside, m)
+        return inside
 
     def _narrow(self, a: float, b: float) -> list[tuple[float, float]]:
         """Follow the half that changes more; a jump if it never becomes straight. Cells that end in the undefined."""
@@ -323,14 +321,7 @@ class _Scan:
         at = self.places.index(inside) + step
         if not 0 <= at < len(self.places):
             return inside
-        outside = self.places[at]
-        while abs(outside - inside) > self.accuracy:
-            m = (inside + outside) / 2
-            if abs(self.above(m)) <= self.noise:
-                inside = m
-            else:
-                outside = m
-        return inside
+        return self._bisected(inside, self.places[at], lambda x: abs(self.above(x)) <= self.noise)
 
     def merged(self, crossed: list[Jump]) -> list[Jump]:
         """All jumps in order; two with less between them than the accuracy are one, with a lone value inside."""
@@ -358,13 +349,8 @@ class _Scan:
         reach = 0.01 * (self.high - self.low)
         side = 0 if min(below, over) > 100 * self.accuracy else (1 if over > below else -1)
         room = max(below, over) if side else min(below, over)
-        slope_estimate = derivative(
-            self.values,
-            x,
-            initial_step=min(reach, 0.5 * room),
-            step_direction=side,
-            tolerances={"rtol": 1e-12, "atol": 1e-12},
-        )
+        first, tolerances = min(reach, 0.5 * room), {"rtol": 1e-12, "atol": 1e-12}
+        slope_estimate = derivative(self.values, x, initial_step=first, step_direction=side, tolerances=tolerances)
         self.evaluations += int(slope_estimate.nfev)
         return FixedPoint(x, float(slope_estimate.df), float(slope_estimate.error))
 

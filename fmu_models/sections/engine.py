@@ -1,7 +1,6 @@
 """The engine in an FMU of ours, and its exact lanes, as backends: whole families of runs in one call."""
 
 import copy
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
@@ -9,19 +8,18 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.lanes.library import Stepper, lanes_of
-from fmu_models.sections.backend import PATIENCE, SectionQuestions
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import PATIENCE, FmuPoints, Vector
 from fmu_models.simulation.engine import Engine
 from fmu_models.simulation.ensemble import EnsembleRuns, Targets, make_runs
 from fmu_models.simulation.rows import RunRows, joined
 
-# steps in lanes in the time of one by the series, about
-PACE = 8
+PACE = 8  # steps in lanes in the time of one by the series, about
 
 
 @dataclass(eq=False)
@@ -50,9 +48,7 @@ class EngineBackend:
         """A stepper of this many motions at once; None where the engine makes the steps."""
         return None
 
-    def step(
-        self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
-    ) -> Step:
+    def step(self, section: FmuPoints, points: Vector, varied: Varied, *, derivative: bool) -> Step:
         """One step of points (m, n), all by one instance."""
         rows = self.run(section, Jobs(points, varied, derivatives=derivative), np.zeros(1, np.int32))
         lost = np.flatnonzero(rows.filled == 0)
@@ -60,7 +56,7 @@ class EngineBackend:
         derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
         return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], messages)
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
+    def run(self, section: FmuPoints, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs, in one call of the engine per chain."""
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
@@ -84,7 +80,7 @@ class EngineBackend:
         messages = {int(i): section.missed(float(periods[i])) for i in lost} | rows.messages
         return replace(rows, points=points, derivatives=derivatives, messages=messages)
 
-    def _runs(self, section: SectionQuestions, jobs: Jobs) -> EnsembleRuns:
+    def _runs(self, section: FmuPoints, jobs: Jobs) -> EnsembleRuns:
         m, n = len(jobs), len(section.fmu.states)
         variables, phased = section.fmu.variables, section.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in section.values.items()} | dict(jobs.varied)
@@ -101,20 +97,12 @@ class EngineBackend:
             starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
             periods=section.repeats(periods),
             patience=PATIENCE * np.where(periods > 0, periods, section.wait),
-            transient=jobs.transient,
-            rows=jobs.rows,
             weights=weights,
-            batch=jobs.batch,
-            follow=jobs.chain > 1,
-            resumed=jobs.resumed,
-            longest=jobs.longest,
-            settled=jobs.settled,
             known=_targets(section, jobs),
             along=_along(section, jobs) if jobs.derivatives else range(jobs.tangents),
-            flow=jobs.flow,
-            jacobians=jobs.derivatives,
             tolerance=section.tolerance,
             stepper=self.stepper(1 if jobs.chain > 1 else m),
+            **jobs.settings,
         )
 
 
@@ -149,13 +137,13 @@ class LanesBackend(EngineBackend):
         return lanes_of(self.fmu).stepper()
 
 
-def _along(section: SectionQuestions, jobs: Jobs) -> list[int]:
+def _along(section: FmuPoints, jobs: Jobs) -> list[int]:
     """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
     matters = [name not in section.memories or jobs.starts[:, i].any() for i, name in enumerate(section.states)]
     return [index for (_, index), decides in zip(section.columns, matters, strict=True) if decides]
 
 
-def _targets(section: SectionQuestions, jobs: Jobs) -> Targets | None:
+def _targets(section: FmuPoints, jobs: Jobs) -> Targets | None:
     """The targets by their states alone."""
     if jobs.targets is None:
         return None

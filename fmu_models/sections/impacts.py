@@ -5,9 +5,8 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.backend import Begin
 from fmu_models.sections.oscillator import FmuSection
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import Begin, Vector
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.run import check_names
 
@@ -30,11 +29,6 @@ class Impacts(FmuSection):
         super().__init__(fmu, **others)
         check_names(fmu, "contact", {contact: None}, fmu.contacts)
         self.contact, self.ends = contact, ends
-
-    @property
-    def dimension(self) -> int:
-        """The contact binds one of the states to the phase."""
-        return len(self.fmu.states) - (not self.forced)
 
     def where(self) -> Where:
         return Where(KINDS.END if self.ends else KINDS.BEGIN, contact=self.contacts.index(self.contact))

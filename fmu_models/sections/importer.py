@@ -6,7 +6,7 @@ rates where it offers none. Where they are not known (an event that moves the st
 they are central differences of steps.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from threading import Semaphore
@@ -15,21 +15,19 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families import stepwise
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow, FlowDriver
-from fmu_models.sections.backend import Begin, SectionQuestions
+from fmu_models.sections.point import Begin, FmuPoints
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 # of the size of a number of a point: change of a start for a central difference, which loses two thirds of the digits
 CHANGE = 1e-4
-# of one FMU at a time: more threads wait
-INSTANCES = 64
+INSTANCES = 64  # of one FMU at a time: more threads wait
 
 
 @dataclass(eq=False)
@@ -62,9 +60,7 @@ class ImporterBackend:
     def fresh(self) -> Self:
         return self
 
-    def step(
-        self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector], *, derivative: bool
-    ) -> Step:
+    def step(self, section: FmuPoints, points: Vector, varied: Varied, *, derivative: bool) -> Step:
         """One step of points (m, n), one after the other."""
         (m, k), n = points.shape, len(section.fmu.states)
         points, periods = section.placed(points), section.periods(varied, m)
@@ -87,12 +83,12 @@ class ImporterBackend:
                     derivatives[i] = (exact * scale / scale[:, None])[:k, :k]
             except StickslipError as error:
                 ends[i], why[i] = np.nan, str(error)
-        return Step(section.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
+        return Step.without_contacts(section.wrapped(ends), derivatives, times, why)
 
-    def run(self, section: SectionQuestions, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
+    def run(self, section: FmuPoints, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         return stepwise.run(section, jobs, stop)
 
-    def along(self, section: SectionQuestions, points: Vector, varied: Mapping[str, Vector]) -> Vector:
+    def along(self, section: FmuPoints, points: Vector, varied: Varied) -> Vector:
         """(m, n) rates of the states at points (m, n)."""
         periods = section.periods(varied, len(points))
         rates = np.zeros_like(points)

@@ -16,6 +16,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.package import built_of
@@ -30,8 +31,6 @@ from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, EnsembleRuns, Where, make_runs
 from fmu_models.simulation.rows import RunRows, joined
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,21 +142,14 @@ class Iteration(SectionSystem):
         """(n,) sizes of the box."""
         return self.box[:, 1] - self.box[:, 0]
 
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), angles within their modulus."""
-        x, n = np.asarray(points, dtype=float), len(self.states)
+        x, n = np.asarray(points, dtype=float), len(self.states) if derivative else 0
         values = [np.asarray({**self.values, **(varied or {})}[name]) for name in self.values]
-        after = _evaluate(_functions(self.map, self.backward)[0], x, values)
-        flat = _evaluate(_functions(self.map, self.backward)[1], x, values) if derivative else np.empty((len(x), 0))
+        after = self._evaluated(0, x, values)
+        slopes = (self._evaluated(1, x, values) if derivative else np.empty(0)).reshape(len(x), n, n)
         why = dict.fromkeys(np.flatnonzero(np.isnan(after).any(axis=1)).tolist(), "the rule has no value there")
-        return Step(
-            self.wrapped(after),
-            flat.reshape(len(x), n, n) if derivative else flat.reshape(len(x), 0, 0),
-            np.ones(len(x)),
-            np.zeros((len(x), 0), np.int32),
-            np.zeros((len(x), 0)),
-            why,
-        )
+        return Step.without_contacts(self.wrapped(after), slopes, np.ones(len(x)), why)
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs, by the compiled rule; ends soon where ``stop`` (1,) is set."""
@@ -170,21 +162,13 @@ class Iteration(SectionSystem):
         runs = EnsembleRuns(
             references=[fmu.variables[name].valueReference for name in (*constants, *self.states)],
             values=np.stack([*constants.values(), *jobs.starts.T], axis=1),
-            starts=np.zeros(m),
-            periods=np.zeros(m),
-            patience=np.zeros(m),
-            transient=jobs.transient,
-            rows=jobs.rows,
+            **{name: np.zeros(m) for name in ("starts", "periods", "patience")},
             weights=np.append(1.0 / self.sizes(), 0.0),
-            batch=jobs.batch,
-            follow=jobs.chain > 1,
-            longest=jobs.longest,
-            settled=jobs.settled,
             turns=self.turns,
             bound=FAR,
             known=jobs.targets,
             along=range(n if jobs.derivatives else jobs.tangents),
-            jacobians=jobs.derivatives,
+            **jobs.settings,
         )
         rows = make_runs(engine_of(fmu), (n, 0), Where(KINDS.STEP), runs, stop)
         return replace(rows, points=rows.points[..., :n], derivatives=rows.derivatives[:, :, :n])
@@ -199,18 +183,24 @@ class Iteration(SectionSystem):
 
     def lifted(self, x: Any) -> Vector:
         """(..., n) next states without taking remainders."""
-        return _evaluate(_functions(self.map, self.backward)[0], np.asarray(x, dtype=float), [*self.values.values()])
+        return self._evaluated(0, x)
 
     def jacobian(self, x: Any) -> Vector:
         """(..., n, n) derivative of the next states."""
-        x = np.asarray(x, dtype=float)
-        flat = _evaluate(_functions(self.map, self.backward)[1], x, [*self.values.values()])
-        return flat.reshape(*x.shape, x.shape[-1])
+        return self._evaluated(1, x).reshape(*np.shape(x), np.shape(x)[-1])
 
     def determinant(self, x: Any) -> Vector:
         """(...) determinant of the derivative, by which small areas or volumes grow; cancelled by SymPy beforehand."""
-        volumes = _evaluate(_functions(self.map, self.backward)[2], np.asarray(x, dtype=float), [*self.values.values()])
-        return volumes[..., 0]
+        return self._evaluated(2, x)[..., 0]
+
+    def _evaluated(self, part: int, points: Any, values: Sequence[Any] | None = None) -> Vector:
+        """(..., k) a part of ``_functions``, at the values of the parameters if no others are given."""
+        x, function = np.asarray(points, dtype=float), _functions(self.map, self.backward)[part]
+        with np.errstate(all="ignore"):
+            components = function(*np.moveaxis(x, -1, 0), *(self.values.values() if values is None else values))
+        rows = [np.broadcast_to(np.asarray(component, dtype=float), x.shape[:-1]) for component in components]
+        stacked = np.stack(rows, axis=-1)
+        return np.where(np.isfinite(stacked), stacked, np.nan)
 
     @property
     def turns(self) -> Vector:
@@ -281,15 +271,6 @@ def _built(declared: Map, backward: bool) -> Fmu:
 
 
 _building = threading.Lock()
-
-
-def _evaluate(function: Any, x: Vector, parameters: Sequence[Any]) -> Vector:
-    with np.errstate(all="ignore"):
-        components = function(*np.moveaxis(x, -1, 0), *parameters)
-    stacked = np.stack(
-        [np.broadcast_to(np.asarray(component, dtype=float), x.shape[:-1]) for component in components], axis=-1
-    )
-    return np.where(np.isfinite(stacked), stacked, np.nan)
 
 
 @cache

@@ -7,16 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from fmu_models.base.arrays import Flags, Vector
 
-# numbers larger than this are on their way to infinity
-LARGEST = 1e12
+LARGEST = 1e12  # numbers larger than this are on their way to infinity
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class NewtonSearch:
     """Results of the guesses that were not lost.
 
     Attributes:
@@ -27,7 +25,7 @@ class Search:
 
     points: Vector
     misses: Vector
-    converged: NDArray[np.bool_]
+    converged: Flags
 
 
 def newton(
@@ -39,7 +37,7 @@ def newton(
     halvings: int = 0,
     until_settled: bool = False,
     scale: Callable[[Vector], Vector] | None = None,
-) -> Search:
+) -> NewtonSearch:
     """Solve r(x) = 0 from guesses (m, n).
 
     Args:
@@ -82,7 +80,7 @@ def newton(
         converged = _size(residuals) <= accuracy * scale(points)
         if until_settled:
             converged &= _size(step) <= accuracy * scale(points)
-    return Search(points, _size(residuals), converged)
+    return NewtonSearch(points, _size(residuals), converged)
 
 
 def _size(values: Vector) -> Vector:

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.newton import newton
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 STEPS, HALVINGS = 30, 3
 
@@ -43,8 +43,8 @@ class Orbit(Shown):
 
     period: float
     start: Mapping[str, float]
-    monodromy: NDArray[np.float64]
-    multipliers: NDArray[np.complex128]
+    monodromy: Vector
+    multipliers: Complex
     residual: float
     autonomous: bool = False
     one_sided: bool = False
@@ -76,16 +76,8 @@ def orbit_at(
     multipliers = np.linalg.eigvals(flow.by_start).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     initial = np.array([start.get(name, fmu.start_of(name)) for name in flow.states])
-    residual = float(np.abs(flow.end - initial).max())
-    return Orbit(
-        period,
-        dict(zip(flow.states, initial.tolist(), strict=True)),
-        flow.by_start,
-        multipliers,
-        residual,
-        autonomous,
-        flow.one_sided,
-    )
+    residual, states = float(np.abs(flow.end - initial).max()), dict(zip(flow.states, initial.tolist(), strict=True))
+    return Orbit(period, states, flow.by_start, multipliers, residual, autonomous, flow.one_sided)
 
 
 def find_orbit(
@@ -113,7 +105,7 @@ def find_orbit(
     states, gap = [*fmu.states, *(name for name in fmu.memories if name in guess)], np.inf
     guessed = [guess.get(name, fmu.start_of(name)) for name in states]
 
-    def equations(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def equations(points: Vector) -> tuple[Vector, Vector]:
         nonlocal gap
         x, time = points[0, : len(states)], float(points[0, -1]) if autonomous else period
         if time <= 0.0:
@@ -127,14 +119,11 @@ def find_orbit(
             matrix, miss = np.block([[matrix, f[1][:, None]], [f[0], 0.0]]), np.append(miss, 0.0)
         return miss[None], matrix[None]
 
-    search = newton(
-        equations,
-        np.array([[*guessed, period] if autonomous else guessed]),
-        accuracy=accuracy,
-        steps=STEPS,
-        halvings=HALVINGS,
-        scale=lambda points: np.maximum(1e-3, np.abs(points[:, : len(states)]).max(axis=1)),
-    )
+    def scale(points: Vector) -> Vector:
+        return np.maximum(1e-3, np.abs(points[:, : len(states)]).max(axis=1))
+
+    guesses = np.array([[*guessed, period] if autonomous else guessed])
+    search = newton(equations, guesses, accuracy=accuracy, steps=STEPS, halvings=HALVINGS, scale=scale)
     if not search.converged.any():
         raise StickslipError(
             f"No motion of period {period:g} s was found from that guess: after {STEPS} steps at most it still misses "
@@ -145,7 +134,7 @@ def find_orbit(
     return orbit_at(fmu, period, start, start_time=start_time, autonomous=autonomous, **run)
 
 
-def _rates(fmu: Fmu, period: float, initial: Mapping[str, float], start_time: float, **run: Any) -> NDArray[np.float64]:
+def _rates(fmu: Fmu, period: float, initial: Mapping[str, float], start_time: float, **run: Any) -> Vector:
     """(2, n) rates of the states at the start and after a period."""
     end = start_time + period
     motion = simulate(fmu, end, start_time=start_time, start=initial, output_times=[start_time, end], **run)

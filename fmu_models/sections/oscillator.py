@@ -11,16 +11,17 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.lanes.library import has_lanes
-from fmu_models.sections.backend import Backend, DirectedBackend, SectionQuestions
+from fmu_models.sections.backend import Backend, DirectedBackend
 from fmu_models.sections.engine import EngineBackend, LanesBackend
 from fmu_models.sections.importer import ImporterBackend
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import FmuPoints, Vector
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.run import simulate
@@ -33,7 +34,7 @@ STEPPERS = ("auto", "taylor")
 TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 
 
-class FmuSection(SectionQuestions):
+class FmuSection(FmuPoints):
     """What the sections of an FMU share.
 
     Strobes of a system whose every mode is linear with constant coefficients are made by its exact flow, many motions
@@ -108,11 +109,11 @@ class FmuSection(SectionQuestions):
         options: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
         return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **options)
 
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), all by one instance."""
         return self.backend.step(self, points, varied or {}, derivative=derivative)
 
-    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+    def along(self, points: Vector, varied: Varied | None = None) -> Vector:
         """(m, n) rates of the states at points (m, n), where the backend tells them."""
         if isinstance(self.backend, DirectedBackend):
             return self.backend.along(self, points, varied or {})

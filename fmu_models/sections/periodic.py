@@ -11,13 +11,13 @@ others.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.families.stepwise import Step
@@ -26,12 +26,8 @@ from fmu_models.sections.newton import newton
 from fmu_models.sections.stability import Stability, eigenvalues_of
 from fmu_models.sections.system import SectionSystem
 
-Vector = NDArray[np.float64]
-
-# relative size of a step, and of a miss, at which Newton's method has arrived
-SETTLED = 1e-9
-# motions nearer to each other than this share of the box are one
-SAME = 1e-8
+SETTLED = 1e-9  # relative size of a step, and of a miss, at which Newton's method has arrived
+SAME = 1e-8  # motions nearer to each other than this share of the box are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +111,9 @@ class Cycles:
     """
 
     points: Vector
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: Complex
     times: Vector
-    began: NDArray[np.int64]
+    began: Integers
     residuals: Vector
 
     @property
@@ -151,7 +147,7 @@ def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
     return motion
 
 
-def _through(system: SectionSystem, cycles: Vector, step: Step, sound: NDArray[np.bool_]) -> Cycles:
+def _through(system: SectionSystem, cycles: Vector, step: Step, sound: Flags) -> Cycles:
     """The motions through those of cycles (m, period, n) that are sound, from all of whose points a step was made."""
     m, period, n = cycles.shape
     points = cycles[sound]
@@ -160,19 +156,14 @@ def _through(system: SectionSystem, cycles: Vector, step: Step, sound: NDArray[n
     for i in range(period):
         monodromy = derivatives[:, i] @ monodromy
     miss = system.difference(step.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
-    return Cycles(
-        points,
-        # a number of a point that the others determine has an eigenvalue 0 of its own
-        eigenvalues_of(monodromy)[:, : system.dimension],
-        step.times.reshape(m, period)[sound].sum(axis=1),
-        step.began.reshape(m, period, step.began.shape[1])[sound].sum(axis=1),
-        np.abs(miss).max(axis=(1, 2)),
-    )
+    # a number of a point that the others determine has an eigenvalue 0 of its own
+    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension]
+    times, began = step.times.reshape(m, period), step.began.reshape(m, period, step.began.shape[1])
+    sums = times[sound].sum(axis=1), began[sound].sum(axis=1)
+    return Cycles(points, eigenvalues, *sums, np.abs(miss).max(axis=(1, 2)))
 
 
-def cycles_at(
-    system: SectionSystem, cycles: Vector, varied: Mapping[str, Vector] | None = None
-) -> tuple[Cycles, NDArray[np.int64]]:
+def cycles_at(system: SectionSystem, cycles: Vector, varied: Varied | None = None) -> tuple[Cycles, Integers]:
     """The motions through cycles (m, period, n) at values (m,) of parameters, without those from which a step has no
     derivative, and their numbers (k,)."""
     m, period, n = cycles.shape
@@ -181,16 +172,14 @@ def cycles_at(
     return _through(system, cycles, step, sound), np.flatnonzero(sound)
 
 
-def _sound(m: int, period: int, step: Step) -> NDArray[np.bool_]:
+def _sound(m: int, period: int, step: Step) -> Flags:
     """(m,) cycles from all of whose points a step arrives."""
     sound = np.ones(m, bool)
     sound[[i // period for i in step.why]] = False
     return sound
 
 
-def corrected_cycles(
-    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
-) -> tuple[Cycles, NDArray[np.int64]]:
+def corrected_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Cycles, Integers]:
     """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved, without those of which
     a step has no derivative, and their numbers (k,). Their eigenvalues are those at the guess."""
     m, period, n = guesses.shape
@@ -220,24 +209,21 @@ def _cycle_matrix(derivatives: Vector) -> Vector:
     return matrix.reshape(m, period * n, period * n)
 
 
-def find_cycles(system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+def find_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> Vector:
     """(k, period, n) cycles that Newton's method comes to from guesses (m, period, n); those it loses are left out."""
     return solved_cycles(system, guesses, varied)[0]
 
 
-def solved_cycles(
-    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
-) -> tuple[Vector, NDArray[np.int64]]:
+def solved_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Vector, Integers]:
     """Cycles (k, period, n) from guesses (m, period, n), and the numbers (k,) of the guesses that they come from.
 
     Args:
         varied: values (m,) of parameters by name, one per guess.
     """
     m, period, n = guesses.shape
-    names = list(varied or {})
+    names, width = list(varied or {}), period * n
     # a value that is held, and the number of the guess, travel with the points
     fixed = np.stack([*(np.asarray((varied or {})[name], dtype=float) for name in names), np.arange(m, dtype=float)], 1)
-    width = period * n
 
     def equations(flat: Vector) -> tuple[Vector, Vector]:
         points, fixed_columns = flat[:, :width].reshape(-1, period, n), flat[:, width:]
@@ -249,14 +235,11 @@ def solved_cycles(
         extended[:, width:, width:] = np.eye(fixed_columns.shape[1])
         return np.concatenate([miss.reshape(-1, width), np.zeros_like(fixed_columns)], axis=1), extended
 
+    def scale(flat: Vector) -> Vector:
+        return 1.0 + np.abs(flat[:, :width]).max(axis=1)
+
     first_guess = np.concatenate([guesses.reshape(m, width), fixed], axis=1)
-    solution = newton(
-        equations,
-        first_guess,
-        accuracy=SETTLED,
-        until_settled=True,
-        scale=lambda flat: 1.0 + np.abs(flat[:, :width]).max(axis=1),
-    )
+    solution = newton(equations, first_guess, accuracy=SETTLED, until_settled=True, scale=scale)
     flat = solution.points[solution.converged]
     return system.wrapped(flat[:, :width].reshape(-1, period, n)), flat[:, -1].round().astype(np.int64)
 
@@ -275,12 +258,12 @@ def _guesses(iteration: Iteration, period: int, bounds: Vector, starts: int) -> 
     return np.concatenate([np.stack(run, axis=1), scattered])
 
 
-def least_periods(system: SectionSystem, cycles: Vector, size: Vector) -> NDArray[np.int64]:
+def least_periods(system: SectionSystem, cycles: Vector, size: Vector) -> Integers:
     """(m,) numbers of points after which cycles (m, period, n) repeat themselves."""
     return least_parts(system, cycles, 100 * SAME * size)
 
 
-def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> NDArray[np.int64]:
+def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> Integers:
     """(m,) the least parts of their period after which cycles (m, period, n) repeat themselves, to (n,)."""
     m, period, _ = cycles.shape
     lengths = np.full(m, period, np.int64)

@@ -6,31 +6,63 @@ of time, the phase of the forcing in turns. What nothing forces has no phase.
 
 import copy
 import math
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
 from fmu_models.sections.system import SectionSystem, named_point
-from fmu_models.simulation.run import check_names, check_value
+from fmu_models.simulation.ensemble import Where
+from fmu_models.simulation.run import check_names, check_settings, check_value
+from fmu_models.simulation.sections import Section
 
-Vector = NDArray[np.float64]
+# periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
+PATIENCE = 1000.0
+
+
+@dataclass(frozen=True)
+class Begin:
+    """What a motion from some states is beside them.
+
+    Attributes:
+        values: of parameters by name.
+        time, latest: s, its begin and its latest end.
+        section: where it ends before that.
+        period: s, of the forcing; 0: its begin is no number of a point.
+    """
+
+    values: Mapping[str, float]
+    time: float
+    latest: float
+    section: Section | None = None
+    period: float = 0.0
 
 
 class FmuPoints(SectionSystem):
-    """What is known of the points of an FMU before anything moves.
+    """What is known of the points of an FMU before anything moves, and what a backend asks about their section.
 
     Args:
         fmu, forcing, period, parameters: of ``FmuSection``.
 
+    Attributes:
+        tolerance: relative local error of a step.
+        strobes: whether the section is one of time.
+        wait: s, what counts as a period where nothing forces the motion.
+
     Raises:
         StickslipError: unknown names, values out of their range, a forcing without period.
     """
+
+    tolerance: float
+    wait: float = 1.0
+    strobes: bool = False
 
     def __init__(
         self, fmu: Fmu, forcing: str | None, period: float | None, parameters: Mapping[str, float] | None
@@ -54,31 +86,19 @@ class FmuPoints(SectionSystem):
         return [("phase", index)] if self.forced else []
 
     @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(name for name, _ in self.columns)
-
-    @cached_property
-    def _contacts(self) -> tuple[str, ...]:
-        return tuple(self.fmu.contacts) if self.fmu.ours else ()
-
-    @cached_property
-    def _parameters(self) -> list[str]:
-        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
-
-    @cached_property
     def memories(self) -> list[str]:
         """Names of the speeds of entry that stops remember."""
         return self.fmu.memories if self.fmu.ours else []
 
-    @property
-    def states(self) -> tuple[str, ...]:
+    @cached_property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override] # computed once, as all below that are cached
         """Names of the numbers of a point."""
-        return self._names
+        return tuple(name for name, _ in self.columns)
 
     @property
     def contacts(self) -> tuple[str, ...]:
         """Names of the contacts."""
-        return self._contacts
+        return tuple(self.fmu.contacts) if self.fmu.ours else ()
 
     @property
     def forced(self) -> bool:
@@ -87,13 +107,13 @@ class FmuPoints(SectionSystem):
 
     @property
     def dimension(self) -> int:
-        """A level that nothing forces binds one of the states; memories follow from the way."""
-        return len(self.fmu.states)
+        """What nothing forces has one of its states bound by the section; memories follow from the way."""
+        return len(self.fmu.states) - (not self.forced)
 
-    @property
-    def parameters(self) -> Sequence[str]:
+    @cached_property
+    def parameters(self) -> Sequence[str]:  # type: ignore[override]
         """Parameters and inputs."""
-        return self._parameters
+        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
 
     def check(self, name: str, values: Vector) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
@@ -131,11 +151,11 @@ class FmuPoints(SectionSystem):
         return np.array([self.fmu.size_of(name) for name in self.states])
 
     @cached_property
-    def turns(self) -> Vector:  # type: ignore[override] # computed once
+    def turns(self) -> Vector:  # type: ignore[override]
         """The phase is one of whole turns."""
         return np.array([1.0 if name == "phase" else np.inf for name in self.states])
 
-    def periods(self, varied: Mapping[str, Vector], m: int) -> Vector:
+    def periods(self, varied: Varied, m: int) -> Vector:
         """(m,) periods of the forcing, s; 0 where nothing forces the motion."""
         if self.forcing is None:
             return np.full(m, self.period or 0.0)
@@ -152,14 +172,33 @@ class FmuPoints(SectionSystem):
             "start": states | {name: start[name] for name in self.memories if start[name] != 0.0},
         }
 
+    @abstractmethod
+    def where(self) -> Where:
+        """The section, as the engine is asked for it."""
+
+    @abstractmethod
+    def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        """The motion to the next meeting from a point, as the importer is asked for it."""
+
+    def placed(self, starts: Vector) -> Vector:
+        """Starts (m, n) brought onto the section where only rounding keeps them off it, as the engine does."""
+        return starts
+
+    def repeats(self, periods: Vector) -> Vector:
+        """(m,) what the engine takes for the period: that of a step of a strobe, that of the forcing of the others."""
+        return periods
+
+    def missed(self, period: float) -> str:
+        """The sentence that the section is not met, and how long it was waited for."""
+        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE * self.wait:g} s"
+        return f"the section is not met within {waited}"
+
 
 def _checked(
     fmu: Fmu, names: Sequence[str], constants: Mapping[str, float] | None, forcing: str | None, period: float | None
 ) -> dict[str, float]:
     values = dict(constants or {})
-    check_names(fmu, "parameter", values, names)
-    for name, value in values.items():
-        check_value(fmu, name, float(value))
+    check_settings(fmu, "parameter", values, names)
     if forcing is not None:
         check_names(fmu, "parameter", {forcing: None}, names)
         frequency = values.get(forcing, fmu.start_of(forcing))

@@ -15,15 +15,15 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.stepwise import Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.run import check_names, check_value
 from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
 
@@ -69,11 +69,8 @@ class ReturnMap(SectionSystem):
         self.fmu, self.state, self.section, self.cap = fmu, state, section, cap
         self._start = {} if start is None else start
         self._accept = accept
-        self._run: dict[str, Any] = {
-            "parameters": dict(parameters or {}),
-            "inputs": dict(inputs or {}),
-            "tolerance": tolerance,
-        }
+        constants = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
+        self._run: dict[str, Any] = {**constants, "tolerance": tolerance}
         self._follower = SectionFollower(fmu, section, **self._run)
         self.values = {**self._run["parameters"], **self._run["inputs"]}
 
@@ -99,13 +96,8 @@ class ReturnMap(SectionSystem):
         run: dict[str, Any] = dict(self._run)
         for kind, changed in self.fmu.settings(values).items():
             run[kind] = {**run[kind], **{name: float(value) for name, value in changed.items()}}
-        others: dict[str, Any] = {
-            "section": self.section,
-            "cap": self.cap,
-            "start": self._start,
-            "accept": self._accept,
-        }
-        return type(self)(self.fmu, self.state, **others, **run)
+        how: dict[str, Any] = {"section": self.section, "cap": self.cap, "start": self._start, "accept": self._accept}
+        return type(self)(self.fmu, self.state, **how, **run)
 
     def identity(self) -> dict[str, Any]:
         """The identity with the section, the start, and the FMU's token and hash."""
@@ -125,27 +117,21 @@ class ReturnMap(SectionSystem):
         vars(self).update(state)
         self._follower = SectionFollower(self.fmu, self.section, **self._run)
 
-    def check(self, name: str, values: NDArray[np.float64]) -> None:
+    def check(self, name: str, values: Vector) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
         check_names(self.fmu, "parameter", {name: None}, self.parameters)
         for value in (np.min(values), np.max(values)):
             check_value(self.fmu, name, float(value))
 
-    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> NDArray[np.float64]:
+    def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(1,) a value of the state."""
         return named_point(self.name, self.states, np.array([self.fmu.start_of(self.state)]), values)
 
-    def sizes(self) -> NDArray[np.float64]:
+    def sizes(self) -> Vector:
         """(1,) nominal value of the state."""
         return np.array([self.fmu.size_of(self.state)])
 
-    def step(
-        self,
-        points: NDArray[np.float64],
-        varied: Mapping[str, NDArray[np.float64]] | None = None,
-        *,
-        derivative: bool = True,
-    ) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One return of points (m, 1), one after the other."""
         m = len(points)
         after, slopes, times = np.full((m, 1), np.nan), np.full((m, 1, 1), np.nan), np.full(m, np.nan)
@@ -162,7 +148,7 @@ class ReturnMap(SectionSystem):
                 why[i] = f"the motion does not return within {self.cap:g} s"
             else:
                 after[i, 0], times[i] = crossing.states[self.state], crossing.time
-        return Step(after, slopes, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
+        return Step.without_contacts(after, slopes, times, why)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "state": self.state, "section": self.section, "cap": self.cap}

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Flags, Vector
 from fmu_models.base.shown import Shown
 
 # distance from the unit circle, from zero and from the real line that counts as none
@@ -46,14 +46,14 @@ def eigenvalue_class(eigenvalue: complex) -> str:
     return f"{kind}, {'stable' if size < 1.0 else 'unstable'}"
 
 
-def eigenvalues_of(derivatives: NDArray[np.float64]) -> NDArray[np.complex128]:
+def eigenvalues_of(derivatives: Vector) -> Complex:
     """(..., n) of derivatives (..., n, n), largest modulus first."""
     eigenvalues = np.linalg.eigvals(derivatives).astype(complex)
     order = np.lexsort((-np.real(eigenvalues), -np.abs(eigenvalues)), axis=-1)
     return np.take_along_axis(eigenvalues, order, axis=-1)
 
 
-def are_stable(eigenvalues: NDArray[np.complex128]) -> NDArray[np.bool_]:
+def are_stable(eigenvalues: Complex) -> Flags:
     """(...) whether all eigenvalues (..., n) lie inside the unit circle."""
     return np.asarray(np.all(np.abs(eigenvalues) < 1.0 - ON_CIRCLE, axis=-1))
 
@@ -66,7 +66,7 @@ class Stability(Shown):
         eigenvalues: (n,) largest modulus first.
     """
 
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: Complex
 
     @classmethod
     def of(cls, derivative: Any) -> Stability:

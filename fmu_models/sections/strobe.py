@@ -11,10 +11,9 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import Flow
-from fmu_models.sections.backend import Begin
 from fmu_models.sections.importer import ImporterBackend
 from fmu_models.sections.oscillator import FmuSection
-from fmu_models.sections.point import Vector
+from fmu_models.sections.point import Begin, Vector
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.ensemble import KINDS, Where
 from fmu_models.simulation.field import VectorField, is_forced
@@ -25,6 +24,9 @@ CHANGES, SAMPLES, LONGER = 64.0, 512, 12
 DRIFTS = 8.0  # of the time of change of a state: one that has not turned by then drifts
 SLOW = 1e-8  # of the fastest: what is slower stands still
 ROUNDING = 1e-12  # of the size of a state: what varies less does not move
+
+
+HOW = ("every", "period", "forcing", "autonomous")  # what tells strobes of one model apart
 
 
 class Strobe(FmuSection):
@@ -53,14 +55,9 @@ class Strobe(FmuSection):
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
 
-    def seen_by(self, **how: Any) -> Strobe:
-        """The same motions by another strobe. how: ``every``, ``autonomous``, ``forcing`` and ``period`` of it."""
-        return Strobe(self.fmu, parameters=self.values, tolerance=self.tolerance, stepper=self.stepper, **how)
-
     def folded(self, times: int) -> Strobe:
         """So many steps of this one as one."""
-        how = {"forcing": self.forcing, "period": self.period, "autonomous": self.autonomous}
-        return self.seen_by(every=self.every * times, **how)
+        return strobe_of(self, **{name: getattr(self, name) for name in HOW} | {"every": self.every * times})
 
     @property
     def unforced(self) -> bool:
@@ -98,6 +95,12 @@ class Strobe(FmuSection):
 
     def begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
         return Begin(values, 0.0, self.every * period)
+
+
+def strobe_of(section: FmuSection, **how: Any) -> Strobe:
+    """The motions of another section by a strobe. how: ``every``, ``autonomous``, ``forcing`` and ``period`` of it."""
+    settings = {"parameters": section.values, "tolerance": section.tolerance, "stepper": section.stepper}
+    return Strobe(section.fmu, **settings, **how)
 
 
 def time_of_change(fmu: Fmu, values: Mapping[str, float]) -> float:

@@ -15,15 +15,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.families import stepwise
 from fmu_models.families.execution import Execution, Runner
-from fmu_models.families.jobs import Jobs
+from fmu_models.families.jobs import Jobs, reason
 from fmu_models.families.stepwise import Step
 from fmu_models.simulation.rows import RunRows
-
-Vector = NDArray[np.float64]
 
 
 class SectionSystem(Shown, ABC):
@@ -96,7 +95,7 @@ class SectionSystem(Shown, ABC):
         """
 
     @abstractmethod
-    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+    def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n); varied: values (m,) of parameters by name."""
 
     @property
@@ -104,7 +103,7 @@ class SectionSystem(Shown, ABC):
         """Where steps and their derivatives come from, in words, where that is not a matter of course."""
         return ""
 
-    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+    def along(self, points: Vector, varied: Varied | None = None) -> Vector:
         """(m, n) the direction of the motion at points (m, n), of what is autonomous."""
         raise StickslipError(f"{self.name} has no direction of its motion: a step of it is no part of a flow.")
 
@@ -117,6 +116,20 @@ class SectionSystem(Shown, ABC):
     ) -> RunRows:
         """The rows of all jobs, by threads, in memory; see ``runner`` for the rest."""
         return Runner(self, execution=Execution(workers=workers), progress=progress).make(jobs)
+
+    def motion(
+        self, start: Any, transient: int, steps: int, progress: Callable[[float], Any] = lambda fraction: None
+    ) -> RunRows:
+        """The rows of one motion, a step each.
+
+        Raises:
+            StickslipError: unknown states or values out of their range, or the motion ends before; says why.
+        """
+        rows = self.make(Jobs(self.start(start)[None], transient=transient, rows=steps), progress=progress)
+        if rows.filled[0] < steps:
+            why = f"the motion ends after {rows.steps[0]} steps: {reason(rows, 0)}"
+            raise StickslipError(f"{self.name}: {why}. Start elsewhere.")
+        return rows
 
     def identity(self) -> dict[str, Any]:
         """The identity of this system among all others, as JSON: a store keeps it.

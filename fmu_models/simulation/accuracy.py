@@ -28,14 +28,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.defect import Defect, defect_of
 from fmu_models.simulation.inputs import signals_of
-from fmu_models.simulation.run import Repeated, simulate
+from fmu_models.simulation.run import Repeated, bounds_of, simulate
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
 
@@ -131,9 +132,9 @@ class _DefectCheck:
 
     defect: Defect
     name: str  # of the deciding function that contradicts
-    sizes: NDArray[np.float64]  # (s,) of the states
+    sizes: Vector  # (s,) of the states
     other: Trajectory | None
-    ends: NDArray[np.float64]
+    ends: Vector
     right: bool
     refused: dict[str, str] = field(default_factory=dict)
 
@@ -143,7 +144,7 @@ class _DefectCheck:
         return _wrong_from(self.defect, self.sizes)
 
 
-def _wrong_from(defect: Defect, sizes: NDArray[np.float64]) -> float | None:
+def _wrong_from(defect: Defect, sizes: Vector) -> float | None:
     times = [defect.contradiction[0]] if defect.contradiction else []
     large = np.flatnonzero((np.abs(defect.sums) > _WRONG * sizes).any(axis=1))
     return min([*times, *defect.time[large[:1]].tolist()], default=None)
@@ -155,7 +156,7 @@ def _checked(
     states = repeated.fmu.states
     sizes = np.array([max(np.abs(run[state]).max(), _resting(repeated.fmu, state)) for state in states])
 
-    def defect(trajectory: Trajectory, ends: NDArray[np.float64] | None) -> Defect:
+    def defect(trajectory: Trajectory, ends: Vector | None) -> Defect:
         breaks = np.concatenate([repeated.kinks, [event.time for event in trajectory.events]])
         return defect_of(lambda times: repeated.record(times, ends), breaks, len(states))
 
@@ -199,11 +200,8 @@ def _nudged(fmu: Fmu, name: str, value: float, side: int) -> float:
     # the direction is taken from the digits: different values go different ways, equal ones the same
     mantissa = int(math.ldexp(math.frexp(abs(value))[0], 53))
     direction = side * (-1) ** (mantissa % 1009 % 2)
-    variable = fmu.variables[name]
-    moved = value * (1.0 + direction * _ROUNDING)
-    low = -math.inf if variable.min is None else float(variable.min)
-    high = math.inf if variable.max is None else float(variable.max)
-    return min(max(moved, low), high)
+    low, high = bounds_of(fmu.variables[name])
+    return min(max(value * (1.0 + direction * _ROUNDING), low), high)
 
 
 def _estimate(
@@ -252,7 +250,7 @@ def _estimate(
     return ErrorEstimate(states, end, defect, wrong, check.name, relative, moved, parting_time, by, refused, seconds)
 
 
-def _whole_differences(run: Trajectory, check: _DefectCheck, states: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def _whole_differences(run: Trajectory, check: _DefectCheck, states: Sequence[str]) -> dict[str, Vector]:
     """Per state (n,) to the run with other steps, the size of the state from where on nothing is known."""
     unknown = np.zeros(run.time.size, dtype=bool) if check.right else run.time >= (check.wrong or -math.inf)
     differences = {}
@@ -262,7 +260,7 @@ def _whole_differences(run: Trajectory, check: _DefectCheck, states: Sequence[st
     return differences
 
 
-_Events = tuple[NDArray[np.float64], NDArray[np.float64]]  # times (m,) of shared events and by how much they moved (m,)
+_Events = tuple[Vector, Vector]  # times (m,) of shared events and by how much they moved (m,)
 
 
 def _shared_events(first: Trajectory, second: Trajectory) -> tuple[_Events, float]:
@@ -288,7 +286,7 @@ def _shared_events(first: Trajectory, second: Trajectory) -> tuple[_Events, floa
 
 def _differences(
     first: Trajectory, second: Trajectory, states: Sequence[str], events: _Events, until: float
-) -> dict[str, NDArray[np.float64]]:
+) -> dict[str, Vector]:
     """Per state (n,), zero near events, where velocities may have jumped in one run and not yet in the other."""
     times, moved = events
     late = first.time >= until

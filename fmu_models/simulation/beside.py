@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.simulation.measured import MeasuredLog, column_of_log, read_measured
@@ -22,8 +22,8 @@ class MeasuredVariable(Shown):
     column: str
     source: str
     unit: str
-    time: NDArray[np.float64]
-    value: NDArray[np.float64]
+    time: Vector
+    value: Vector
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Beside(Shown):
         return measured
 
 
-def times_beside(logs: Iterable[Beside], times: NDArray[np.float64]) -> NDArray[np.float64]:
+def times_beside(logs: Iterable[Beside], times: Vector) -> Vector:
     """Output times (n,) s, and those of all samples between the first and last of them."""
     measured = np.concatenate([times, *(log.log.time for log in logs)])
     return np.unique(measured[(measured >= times[0]) & (measured <= times[-1])])

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from fmu_models.base.arrays import Flags, Vector
+
 Record = Callable[[Vector], Vector]  # times (n,) to rows (n, 2 s + d): s states, their rates, d deciding functions
 
 _NODES, _WEIGHTS = legendre.leggauss(8)
@@ -70,13 +70,8 @@ def defect_of(record: Record, breaks: Vector, states: int) -> Defect:
     starts, right, times, rows = starts[order], right[order], times[order], rows[order]
     rates = np.einsum("j,kjs->ks", _WEIGHTS, rows[:, 1:-1, states : 2 * states]) * (0.5 * (right - starts))[:, None]
     sums = np.cumsum(rows[:, -1, :states] - rows[:, 0, :states] - rates, axis=0)
-    return Defect(
-        np.setdiff1d(starts, np.nextafter(breaks, np.inf)),
-        right,
-        sums,
-        _contradiction(times, rows[:, :, 2 * states :]),
-        resolved,
-    )
+    edges = np.setdiff1d(starts, np.nextafter(breaks, np.inf))
+    return Defect(edges, right, sums, _contradiction(times, rows[:, :, 2 * states :]), resolved)
 
 
 def _first_pieces(breaks: Vector) -> tuple[Vector, Vector]:
@@ -105,7 +100,7 @@ def _sampled(record: Record, starts: Vector, right: Vector) -> tuple[Vector, Vec
     return times, record(distinct)[where.reshape(times.shape)]
 
 
-def _is_coarse(rows: Vector, length: Vector, states: int, largest: Vector) -> NDArray[np.bool_]:
+def _is_coarse(rows: Vector, length: Vector, states: int, largest: Vector) -> Flags:
     """(k,) whether the values in a piece are not those of a polynomial by more than rounding of the largest of them."""
     values = rows[:, 1:-1, states:]
     coefficients = np.abs(np.einsum("ij,kjs->kis", _COEFFICIENTS, values))

@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.field import VectorField
@@ -49,17 +48,6 @@ def volume_change(
         times.append(start_of_piece + (end - start_of_piece) * u**2 * (3.0 - 2.0 * u))
         shares.append((end - start_of_piece) * 3.0 * weights * u * (1.0 - u))
     at, share = np.concatenate(times), np.concatenate(shares)
-    run = simulate(fmu, duration, output_times=at, **settings)
-    states = {name: run[name] for name in fmu.states}
-    return float(share @ _divergence(fmu, at, states, {**parameters, **inputs}))
-
-
-def _divergence(
-    fmu: Fmu, times: NDArray[np.float64], states: Mapping[str, NDArray[np.float64]], constants: Mapping[str, float]
-) -> NDArray[np.float64]:
-    """(m,) sum of the derivatives of the rates of all states, each by its own state."""
-    field = VectorField(fmu, constants)
-    rows = np.array([states[name] for name in fmu.states]).T
-    return np.array(
-        [np.trace(field.slopes(row, (), time=time)) for time, row in zip(times.tolist(), rows, strict=True)]
-    )
+    run, field = simulate(fmu, duration, output_times=at, **settings), VectorField(fmu, {**parameters, **inputs})
+    rows = zip(at.tolist(), np.array([run[name] for name in fmu.states]).T, strict=True)
+    return float(share @ np.array([np.trace(field.slopes(row, (), time=time)) for time, row in rows]))

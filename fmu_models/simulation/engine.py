@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
@@ -84,7 +85,7 @@ class Engine:
         self._counted = fmu.fmi == 3
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
-    def derivative(self, instance: EngineInstance, of: NDArray[np.uint32], by: int) -> NDArray[np.float64]:
+    def derivative(self, instance: EngineInstance, of: NDArray[np.uint32], by: int) -> Vector:
         """(n,) derivatives of rates or outputs by one variable, all by reference, where the instance is.
 
         Raises:
@@ -179,6 +180,13 @@ def address(array: Any) -> int:
 
 
 _at = c_char.from_buffer
+
+
+def indicators_of(fmu: Fmu) -> list[int]:
+    """Value references of the event indicators of an FMU of this suite: they come right behind the contacts."""
+    contacts = [fmu.variables[f"{name}_state"].valueReference for name in fmu.contacts]
+    count = int(fmu.description.numberOfEventIndicators or 0) if contacts else 0
+    return [int(contacts[-1]) + 1 + i for i in range(count)]
 
 
 def engine_of(fmu: Fmu) -> Engine:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
@@ -19,8 +20,6 @@ _LINE = 8  # numbers in a line of memory
 _MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
 KINDS = C.constants("SectionKind", "SECTION_")
 OUTCOMES = C.constants("Outcome", "OUTCOME_")
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +47,9 @@ class Targets:
 
     points: Vector
     forms: Vector
-    after: NDArray[np.int64]
-    orbits: NDArray[np.int64]
-    passes: NDArray[np.int64]
+    after: Integers
+    orbits: Integers
+    passes: Integers
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.engine import engine_of
-
-Vector = NDArray[np.float64]
+from fmu_models.simulation.engine import engine_of, indicators_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +74,7 @@ class VectorField:
         self._states = [self._reference(name) for name in fmu.states]
         self._rates = [self._reference(f"der({name})") for name in fmu.states]
         contacts = [self._reference(f"{name}_state") for name in fmu.contacts]
-        # indicators come right behind the contacts
-        count = int(fmu.description.numberOfEventIndicators or 0) if contacts else 0
-        indicators = [contacts[-1] + 1 + i for i in range(count)]
-        self._read = np.array([*self._states, *self._rates, *contacts, *indicators], dtype=np.uint32)
+        self._read = np.array([*self._states, *self._rates, *contacts, *indicators_of(fmu)], dtype=np.uint32)
         self._ends = np.cumsum([len(self._states), len(self._rates), len(contacts)])
         self.contacts = tuple(fmu.contacts)
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
@@ -90,7 +90,7 @@ def signal_of(
     return _signal(times, values, label)
 
 
-def _pair(form: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _pair(form: Any) -> tuple[Vector, Vector]:
     if isinstance(form, np.ndarray) and form.ndim == 2 and form.shape[1] == 2 and form.shape[0] != 2:
         form = form.T
     times, values = (np.asarray(column, dtype=float) for column in form)
@@ -99,7 +99,7 @@ def _pair(form: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return times, values
 
 
-def _signal(times: NDArray[np.float64], values: NDArray[np.float64], label: str) -> Signal:
+def _signal(times: Vector, values: Vector, label: str) -> Signal:
     for kind, numbers in (("time", times), ("value", values)):
         missing = np.flatnonzero(~np.isfinite(numbers))
         if missing.size:
@@ -138,7 +138,7 @@ def _sampled(function: Callable[..., Any], start: float, stop: float, tolerance:
     """A function as straight lines that miss it by at most ``tolerance`` of its largest value, where three points of
     each show it; a jump is one within `SHORTEST` of the run."""
 
-    def at(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(times: Vector) -> Vector:
         values = np.empty(times.size)
         for i, time in enumerate(times.tolist()):
             try:

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.registry import Registry
 from fmu_models.base.shown import Shown, span
@@ -70,8 +70,8 @@ class MeasuredLog(Shown):
     """
 
     source: str
-    time: NDArray[np.float64]
-    columns: Mapping[str, NDArray[np.float64]]
+    time: Vector
+    columns: Mapping[str, Vector]
     units: Mapping[str, str] = field(default_factory=dict)
     stepwise: frozenset[str] = frozenset()
     variables: Mapping[str, str] = field(default_factory=dict)
@@ -89,7 +89,7 @@ class MeasuredLog(Shown):
         """The column that measures a variable, by its name."""
         return {self.variables.get(column, column): column for column in self.columns}
 
-    def values(self, column: str, unit: str | None, purpose: str) -> NDArray[np.float64]:
+    def values(self, column: str, unit: str | None, purpose: str) -> Vector:
         """A column (n,) in a unit; as it is where that or its own is not stated.
 
         Raises:
@@ -119,7 +119,7 @@ class MeasuredLog(Shown):
         return Signal.held(self.time, values) if holds else Signal(self.time, values)
 
 
-def in_unit(values: NDArray[np.float64], stated_unit: str | None, unit: str | None, where: str) -> NDArray[np.float64]:
+def in_unit(values: Vector, stated_unit: str | None, unit: str | None, where: str) -> Vector:
     """Values (n,) in a unit; as they are where that or the stated one is not known.
 
     Raises:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from pathlib import Path
@@ -83,19 +83,10 @@ class Provenance(Shown):
     @classmethod
     def of(cls, fmu: Fmu, method: str, start_time: float, stop_time: float, **others: Any) -> Provenance:
         """The provenance of a run of ``fmu``; ``others`` are attributes by name."""
-        description = fmu.description
-        return cls(
-            fmu=fmu.path.name,
-            model=description.modelName or "",
-            token=description.instantiationToken or "",
-            sha256=fmu.sha256,
-            fmi_version=description.fmiVersion or "",
-            generation_tool=description.generationTool or "",
-            method=method,
-            start_time=start_time,
-            stop_time=stop_time,
-            **others,
-        )
+        attributes = "modelName", "instantiationToken", "fmiVersion", "generationTool"
+        model, token, fmi_version, generation_tool = (getattr(fmu.description, name) or "" for name in attributes)
+        named = fmu.path.name, model, token, fmu.sha256, fmi_version, generation_tool
+        return cls(*named, method, start_time, stop_time, **others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,14 +148,9 @@ def write_trajectory(
 def _write(
     file: h5py.File, trajectory: Trajectory, provenance: Provenance | None, descriptions: Mapping[str, str]
 ) -> None:
-    file.attrs.update(
-        format=FORMAT,
-        version=VERSION,
-        tool=f"stickslip {version()}",
-        method=trajectory.method[:LONGEST],
-        steps=trajectory.steps,
-        evaluations=trajectory.evaluations,
-    )
+    file.attrs.update(format=FORMAT, version=VERSION, tool=f"stickslip {version()}")
+    counts = {"steps": trajectory.steps, "evaluations": trajectory.evaluations}
+    file.attrs.update(method=trajectory.method[:LONGEST], **counts)
     _column(file, "time", trajectory.time).attrs["unit"] = "s"
     values = file.create_group("values", track_order=True)
     columns, units = _whole_arrays(trajectory)
@@ -205,12 +191,10 @@ def _write_provenance(group: h5py.Group, provenance: Provenance) -> None:
         if name in SETTINGS:
             subgroup = group.create_group(name, track_order=True)
             for key, setting in value.items():
-                texts = isinstance(setting, (str, bytes))
-                dataset = (
-                    _texts(subgroup, _key(key), [setting])
-                    if texts
-                    else subgroup.create_dataset(_key(key), data=float(setting))
-                )
+                if isinstance(setting, (str, bytes)):
+                    dataset = _texts(subgroup, _key(key), [setting])
+                else:
+                    dataset = subgroup.create_dataset(_key(key), data=float(setting))
                 dataset.attrs["name"] = key
         else:
             group.attrs[name] = value[:LONGEST] if isinstance(value, str) else value
@@ -303,7 +287,7 @@ def _recording(path: str | os.PathLike[str]) -> Recording:
 
 def _read(file: Any) -> Recording:
     values, units, descriptions, arrays = {}, {}, {}, {}
-    for _, data in _datasets(file["values"]):
+    for data in file["values"].values():
         name, shape = str(data.attrs["name"]), data.shape[1:]
         elements = element_names(name, shape)
         values |= zip(elements, data[()].reshape(len(data), -1).T, strict=True) if shape else {name: data[()]}
@@ -316,17 +300,13 @@ def _read(file: Any) -> Recording:
     kind = EVENT_KINDS[stored.attrs["kind"]]
     columns = [stored[f.name] for f in fields(kind)]
     lists = [(c.asstr()[()] if c.dtype.kind == "O" else c[()]).tolist() for c in columns]
-    events = tuple(
-        kind(*(tuple(cell) if isinstance(cell, list) else cell for cell in row)) for row in zip(*lists, strict=True)
-    )
-    steps, evaluations = int(file.attrs["steps"]), int(file.attrs["evaluations"])
-    method = str(file.attrs["method"])
+    rows = zip(*lists, strict=True)
+    events = tuple(kind(*(tuple(cell) if isinstance(cell, list) else cell for cell in row)) for row in rows)
+    steps, evaluations, method = int(file.attrs["steps"]), int(file.attrs["evaluations"]), str(file.attrs["method"])
     time = np.asarray(file["time"][()])
-    if time.ndim != 1 or any(
-        column.shape != time.shape or column.dtype.kind not in "fiub" for column in values.values()
-    ):
+    if time.ndim != 1 or any(c.shape != time.shape or c.dtype.kind not in "fiub" for c in values.values()):
         raise ValueError("every variable needs a number at each time")
-    pairs = {str(data.attrs["name"]): _read_texts(data) for _, data in _datasets(file.get("texts", {}))}
+    pairs = {str(data.attrs["name"]): _read_texts(data) for data in file.get("texts", {}).values()}
     texts = {name: (first, last) for name, (first, last) in pairs.items()}
     trajectory = Trajectory(time, values, units, events, steps, evaluations, method, arrays=arrays, texts=texts)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
@@ -338,13 +318,9 @@ def _read_provenance(group: Any) -> Provenance:
         if name in SETTINGS:
             settings[name] = {
                 str(data.attrs["name"]): _read_texts(data)[0] if data.shape else float(data[()])
-                for _, data in _datasets(group[name])
+                for data in group[name].values()
             }
         else:
             value = group.attrs[name]
             settings[name] = value if isinstance(value, str) else float(value)
     return Provenance(**settings)
-
-
-def _datasets(group: Any) -> Iterable[tuple[str, Any]]:
-    return group.items()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from fmu_models.base.arrays import Integers, Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +33,12 @@ class RunRows:
     began: NDArray[np.int32]
     growth: Vector
     derivatives: Vector
-    filled: NDArray[np.int64]
-    steps: NDArray[np.int64]
+    filled: Integers
+    steps: Integers
     outcomes: NDArray[np.int32]
-    periods: NDArray[np.int64]
-    orbits: NDArray[np.int64]
-    in_lanes: NDArray[np.int64]
+    periods: Integers
+    orbits: Integers
+    in_lanes: Integers
     messages: dict[int, str]
 
     @classmethod
@@ -46,27 +46,19 @@ class RunRows:
         cls, runs: int, rows: int, width: int, contacts: int, *, growth: int = 0, derivatives: tuple[int, int] = (0, 0)
     ) -> RunRows:
         """Room for what is to come; ``width`` numbers a point."""
-        return cls(
-            np.full((runs, rows, width), np.nan),
-            np.full((runs, rows), np.nan),
-            np.zeros((runs, rows, contacts)),
-            np.zeros((runs, rows, contacts), np.int32),
-            np.full((runs, rows, growth), np.nan),
-            np.full((runs, rows, *derivatives), np.nan),
-            np.zeros(runs, np.int64),
-            np.zeros(runs, np.int64),
-            np.zeros(runs, np.int32),
-            np.zeros(runs, np.int64),
-            np.full(runs, -1, np.int64),
-            np.zeros(runs, np.int64),
-            {},
+        points, times, grown, matrices = (
+            np.full((runs, rows, *inner), np.nan) for inner in ((width,), (), (growth,), derivatives)
         )
+        held, began = np.zeros((runs, rows, contacts)), np.zeros((runs, rows, contacts), np.int32)
+        filled, steps, periods, in_lanes = (np.zeros(runs, np.int64) for _ in range(4))
+        ended = np.zeros(runs, np.int32), periods, np.full(runs, -1, np.int64)
+        return cls(points, times, held, began, grown, matrices, filled, steps, *ended, in_lanes, {})
 
     def arrays(self) -> dict[str, NDArray[np.generic]]:
         """All but the messages, by name; the first direction of each is the runs."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "messages"}
 
-    def only(self, indices: NDArray[np.int64]) -> RunRows:
+    def only(self, indices: Integers) -> RunRows:
         """The rows of some runs."""
         messages = {k: self.messages[int(i)] for k, i in enumerate(indices) if int(i) in self.messages}
         return RunRows(**{name: array[indices] for name, array in self.arrays().items()}, messages=messages)  # type: ignore[arg-type]

@@ -12,18 +12,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.engine import engine_of, indicators_of
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.signal import Knots, Signal, knots
 from fmu_models.simulation.trajectory import Columns, Events, Trajectory
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
+
+Progress = Callable[[float], None] | None  # called with the share that is done
 
 
 def simulate(
@@ -36,7 +39,7 @@ def simulate(
     inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Trajectory:
     """Run an FMU of this suite from ``start_time`` to ``stop_time`` (s).
 
@@ -71,15 +74,12 @@ class Repeated:
     start: Mapping[str, float]
     inputs: Mapping[str, float | Signal]
 
-    def trajectory(
-        self, output_times: ArrayLike | None, ends: NDArray[np.float64], progress: Callable[[float], None] | None
-    ) -> Trajectory:
+    def trajectory(self, output_times: ArrayLike | None, ends: Vector, progress: Progress) -> Trajectory:
         """The run with steps that end at ``ends`` (k,) s as well as where they would by themselves."""
         times = checked_times(output_times, self.start_time, self.stop_time)
-        model = facts_of(self.fmu)
-        return model.trajectory(times, self._rows(times, ends, model.recorded, progress))
+        return facts_of(self.fmu).trajectory(times, self._rows(times, ends, progress=progress))
 
-    def record(self, times: NDArray[np.float64], ends: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    def record(self, times: Vector, ends: Vector | None) -> Vector:
         """(n, 2 s + d) the s states, their rates and the d deciding functions at times (n,), by direct evaluation.
 
         A deciding function, the event indicator of a contact, is positive while the contact may keep its state.
@@ -87,18 +87,13 @@ class Repeated:
         return self._rows(times, ends, facts_of(self.fmu).deciding).values[: times.size]
 
     def _rows(
-        self,
-        times: NDArray[np.float64],
-        ends: NDArray[np.float64] | None,
-        recorded: NDArray[np.uint32],
-        progress: Callable[[float], None] | None = None,
+        self, times: Vector, ends: Vector | None, recorded: NDArray[np.uint32] | None = None, progress: Progress = None
     ) -> whole_run.Result:
-        model, span = facts_of(self.fmu), (self.start_time, self.stop_time)
-        values = self.parameters, self.start, self.inputs
-        return _rows(self.fmu, model, self.tolerance, span, values, times, progress, ends, recorded)
+        span, values = (self.start_time, self.stop_time), (self.parameters, self.start, self.inputs)
+        return _rows(self.fmu, facts_of(self.fmu), self.tolerance, span, values, times, progress, ends, recorded)
 
     @property
-    def kinks(self) -> NDArray[np.float64]:
+    def kinks(self) -> Vector:
         """Times s within the run at which an input has a knot, the start and the end."""
         signals = [s for s in self.inputs.values() if isinstance(s, Signal)]
         times = np.concatenate([[self.start_time, self.stop_time], *(signal.time for signal in signals)])
@@ -150,7 +145,7 @@ class KeptRun(Shown):
         start: Mapping[str, float] | None = None,
         inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
-        progress: Callable[[float], None] | None = None,
+        progress: Progress = None,
     ) -> Trajectory:
         """The run of ``simulate`` with these arguments.
 
@@ -162,39 +157,29 @@ class KeptRun(Shown):
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
         check_span(*span)
         times, values = checked_times(output_times, *span), (parameters, start, inputs)
-        result = _rows(self.fmu, model, self.tolerance, span, values, times, progress, None, model.recorded)
-        return model.trajectory(times, result)
+        return model.trajectory(times, _rows(self.fmu, model, self.tolerance, span, values, times, progress))
 
 
 def _rows(
-    fmu: Fmu,
-    model: RunFacts,
-    tolerance: float,
-    span: tuple[float, float],
-    values: _Values,
-    times: NDArray[np.float64],
-    progress: Callable[[float], None] | None,
-    ends: NDArray[np.float64] | None,
-    recorded: NDArray[np.uint32],
-) -> whole_run.Result:
-    """The values of the recorded variables; arguments in their order, since names cost time.
-
-    ends: times at which steps have to end beside where they would.
-    """
-    start_time, stop_time = span
+    fmu: Fmu, model: RunFacts, tolerance: float, span: tuple[float, float], values: _Values, times: Vector,
+    progress: Progress, ends: Vector | None = None, recorded: NDArray[np.uint32] | None = None,
+) -> whole_run.Result:  # fmt: skip
+    """The values of the recorded variables; arguments in their order, since names cost time. At ``ends`` steps have to
+    end beside where they would."""
     initial, driven = settings_of(fmu, model, span, values, ends)
-    stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
+    stops = np.concatenate((times, [span[1]])) if times.item(-1) < span[1] else times
     engine = model.engine
     instance = engine.take()
+    request = whole_run.Request(stops, model.recorded if recorded is None else recorded, driven)
     try:
-        instance.restart(initial, start_time, tolerance)
-        return whole_run.run(engine, instance, whole_run.Request(stops, recorded, driven), progress)
+        instance.restart(initial, span[0], tolerance)
+        return whole_run.run(engine, instance, request, progress)
     finally:
         engine.give(instance)
 
 
 def settings_of(
-    fmu: Fmu, model: RunFacts, span: tuple[float, float], values: _Values, ends: NDArray[np.float64] | None = None
+    fmu: Fmu, model: RunFacts, span: tuple[float, float], values: _Values, ends: Vector | None = None
 ) -> tuple[dict[int, float], tuple[NDArray[np.uint32], Knots] | None]:
     """Start values by reference, and the inputs that change with time, for a request; the rest as for ``_rows``."""
     parameters, start, inputs = values
@@ -255,7 +240,7 @@ class RunFacts:
             return fmu.variables[name].valueReference
 
         def settable(names: Iterable[str]) -> _Settable:
-            return {name: (reference(name), *_bounds(fmu.variables[name])) for name in names}
+            return {name: (reference(name), *bounds_of(fmu.variables[name])) for name in names}
 
         self.engine = engine_of(fmu)
         self.parameters = settable(fmu.parameters)
@@ -267,16 +252,12 @@ class RunFacts:
         names = [*real, *(f"{name}_state" for name in fmu.contacts)]
         self._columns, self._n_real = {name: i for i, name in enumerate(names)}, len(real)
         self.recorded = np.array([reference(name) for name in names], dtype=np.uint32)
-        # indicators come right behind the contacts
-        contacts = [reference(f"{name}_state") for name in fmu.contacts]
-        count = int(fmu.description.numberOfEventIndicators or 0) if contacts else 0
-        watched = [contacts[-1] + 1 + i for i in range(count)]
         states = [reference(name) for name in (*fmu.states, *derivatives)]
-        self.deciding = np.array([*states, *watched], dtype=np.uint32)
+        self.deciding = np.array([*states, *indicators_of(fmu)], dtype=np.uint32)
         self._units = {name: fmu.variables[name].unit or "1" for name in names}
         self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
 
-    def trajectory(self, times: NDArray[np.float64], result: whole_run.Result) -> Trajectory:
+    def trajectory(self, times: Vector, result: whole_run.Result) -> Trajectory:
         """The trajectory of a run, by names."""
         rows = result.values
         values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
@@ -298,7 +279,7 @@ def facts_of(fmu: Fmu) -> RunFacts:
     return model
 
 
-def _bounds(variable: ScalarVariable) -> tuple[float, float]:
+def bounds_of(variable: ScalarVariable) -> tuple[float, float]:
     """Between which values a finite number passes ``check_value``."""
     low, high = variable.min, variable.max
     largest = sys.float_info.max
@@ -322,6 +303,13 @@ def check_names(fmu: Fmu, kind: str, names: Iterable[str], choices: Collection[s
             raise StickslipError(f"'{fmu.description.modelName}' has no {kind} '{name}'.{has}")
 
 
+def check_settings(fmu: Fmu, kind: str, values: Mapping[str, float], choices: Collection[str]) -> None:
+    """Check the names and the values of parameters, states or inputs."""
+    check_names(fmu, kind, values, choices)
+    for name, value in values.items():
+        check_value(fmu, name, value)
+
+
 def check_value(fmu: Fmu, name: str, value: float) -> None:
     variable = fmu.variables[owner(name, fmu.variables)]
     unit = f" {variable.unit}" if variable.unit else ""
@@ -342,7 +330,7 @@ def check_span(start: float, stop: float) -> None:
         raise StickslipError(f"The run must end after it starts, found start {start:g} s and stop {stop:g} s.")
 
 
-def checked_times(values: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
+def checked_times(values: ArrayLike | None, start: float, stop: float) -> Vector:
     """Checked output times; 1001 equally spaced ones where none are given."""
     if values is None:
         return np.linspace(start, stop, 1001)

@@ -15,12 +15,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
-from fmu_models.simulation.run import check_names, check_tolerance, check_value
+from fmu_models.simulation.run import check_names, check_settings, check_span, check_tolerance
 
 DIRECTIONS = (1, -1, 0)
 
@@ -76,8 +77,8 @@ class SectionCrossings(Shown):
         contacts: per contact (n,) integers (keys of ``contact_kinds.CONTACT_STATES``).
     """
 
-    times: NDArray[np.float64]
-    states: Mapping[str, NDArray[np.float64]]
+    times: Vector
+    states: Mapping[str, Vector]
     contacts: Mapping[str, NDArray[np.int8]]
 
     def __len__(self) -> int:
@@ -136,19 +137,16 @@ class SectionFollower:
         section.check(fmu)
         check_tolerance(tolerance)
         parameters, inputs = dict(parameters or {}), dict(inputs or {})
-        check_names(fmu, "parameter", parameters, fmu.parameters)
-        check_names(fmu, "input", inputs, fmu.inputs)
+        check_settings(fmu, "parameter", parameters, fmu.parameters)
+        check_settings(fmu, "input", inputs, fmu.inputs)
         self.fmu, self.section, self.tolerance = fmu, section, tolerance
         self.constants = MappingProxyType({**parameters, **inputs})
-        for name, value in self.constants.items():
-            check_value(fmu, name, value)
         self._engine = engine_of(fmu)
         self._instance = self._engine.take()
         weakref.finalize(self, self._engine.give, self._instance)
         self._motions = 0
-        rates = [f"der({name})" for name in fmu.states]
-        contacts = [f"{name}_state" for name in fmu.contacts]
-        recorded = ["time", *fmu.states, *rates, *contacts]
+        rates, contacts = (f"der({name})" for name in fmu.states), (f"{name}_state" for name in fmu.contacts)
+        recorded = ("time", *fmu.states, *rates, *contacts)
         self._recorded = np.array([fmu.variables[name].valueReference for name in recorded], dtype=np.uint32)
         self._section = whole_run.SectionRequest(
             fmu.variables[section.state].valueReference, float(section.level), section.direction
@@ -164,13 +162,8 @@ class SectionFollower:
                 engine cannot continue, or one that is asked for more after another one has begun.
         """
         fmu = self.fmu
-        if not (math.isfinite(start_time) and math.isfinite(stop_time) and stop_time > start_time):
-            raise StickslipError(
-                f"The run must end after it starts, found start {start_time:g} s and stop {stop_time:g} s."
-            )
-        check_names(fmu, "state", start, [*fmu.states, *fmu.memories])
-        for name, value in start.items():
-            check_value(fmu, name, value)
+        check_span(start_time, stop_time)
+        check_settings(fmu, "state", start, [*fmu.states, *fmu.memories])
         self._motions += 1
         initial = {fmu.variables[name].valueReference: value for name, value in {**self.constants, **start}.items()}
         self._instance.restart(initial, start_time, self.tolerance)

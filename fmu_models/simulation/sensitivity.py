@@ -13,14 +13,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import EngineInstance, engine_of
-from fmu_models.simulation.run import check_names, check_tolerance, checked_times, facts_of, settings_of
+from fmu_models.simulation.run import check_names, check_span, check_tolerance, checked_times, facts_of, settings_of
 from fmu_models.simulation.trajectory import Events
 
 if TYPE_CHECKING:
@@ -46,13 +47,13 @@ class Sensitivity(Tabular):
             the derivatives hold for the neighbours on one side, whose events come in the order of the contacts.
     """
 
-    time: NDArray[np.float64]
+    time: Vector
     names: tuple[str, ...]
-    values: NDArray[np.float64]
+    values: Vector
     by: tuple[str, ...]
-    derivative: NDArray[np.float64]
+    derivative: Vector
     events: Events
-    event_derivative: NDArray[np.float64]
+    event_derivative: Vector
     steps: int
     seconds: float
     one_sided: bool = False
@@ -70,11 +71,11 @@ class Sensitivity(Tabular):
         counts = f"{len(self.time)} times, {len(self.events)} events"
         return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {counts}"
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         """(n,) values of one of ``names``."""
         return self.values[:, self._column(name)]
 
-    def of(self, name: str) -> NDArray[np.float64]:
+    def of(self, name: str) -> Vector:
         """(n, m) derivatives of one of ``names``."""
         return self.derivative[:, self._column(name)]
 
@@ -165,16 +166,59 @@ class SensitiveRun(Shown):
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(
             request, start_values, start_time, self.tolerance
         )
-        events = Events(result.events, self._contacts, self._rigid)
-        return Sensitivity(
-            times,
-            self.recorded,
-            result.values,
-            self.by,
-            derivatives,
-            events,
-            event_derivatives,
-            result.steps,
-            result.seconds,
-            one_sided,
+        events = Events(result.events, self._contacts, self._rigid), event_derivatives
+        recorded = times, self.recorded, result.values, self.by, derivatives
+        return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided)
+
+
+@dataclass(frozen=True, eq=False)
+class FlowDerivative(Shown):
+    """Where a motion arrives, and how that depends on where it began.
+
+    Attributes:
+        states: names of the states, in the order of rows and columns below; of a motion that was given the speed at
+            which it had entered a stop, also the memories of these.
+        end: (n,) states at the end.
+        by_start: (n, n) d end / d start; over a period of a periodic motion its monodromy matrix.
+        by_parameter: per parameter asked for (n,) d end / d parameter, start states held.
+        one_sided: the motion passes a corner, as for ``Sensitivity``.
+    """
+
+    states: tuple[str, ...]
+    end: Vector
+    by_start: Vector
+    by_parameter: Mapping[str, Vector]
+    one_sided: bool = False
+
+
+def flow_derivative(
+    fmu: Fmu,
+    stop_time: float,
+    *,
+    start_time: float = 0.0,
+    parameters: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    by: Sequence[str] = (),
+    tolerance: float = 1e-14,
+) -> FlowDerivative:
+    """End states of a run and their derivatives.
+
+    Args:
+        parameters, start, inputs: as for ``simulate``.
+        by: parameters to differentiate by.
+
+    Raises:
+        StickslipError: as for ``simulate``; or the motion has no derivative, because it touches the bound of a contact
+            without crossing it.
+    """
+    check_span(start_time, stop_time)
+    check_names(fmu, "parameter", dict.fromkeys(by), fmu.parameters)
+    states = (*fmu.states, *(name for name in fmu.memories if name in (start or {})))
+    with SensitiveRun(fmu, by=[*states, *by], recorded=states, tolerance=tolerance) as sensitive_run:
+        sensitivity = sensitive_run.run(
+            [stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs
         )
+    end, derivative, n = sensitivity.values[0], sensitivity.derivative[0], len(states)
+    by_parameter = dict(zip(by, derivative[:, n:].T.copy(), strict=True))
+    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter, sensitivity.one_sided)

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 
@@ -24,8 +25,8 @@ class Signal(Shown):
         StickslipError: shapes differ, values are not finite, or times descend.
     """
 
-    time: NDArray[np.float64]
-    value: NDArray[np.float64]
+    time: Vector
+    value: Vector
 
     def __init__(self, time: ArrayLike, value: ArrayLike) -> None:
         times, values = np.array(time, dtype=float), np.array(value, dtype=float)
@@ -55,7 +56,7 @@ class Signal(Shown):
         """Values that hold until the time of the next one: a jump there."""
         return cls(np.repeat(np.asarray(time), 2)[1:], np.repeat(np.asarray(value), 2)[:-1])
 
-    def piece(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def piece(self, times: Vector) -> tuple[Vector, Vector]:
         """Value and slope just after each of ``times`` (m,), both (m,)."""
         last = np.searchsorted(self.time, times, side="right") - 1
         piece = np.clip(last, 0, self.time.size - 2)
@@ -67,12 +68,10 @@ class Signal(Shown):
         return self.value[base] + slope * (times - self.time[base]), slope
 
 
-Knots = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+Knots = tuple[Vector, Vector, Vector]
 
 
-def knots(
-    signals: Mapping[str, Signal], start: float, stop: float, step_ends: NDArray[np.float64] | None = None
-) -> Knots:
+def knots(signals: Mapping[str, Signal], start: float, stop: float, step_ends: Vector | None = None) -> Knots:
     """Common table of several signals over [start, stop], with more times if steps are to end at these too.
 
     Returns:

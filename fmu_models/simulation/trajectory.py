@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown, Tabular, axes_or_new, span
@@ -29,8 +30,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-# of the largest energy: by so much rounding can make an elastic impact seem to raise it
-ROUNDING = 1e-12
+ROUNDING = 1e-12  # of the largest energy: by so much rounding can make an elastic impact seem to raise it
 _BLOCK = 4096  # events that become objects at a time
 
 
@@ -130,7 +130,7 @@ class Columns(Mapping[str, NDArray]):
         n_real: the columns from there on are states of contacts, integers.
     """
 
-    def __init__(self, rows: NDArray[np.float64], columns: Mapping[str, int], n_real: int) -> None:
+    def __init__(self, rows: Vector, columns: Mapping[str, int], n_real: int) -> None:
         self._rows, self._columns, self._n_real = rows, columns, n_real
         self._made: dict[str, NDArray] = {}
 
@@ -207,7 +207,7 @@ class Trajectory(Tabular):
         texts: per String or Binary of an FMU, by element, its value after initialization and at the end of the run.
     """
 
-    time: NDArray[np.float64]
+    time: Vector
     values: Mapping[str, NDArray]
     units: Mapping[str, str]
     events: Sequence[Any]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.simulation.engine import RUN, C, Engine, EngineInstance, address
 from fmu_models.simulation.signal import Knots
 
@@ -16,8 +17,7 @@ ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the 
 _WholeRun = C.structure("WholeRun")
 _SensitivityRun = C.structure("SensitivityRun")
 NEAR_MISS = np.dtype(C.structure("NearMiss"))
-# as many as a run of some thousand events can have; memory not written to costs nothing
-NEAR_MISSES = 1 << 14
+NEAR_MISSES = 1 << 14  # as many as a run of some thousand events can have; memory not written to costs nothing
 
 
 class Request(NamedTuple):
@@ -29,7 +29,7 @@ class Request(NamedTuple):
         inputs: references (k,) of inputs that change with time, and their table of ``signal.knots``.
     """
 
-    times: NDArray[np.float64]
+    times: Vector
     references: NDArray[np.uint32]
     inputs: tuple[NDArray[np.uint32], Knots] | None = None
 
@@ -46,7 +46,7 @@ class SectionRequest:
 class Result(NamedTuple):
     """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s."""
 
-    values: NDArray[np.float64]
+    values: Vector
     events: NDArray
     steps: int
     evaluations: int
@@ -63,27 +63,18 @@ def run(
     """
     values = np.empty((request.times.size, request.references.size))
     c = _filled(instance.whole_run, request, values)
-    c.n_events = c.next_time = c.next_knot = 0
-    chunks = []
-    status = RUN.MORE
-    seconds = 0.0
-    while status == RUN.MORE:
-        c.n_events = 0
-        started = time.perf_counter()
-        status = engine.simulate(instance.handle, c)
-        seconds += time.perf_counter() - started
+    c.next_time = c.next_knot = 0
+    chunks, seconds = [], 0.0
+    for took in _calls(engine.simulate, instance, c, c):
+        seconds += took
         chunks.append(instance.events(c.n_events))
         if progress:
             progress(c.next_time / max(1, len(values)))
-    if status != RUN.DONE:
-        raise instance.failure()
     events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
     return Result(values, events, c.steps, c.evaluations, seconds)
 
 
-def crossings(
-    engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest
-) -> Iterator[NDArray[np.float64]]:
+def crossings(engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest) -> Iterator[Vector]:
     """Rows (m,) of the values recorded at one crossing after the other; the run goes on only as far as it is iterated.
 
     Raises:
@@ -95,12 +86,20 @@ def crossings(
     c.crossings = row.ctypes.data
     c.crossing_capacity = 1
     c.crossing_state, c.level, c.direction = section.reference, section.level, section.direction
-    status = RUN.MORE
-    while status == RUN.MORE:
-        c.n_events = c.n_crossings = 0
-        status = engine.simulate(instance.handle, c)
+    for _ in _calls(engine.simulate, instance, c, c):
         if c.n_crossings:
             yield row.copy()
+        c.n_crossings = 0
+
+
+def _calls(call: Callable[[int, Any], int], instance: EngineInstance, c: Any, run_structure: Any) -> Iterator[float]:
+    """Call the engine until its run is done, and tell how long each call took, s."""
+    status = RUN.MORE
+    while status == RUN.MORE:
+        run_structure.n_events = 0
+        started = time.perf_counter()
+        status = call(instance.handle, c)
+        yield time.perf_counter() - started
     if status != RUN.DONE:
         raise instance.failure()
 
@@ -116,11 +115,11 @@ class Passage(NamedTuple):
         miss_derivatives: (j, m) of their values.
     """
 
-    rates: NDArray[np.float64]
-    speeds: NDArray[np.float64]
-    speed_derivatives: NDArray[np.float64]
+    rates: Vector
+    speeds: Vector
+    speed_derivatives: Vector
     misses: NDArray[Any]
-    miss_derivatives: NDArray[np.float64]
+    miss_derivatives: Vector
 
 
 class _Details:
@@ -130,7 +129,7 @@ class _Details:
         self.speeds, self.speed_derivatives = np.empty(events), np.empty((events, directions))
         self.misses, self.derivatives = np.empty(NEAR_MISSES, NEAR_MISS), np.empty((NEAR_MISSES, directions))
         self.states = states
-        self.seen: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+        self.seen: list[tuple[Vector, Vector]] = []
 
     def ask(self, c: Any, rows: int) -> None:
         """Have the engine write here; forget what was."""
@@ -172,7 +171,7 @@ class Differentiator:
 
     def run(
         self, request: Request, initial: Mapping[int, float], start_time: float, tolerance: float
-    ) -> tuple[Result, NDArray[np.float64], NDArray[np.float64], bool]:
+    ) -> tuple[Result, Vector, Vector, bool]:
         """The run from these start values by reference.
 
         Returns:
@@ -199,32 +198,26 @@ class Differentiator:
         details = self._details
         if details:
             details.ask(c, len(values))
-        events, changes = [], []
-        status, seconds = RUN.MORE, 0.0
-        while status == RUN.MORE:
-            c.run.n_events = 0
-            started = time.perf_counter()
-            status = self._engine.differentiate(self._instance.handle, c)
-            seconds += time.perf_counter() - started
+        events, changes, seconds = [], [], 0.0
+        for took in _calls(self._engine.differentiate, self._instance, c, c.run):
+            seconds += took
             events.append(self._instance.events(c.run.n_events))
             changes.append(self._event_derivatives[: c.run.n_events].copy())
             if details:
                 details.keep(c.run.n_events)
-        if status != RUN.DONE:
-            raise self._instance.failure()
         self.passage = details.passage(c) if details else None
         result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
         return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
-def structure(request: Request, values: NDArray[np.float64], instance: EngineInstance) -> Any:
+def structure(request: Request, values: Vector, instance: EngineInstance) -> Any:
     """The request as the engine reads it, its values to go into ``values``, of a run that has not begun."""
     prepared = instance.whole_run
     c = _WholeRun(event_capacity=prepared.event_capacity, events=prepared.events)
     return _filled(c, request, values)
 
 
-def _filled(c: Any, request: Request, values: NDArray[np.float64]) -> Any:
+def _filled(c: Any, request: Request, values: Vector) -> Any:
     """Write a request into the structure; it keeps the arrays alive that it points into."""
     c.n_times, c.n_values = request.times.size, request.references.size
     c.times, c.references, c.values = address(request.times), address(request.references), address(values)

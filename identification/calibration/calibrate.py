@@ -27,7 +27,7 @@ from identification.calibration.result import CalibratedValue, Calibration, Loca
 from identification.calibration.search import HERE, Plan, Search
 from identification.calibration.systems import opened
 from identification.calibration.ties import of_lmfit
-from identification.calibration.unknowns import Free
+from identification.calibration.unknowns import FreeParameter
 from identification.calibration.untold import words
 from identification.inference.lmfit_exchange import Solved
 
@@ -161,7 +161,7 @@ def _result(
     fmu: Fmu,
     concluded: Concluded,
     minima: Sequence[Minimum],
-    sought: Sequence[Free],
+    sought: Sequence[FreeParameter],
     notes: Sequence[str],
     declaration: str,
 ) -> Calibration:

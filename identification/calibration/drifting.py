@@ -21,7 +21,7 @@ import numpy as np
 
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.untold import meeting
-from identification.inference.problem import Evaluation, Problem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Unknown
 from identification.inference.uncertainty import inverse_information
 
 CHANCE = 2.71  # of -2 ln L: so much is gained by chance in one of twenty constant parameters
@@ -30,7 +30,7 @@ ROUNDS = 3  # over several parameters
 
 
 @dataclass(frozen=True, eq=False)
-class DriftProblem(Problem):
+class DriftProblem(FitProblem):
     """problem: each segment a log of its own; walks: (parameters, segments) places of the values among its unknowns;
     spans: (segments - 1,) s between the begins of segments; rates: (parameters,) per root of a second."""
 
@@ -72,7 +72,7 @@ class DriftProblem(Problem):
         rows[number, self.walks[:, 1:].ravel()] = 1 / roots
         return rows
 
-    def resampled(self, clusters: np.ndarray) -> Problem:
+    def resampled(self, clusters: np.ndarray) -> FitProblem:
         """As in `SegmentProblem`."""
         return self.problem.resampled(clusters)
 

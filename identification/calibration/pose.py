@@ -14,7 +14,7 @@ from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Se
 from identification.calibration.search import GUESSES, STARTS, noise_of
 from identification.calibration.systems import subject_of
 from identification.calibration.ties import TiedSubject, Ties
-from identification.calibration.unknowns import Bounds, Free, free_parameters
+from identification.calibration.unknowns import Bounds, FreeParameter, free_parameters
 from identification.inference.problem import Prior, Unknown
 
 DELAY = 0.02  # of a log: the longest delay that is tried, to either side, unless stated
@@ -54,7 +54,7 @@ class Settings:
 
 def problem_of(
     fmu: Fmu, logs: Sequence[ModelLog], free: Sequence[str], said: Settings
-) -> tuple[SegmentProblem, tuple[Free, ...]]:
+) -> tuple[SegmentProblem, tuple[FreeParameter, ...]]:
     """The free runs of all logs, and what is sought but start states. free: none, to seek start states alone.
 
     Raises:
@@ -76,7 +76,7 @@ def problem_of(
         subject.check(log.time)
     if stray := [name for name in said.each if name not in free]:
         raise StickslipError(f"'{stray[0]}' is to have a value for each log and is not free. Add it to --free.")
-    unknowns: list[Free] = []
+    unknowns: list[FreeParameter] = []
     places: list[dict[str, int]] = [{} for _ in logs]
     for one in sought:
         name = one.unknown.name
@@ -165,7 +165,7 @@ def _loose(states: Sequence[str], held: Mapping[str, float], asked: Sequence[str
     return list(asked) if asked is not None else [name for name in states if name not in held]
 
 
-def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[ModelLog]) -> Free:
+def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[ModelLog]) -> FreeParameter:
     if key not in SENSED or not any(name in log.measured for log in logs):
         raise StickslipError(f"A sensor is VARIABLE:{','.join(SENSED)} of a measured variable; found '{name}:{key}'.")
     first, low, high, unit = float(getattr(sensor, key)), -np.inf, np.inf, ""
@@ -175,4 +175,4 @@ def _sensor_constant(name: str, key: str, sensor: Sensor, logs: Sequence[ModelLo
         longest = sensor.longest or DELAY * min(float(log.time[-1] - log.time[0]) for log in logs)
         low, high, unit = -longest, longest, "s"
     unknown = Unknown(f"{name} {key}", unit, low, high, f"{key} of the sensor")
-    return Free(first, unknown, key == "gain")
+    return FreeParameter(first, unknown, key == "gain")

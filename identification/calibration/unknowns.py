@@ -14,7 +14,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
-from identification.inference.problem import Evaluation, Prior, Problem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Prior, Unknown
 
 REACH = 3.5  # powers of e about the first value within which a parameter is sought
 BOX = 0.7  # powers of e, or rad, about the first value from which the first guesses are drawn
@@ -23,7 +23,7 @@ Bounds = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Free:
+class FreeParameter:
     """A parameter that is sought. first: value; unknown: with its bounds; logarithmic: whether its sign is known."""
 
     first: float
@@ -65,7 +65,7 @@ def free_parameters(
     held: Mapping[str, float],
     bounds: Mapping[str, Bounds],
     priors: Mapping[str, tuple[float, float]],
-) -> tuple[Free, ...]:
+) -> tuple[FreeParameter, ...]:
     """The parameters ``free`` of an FMU, which begin at ``held`` or their default. priors: value, standard deviation.
 
     Raises:
@@ -93,7 +93,9 @@ def _check(fmu: Fmu, name: str, known: Sequence[str]) -> None:
     refuse_unknown(name, known, f"'{fmu.description.modelName}' has no parameter '{name}'.")
 
 
-def _free(fmu: Fmu, name: str, value: float | None, bounds: Bounds | None, prior: tuple[float, float] | None) -> Free:
+def _free(
+    fmu: Fmu, name: str, value: float | None, bounds: Bounds | None, prior: tuple[float, float] | None
+) -> FreeParameter:
     variable = fmu.variables[name]
     unit, first = str(variable.unit or "1"), float(variable.start or 0.0) if value is None else float(value)
     least, most = (float(text) if text is not None else end for text, end in _ends(variable))
@@ -111,7 +113,7 @@ def _free(fmu: Fmu, name: str, value: float | None, bounds: Bounds | None, prior
     elif unit == "rad" and bounds is None:
         low, high = max(low, first - 2 * math.pi), min(high, first + 2 * math.pi)
     known = Prior(name, prior[0], unit, prior[1], "given") if prior else None
-    return Free(first, Unknown(name, unit, low, high, str(variable.description or ""), known), logarithmic)
+    return FreeParameter(first, Unknown(name, unit, low, high, str(variable.description or ""), known), logarithmic)
 
 
 def _ends(variable: object) -> tuple[tuple[str | None, float], tuple[str | None, float]]:
@@ -119,11 +121,11 @@ def _ends(variable: object) -> tuple[tuple[str | None, float], tuple[str | None,
 
 
 @dataclass(frozen=True, eq=False)
-class Scaled(Problem):
+class Scaled(FitProblem):
     """A problem whose unknowns are sought by their logarithms where ``signs`` (m,) are not 0. Priors are taken to first
     order: the search needs no more."""
 
-    problem: Problem
+    problem: FitProblem
     signs: np.ndarray
 
     @property
@@ -159,6 +161,13 @@ class Scaled(Problem):
     def resampled(self, clusters: np.ndarray) -> Scaled:
         """As in `Problem`."""
         return replace(self, problem=self.problem.resampled(clusters))
+
+
+def signs_of(problem: FitProblem) -> np.ndarray:
+    """(m,) sign of the unknowns that are sought by their logarithms: those whose bounds lie on one side of zero."""
+    low, high = problem.limits
+    one_sided = np.isfinite(low) & np.isfinite(high) & (np.sign(low) * np.sign(high) > 0)
+    return np.where(one_sided, np.sign(low), 0.0)
 
 
 def _scaled(unknown: Unknown, sign: float) -> Unknown:

@@ -27,7 +27,6 @@ ReaderOption = Annotated[
     str | None, typer.Option("--reader", metavar="FILE", help="Reader for a kind of logs of your own: my_reader.py.")
 ]
 
-
 Uncertainties = Annotated[
     list[str] | None,
     typer.Option(
@@ -37,7 +36,6 @@ Uncertainties = Annotated[
         "laser=0.2%; of drive speeds that are not recorded: w=0.5%; repeat.",
     ),
 ]
-
 
 SPEED, LASER = "w", "laser"  # what may be said beside constants of the rig
 
@@ -97,7 +95,7 @@ def read_logs(
     Raises:
         StickslipError: as in `rig_io.logs.log.read_log`, an unknown constant, or an uncertainty of one without value.
     """
-    from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
+    from rig_io.logs.log import RIG_UNITS, RigConstants, StatedQuantity
     from rig_io.packages.datapackage import read_log, read_package
 
     beside = Stated(
@@ -114,7 +112,7 @@ def read_logs(
                 f"drive that is not recorded); and the uncertainty of {LASER} (its gain)."
             )
     given = {
-        name: Quantity(value, RIG_UNITS[name], said.deviation(deviation, value))
+        name: StatedQuantity(value, RIG_UNITS[name], said.deviation(deviation, value))
         for deviation, value in said.values.items()
         for name in _entries(deviation)
     }

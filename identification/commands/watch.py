@@ -18,7 +18,7 @@ from fmu_models.base.printable import printable_json
 from identification.inference.defaults import ESTIMATOR, LAW
 
 if TYPE_CHECKING:
-    from identification.watch.state import Entry, State
+    from identification.watch.state import Entry, WatchState
 
 STATE = ".stickslip-watch.json"
 
@@ -61,10 +61,10 @@ def watch(
         console.say(True, known.to_dict(), lambda out: None)
 
 
-def _begun(file: Path, law: str | None, estimator: str | None) -> State:
-    from identification.watch.state import REFUSED, State, read_state
+def _begun(file: Path, law: str | None, estimator: str | None) -> WatchState:
+    from identification.watch.state import REFUSED, WatchState, read_state
 
-    before = read_state(file) if file.exists() else State(law or LAW, estimator or ESTIMATOR)
+    before = read_state(file) if file.exists() else WatchState(law or LAW, estimator or ESTIMATOR)
     if (law or before.law, estimator or before.estimator) != (before.law, before.estimator):
         raise StickslipError(
             f"'{file}' holds fits of the law {before.law} by {before.estimator}. Go on with those, or name another "
@@ -75,8 +75,8 @@ def _begun(file: Path, law: str | None, estimator: str | None) -> State:
 
 
 def _watch(
-    folder: Path, known: State, file: Path, page: Path | None, pace: tuple[float, float], once: bool, json: bool
-) -> State:
+    folder: Path, known: WatchState, file: Path, page: Path | None, pace: tuple[float, float], once: bool, json: bool
+) -> WatchState:
     from rich.live import Live
 
     from identification.watch.logs import rested, seen_logs
@@ -111,7 +111,9 @@ def _watch(
             time.sleep(interval)
 
 
-def _dealt_with(folder: Path, one: Any, known: State, file: Path, page: Path | None, interval: float) -> State:
+def _dealt_with(
+    folder: Path, one: Any, known: WatchState, file: Path, page: Path | None, interval: float
+) -> WatchState:
     from identification.watch.logs import called, deal_with
     from identification.watch.page import write_page
     from identification.watch.state import write_state

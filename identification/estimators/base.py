@@ -11,7 +11,7 @@ import numpy as np
 from fmu_models.base.shown import Shown
 from identification.disturbances.term import DisturbanceTerm
 from identification.inference.lmfit_exchange import NOTHING, Given
-from identification.inference.problem import Prior, Problem, Progress, Solution
+from identification.inference.problem import FitProblem, Prior, Progress, Solution
 from identification.laws import FittableLaw
 from identification.measurement.pooled import Pool
 
@@ -36,7 +36,7 @@ class FrictionRows:
     disc: np.ndarray
 
 
-class FrictionProblem(Problem):
+class FrictionProblem(FitProblem):
     """A problem whose first unknowns are the parameters of a friction law, nuisance parameters after them.
 
     held: constants of the rig that are taken as given; residual_unit: of ``rows``' residual that a user reads.

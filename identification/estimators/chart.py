@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.problem import Evaluation, Problem, Progress, Solution, solve
+from identification.inference.problem import Evaluation, FitProblem, Progress, Solution, solve
 from identification.laws.joint_law import laws_of
 from identification.laws.law import FittableLaw
 
@@ -62,10 +62,10 @@ class Bend:
 
 
 @dataclass(frozen=True, eq=False)
-class Charted(Problem):
+class Charted(FitProblem):
     """A problem in straight coordinates, in which the valley of its sum of squares does not bend."""
 
-    problem: Problem
+    problem: FitProblem
     bends: tuple[Bend, ...]
 
     def __post_init__(self) -> None:
@@ -138,7 +138,7 @@ def bends_of(
 
 
 def solve_straight(
-    problem: Problem,
+    problem: FitProblem,
     bends: tuple[Bend, ...],
     *,
     fixed: Mapping[str, float],

@@ -77,21 +77,11 @@ def sticks_of(ready: Pool) -> Sticks | None:
             fall = max(abs(slip[max(start - trim, 0)]) - ready.threshold, 1e-9) / (trim * step)
             time = motion.time[samples]
             grid = time[0] + STEP * np.arange(length)
-            rows.append(
-                (
-                    time,
-                    motion.angle[samples],
-                    phi[samples] - phi[first],
-                    used,
-                    float(time[0]),
-                    np.interp(grid, motion.time, motion.drive),
-                    np.interp(grid, motion.time, ramp),
-                    float(motion.time[start]) + min(ready.threshold / fall, window),
-                    float(motion.time[end]),
-                    log,
-                    float(np.sign(slip[min(last, len(slip) - 1)])),
-                )
-            )
+            seen = (time, motion.angle[samples], phi[samples] - phi[first], used)
+            drive = (np.interp(grid, motion.time, values) for values in (motion.drive, ramp))
+            begin = float(motion.time[start]) + min(ready.threshold / fall, window)
+            sign = float(np.sign(slip[min(last, len(slip) - 1)]))
+            rows.append((*seen, float(time[0]), *drive, begin, float(motion.time[end]), log, sign))
     if len(rows) < FEWEST:
         return None
     # logs of other rates have other counts
@@ -139,7 +129,7 @@ def first_releases(sticks: Sticks, rig: RigValues, ready: Pool) -> tuple[np.ndar
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class StickSearch:
     """Where a search ended. at: (n, 2) theta_0, rad, and x^2; weight: (n,) how much the motion says of x^2; good: (n,)
     whether a stick was found."""
 
@@ -148,7 +138,9 @@ class Search:
     good: np.ndarray
 
 
-def searched(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, start: np.ndarray, steps: int) -> Search:
+def searched(
+    sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, start: np.ndarray, steps: int
+) -> StickSearch:
     """theta_0 and x^2 of each stick by Gauss-Newton steps from (n, 2)."""
     at = start.copy()
     good, weight = np.ones(len(at), dtype=bool), np.ones(len(at))
@@ -173,7 +165,7 @@ def searched(sticks: Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, st
         good = inside & (np.abs(moved[:, 1]) < FOUND) & (at[:, 1] < HIGHEST**2)
         if np.all(np.abs(moved[:, 1]) < SETTLED):
             break
-    return Search(at, weight, good)
+    return StickSearch(at, weight, good)
 
 
 def release_of(

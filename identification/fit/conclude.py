@@ -25,7 +25,7 @@ from identification.fit.result import FrictionFit
 from identification.fit.summaries import bins, sensors, summaries
 from identification.inference.choice import Inference, Inferred, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
-from identification.inference.problem import Problem, Solution, among, determines, information, prior_rows, searched
+from identification.inference.problem import FitProblem, Solution, among, determines, information, prior_rows, searched
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -182,14 +182,8 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
     stiffness = float(seen.values[index])
     noise, scale = np.sqrt(covariance[index, index]), np.sqrt(by @ solved.covariance @ by)
     compliance, per = 1 / stiffness, 1 / stiffness**2
-    return PreSliding(
-        compliance,
-        float(noise) * per,
-        float(scale) * per,
-        len(fit[0].segments),
-        FOLLOWED * compliance,
-        _unknown(solved, by),
-    )
+    deviations, cycles = (float(noise) * per, float(scale) * per), len(fit[0].segments)
+    return PreSliding(compliance, *deviations, cycles, FOLLOWED * compliance, _unknown(solved, by))
 
 
 def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
@@ -230,7 +224,7 @@ def _finite(bound: float) -> float | None:
     return bound if np.isfinite(bound) else None
 
 
-def _check_determined(problem: Problem, solution: Solution, law: FittableLaw) -> None:
+def _check_determined(problem: FitProblem, solution: Solution, law: FittableLaw) -> None:
     if not determines(information(problem, solution.evaluation)):
         names = [unknown.name for unknown in problem.unknowns if unknown.name in law.names]
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, solution.values, strict=False))
@@ -269,7 +263,7 @@ def _parameters(
     )
 
 
-def white_covariance(problem: Problem, solution: Solution) -> np.ndarray:
+def white_covariance(problem: FitProblem, solution: Solution) -> np.ndarray:
     """Covariance (m, m) as if residuals were white: of unit variance where the noise is known (then it is the bound of
     Cramer and Rao), otherwise of the variance that they show."""
     inverse = np.linalg.inv(information(problem, solution.evaluation))
@@ -280,7 +274,7 @@ def white_covariance(problem: Problem, solution: Solution) -> np.ndarray:
 
 
 def _shifts(
-    problem: FrictionProblem, solution: Solution, reduced: Problem, seen: Solution, free: np.ndarray
+    problem: FrictionProblem, solution: Solution, reduced: FitProblem, seen: Solution, free: np.ndarray
 ) -> dict[str, np.ndarray]:
     """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; reduced, seen: the
     problem and solution of the unknowns that are ``free`` (m,)."""
@@ -306,19 +300,9 @@ def _constants(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> tuple[tupl
             name: float(s * prior.value / v) if v else None
             for name, s, v in zip(names, shifts[prior.name], values, strict=False)
         }
-        constants.append(
-            Constant(
-                name=prior.name,
-                value=prior.value,
-                unit=prior.unit,
-                standard_uncertainty=prior.standard_uncertainty,
-                source=prior.source,
-                sensitivity=relative,
-                stated=prior.stated,
-                before=before.value,
-                before_uncertainty=before.standard_uncertainty if before.stated else None,
-            )
-        )
+        of_prior = (prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source)
+        known = before.standard_uncertainty if before.stated else None
+        constants.append(Constant(*of_prior, relative, prior.stated, before.value, known))
     moves = _by_logarithm(solved, shifts)
     power = np.einsum("ij,jk,ik->i", moves, solved.covariance, moves)
     return tuple(constants), np.sqrt(np.maximum(power, 0.0))

@@ -19,7 +19,7 @@ from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import SEED
 from identification.inference.posterior import STEPS, Posterior, Target, load_emcee, sample
-from identification.inference.problem import Problem, Solution, identifier, searched
+from identification.inference.problem import FitProblem, Solution, identifier, searched
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooled import Pool
@@ -81,7 +81,7 @@ def check_samplable(estimator: str) -> None:
     load_emcee()
 
 
-def _coloured(problem: Problem, solution: Solution) -> np.ndarray:
+def _coloured(problem: FitProblem, solution: Solution) -> np.ndarray:
     """Covariance (q, q) of the unknowns without a prior, the others held, that allows for coloured residuals."""
     fixed = {u.name: value for u, value in zip(problem.unknowns, solution.values, strict=True) if u.prior is not None}
     reduced, seen, _ = searched(problem, replace(solution, fixed=tuple(fixed)))

@@ -29,7 +29,7 @@ from identification.disturbances.term import (
 )
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.basis import SpeedBasis
+from identification.free_friction.result import SpeedBasis
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values
 from rig_io.sensors.motion import Motion
@@ -70,7 +70,7 @@ class Guess:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class SlipRows:
     """Whitened residuals of one slip (n,), and their derivatives by what is its own (n, STARTS + MODES) and by what all
     share (n, m)."""
 
@@ -89,7 +89,7 @@ class Slips:
     terms: tuple[DisturbanceTerm, ...]
     names: tuple[str, ...]
     _last: list[tuple[Guess, set[str], tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, repr=False)
-    _rows: list[tuple[Guess, list[Rows]]] = field(default_factory=list, init=False, repr=False)
+    _rows: list[tuple[Guess, list[SlipRows]]] = field(default_factory=list, init=False, repr=False)
 
     def with_noise(self, louder: float) -> Slips:
         """The same slips seen by sensors whose noise is larger."""
@@ -257,7 +257,7 @@ class Slips:
                 for segment, seen in zip(self.segments, self._seen(guess, angle, speed), strict=True)
             )
 
-    def rows(self, guess: Guess) -> list[Rows]:
+    def rows(self, guess: Guess) -> list[SlipRows]:
         """Residuals of all slips and their derivatives."""
         if self._rows and self._rows[0][0] is guess:
             return self._rows[0][1]
@@ -269,7 +269,7 @@ class Slips:
             shown = self._shown(number, guess, angle, speed)
             columns = segment.whitened(self._columns(number, responses[:, number], shown))
             residual = segment.whitened((shown[0] - segment.measured)[:, None])[:, 0]
-            rows.append(Rows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
+            rows.append(SlipRows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
         self._rows[:] = [(guess, rows)]
         return rows
 

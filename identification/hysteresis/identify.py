@@ -22,7 +22,7 @@ from identification.hysteresis.laws import FORCE, LAWS, LOAD, USUAL, WAY, LoopLa
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.read import read_loop
 from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
-from identification.hysteresis.spectrum import Spectrum, fit_sliders
+from identification.hysteresis.spectrum import SliderSpectrum, fit_sliders
 
 MOST = 2000  # samples of a log that laws are compared with
 ATTEMPTS = 4  # of a law whose first values are guesses
@@ -89,7 +89,7 @@ def _ready(source: Loop, **how: Any) -> LoopLog:
     return log.smooth().from_largest()
 
 
-def _verdicts(logs: Sequence[LoopLog], spectrum: Spectrum, varied: bool) -> list[str]:
+def _verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) -> list[str]:
     """What the logs leave open."""
     notes = []
     if spectrum.is_rigid():
@@ -116,7 +116,7 @@ def _verdicts(logs: Sequence[LoopLog], spectrum: Spectrum, varied: bool) -> list
 
 
 def _fitted(
-    law: LoopLaw, logs: Sequence[LoopLog], others: Sequence[LoopLog], spectrum: Spectrum, load: float | None
+    law: LoopLaw, logs: Sequence[LoopLog], others: Sequence[LoopLog], spectrum: SliderSpectrum, load: float | None
 ) -> FittedLaw:
     """A law by least squares from the sliders' first values."""
     scale, center = load or 1.0, logs[0].center

@@ -18,7 +18,7 @@ from fmu_models.language.hysteresis.law import HysteresisLaw
 from fmu_models.language.hysteresis.sliders import MaxwellSlip
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
-from identification.hysteresis.spectrum import Spectrum
+from identification.hysteresis.spectrum import SliderSpectrum
 
 WAY, LOAD, FORCE, HELD = "way", "load", "force", "h"
 FREED = 8  # sliders of a joint that begins to slip little by little
@@ -27,21 +27,15 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class LoopLaw:
-    """A law as it is fitted to loops.
-
-    Attributes:
-        name: as the command takes it.
-        law: with its parameters.
-        first: first values of its parameters, from the sliders.
-        guesses: starts of the search that are scored; 1: the first values are near.
-        bounds: of the search, by parameter, for first values.
-    """
+    """A law as it is fitted to loops. name: as the command takes it; law: with its parameters; first: first values of
+    its parameters, from the sliders; guesses: starts of the search that are scored; 1: the first values are near;
+    bounds: of the search, by parameter, for first values."""
 
     name: str
     law: HysteresisLaw
-    first: Callable[[Spectrum], dict[str, float]]
+    first: Callable[[SliderSpectrum], dict[str, float]]
     guesses: int = 1
-    bounds: Callable[[Spectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
+    bounds: Callable[[SliderSpectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
 
     def at(self, values: Values) -> HysteresisLaw:
         """The law in numbers, for a mechanism of one's own."""
@@ -95,7 +89,7 @@ def _sliders(count: int) -> LoopLaw:
     return LoopLaw(f"MaxwellSlip-{count}", law, lambda spectrum: _merged(spectrum, count))
 
 
-def _merged(spectrum: Spectrum, count: int) -> dict[str, float]:
+def _merged(spectrum: SliderSpectrum, count: int) -> dict[str, float]:
     """So many sliders with the stiffness and the force at full slip of what they stand for: parts of equal force."""
     k, bound = spectrum.at(), spectrum.bound
     k, bound = k[spectrum.slides], bound[spectrum.slides]
@@ -111,25 +105,10 @@ def _merged(spectrum: Spectrum, count: int) -> dict[str, float]:
     return values
 
 
-def _slip(spectrum: Spectrum) -> tuple[float, float]:
-    """Stiffness at rest, N/m, and sliding force, N."""
-    return spectrum.stiffness_at_rest(), spectrum.sliding_force()
-
-
-def _dahl(spectrum: Spectrum) -> dict[str, float]:
-    stiffness, force = _slip(spectrum)
-    return {"sigma": stiffness, "F_c": force}
-
-
-def _iwan(spectrum: Spectrum) -> dict[str, float]:
-    stiffness, force = _slip(spectrum)
-    return {"F_S": force, "K_T": stiffness, "chi": -0.3, "beta_S": 0.5}
-
-
-def _bouc_wen(n: int) -> Callable[[Spectrum], dict[str, float]]:
-    def first(spectrum: Spectrum) -> dict[str, float]:
-        stiffness, force = _slip(spectrum)
-        half = (stiffness / force) ** n / 2
+def _bouc_wen(n: int) -> Callable[[SliderSpectrum], dict[str, float]]:
+    def first(spectrum: SliderSpectrum) -> dict[str, float]:
+        stiffness = spectrum.stiffness_at_rest()
+        half = (stiffness / spectrum.sliding_force()) ** n / 2
         return {"k": stiffness, "beta": half, "gamma": half}
 
     return first
@@ -143,7 +122,7 @@ def _of_bouc_wen(n: int) -> BoucWen:
     return BoucWen(k=_stiff(), beta=_shape("beta", n), gamma=_shape("gamma", n), n=n)
 
 
-def _pinched(spectrum: Spectrum) -> dict[str, float]:
+def _pinched(spectrum: SliderSpectrum) -> dict[str, float]:
     reach = spectrum.reach
     values = _bouc_wen(1)(spectrum)
     return {
@@ -153,13 +132,15 @@ def _pinched(spectrum: Spectrum) -> dict[str, float]:
     }
 
 
-def _either_gamma(first: Callable[[Spectrum], dict[str, float]], spectrum: Spectrum) -> dict[str, tuple[float, float]]:
+def _either_gamma(
+    first: Callable[[SliderSpectrum], dict[str, float]], spectrum: SliderSpectrum
+) -> dict[str, tuple[float, float]]:
     """gamma of either sign."""
     beta = first(spectrum)["beta"]
     return {"beta": (1e-3 * beta, 1e3 * beta), "gamma": (-1e3 * beta, 1e3 * beta)}
 
 
-def _pinched_bounds(spectrum: Spectrum) -> dict[str, tuple[float, float]]:
+def _pinched_bounds(spectrum: SliderSpectrum) -> dict[str, tuple[float, float]]:
     first = _pinched(spectrum)
     wide = {name: (value / 30, 30 * value) for name, value in first.items()}
     return wide | {"gamma": (-first["beta"], 10 * first["beta"]), "zeta_s": (0.0, 0.999), "q": (0.0, 0.5)}
@@ -190,7 +171,9 @@ LAWS: dict[str, LoopLaw] = {
         _sliders(2),
         _sliders(4),
         LoopLaw(
-            "Dahl", Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)), _dahl
+            "Dahl",
+            Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)),
+            lambda spectrum: {"sigma": spectrum.stiffness_at_rest(), "F_c": spectrum.sliding_force()},
         ),
         LoopLaw(
             "Iwan4",
@@ -201,7 +184,7 @@ LAWS: dict[str, LoopLaw] = {
                 beta=Parameter("beta_S", 0.5, "1", "share of what lets go at once", positive=True),
                 sliders=FREED,
             ),
-            _iwan,
+            lambda s: {"F_S": s.sliding_force(), "K_T": s.stiffness_at_rest(), "chi": -0.3, "beta_S": 0.5},
         ),
         *(
             LoopLaw(f"BoucWen-{n}", _of_bouc_wen(n), _bouc_wen(n), bounds=partial(_either_gamma, _bouc_wen(n)))

@@ -14,7 +14,7 @@ from fmu_models.language.mechanism import Mechanism
 from identification.calibration.result import CalibratedValue
 from identification.hysteresis.laws import LAWS, loop_model
 from identification.hysteresis.loop import LoopLog
-from identification.hysteresis.spectrum import Spectrum
+from identification.hysteresis.spectrum import SliderSpectrum
 
 if TYPE_CHECKING:
     import pandas
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Cycle:
+class LoopCycle:
     """What engineers print of a loop. amplitude: m, half of its way; count: cycles of about that amplitude; work: J a
     cycle; stiffness: N/m, of the line through its ends; damping_ratio: work/(2 pi stiffness amplitude^2)."""
 
@@ -38,17 +38,10 @@ class Cycle:
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """A law and how well it tells the force.
-
-    Attributes:
-        name: as `laws.LAWS` has it.
-        parameters: with standard deviations that allow for colour.
-        left: by log, root mean square of what is left over the standard deviation of the force.
-        held_out: the same of logs that took no part.
-        notes: what the logs leave open.
-        why: it could not be fitted; empty if it was.
-        calibration: behind it, None in a result that was read back.
-    """
+    """A law and how well it tells the force. name: as `laws.LAWS` has it; parameters: with standard deviations that
+    allow for colour; left: by log, root mean square of what is left over the standard deviation of the force; held_out:
+    the same of logs that took no part; notes: what the logs leave open; why: it could not be fitted; empty if it was;
+    calibration: behind it, None in a result that was read back."""
 
     RECORD: ClassVar = ("name", "parameters", "left", "held_out", "notes", "why")
 
@@ -73,18 +66,10 @@ class FittedLaw:
 
 @dataclass(frozen=True, eq=False)
 class HysteresisFit(Pictured):
-    """Loops, as sliders and by laws.
-
-    Attributes:
-        logs: as they were fitted.
-        held_out: logs that took no part.
-        spectrum: the sliders.
-        left, left_out: by log, what the sliders leave of the force over its standard deviation.
-        cycles: by amplitude.
-        laws: the best first.
-        load: N, of which the laws' force is; None without a load.
-        notes: what was done and what the logs leave open.
-    """
+    """Loops, as sliders and by laws. logs: as they were fitted; held_out: logs that took no part; spectrum: the
+    sliders; left, left_out: by log, what the sliders leave of the force over its standard deviation; cycles: by
+    amplitude; laws: the best first; load: N, of which the laws' force is; None without a load; notes: what was done and
+    what the logs leave open."""
 
     RECORD: ClassVar = (
         *("names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside", "bounds", "stiffnesses"),
@@ -93,10 +78,10 @@ class HysteresisFit(Pictured):
 
     logs: tuple[LoopLog, ...]
     held_out: tuple[LoopLog, ...]
-    spectrum: Spectrum
+    spectrum: SliderSpectrum
     left: Mapping[str, float]
     left_out: Mapping[str, float]
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[LoopCycle, ...]
     laws: tuple[FittedLaw, ...]
     load: float | None = None
     notes: tuple[str, ...] = ()
@@ -181,7 +166,7 @@ class HysteresisFit(Pictured):
         return shown | {law.name: f"{100 * law.worst:.3g} % left" for law in self.laws if not law.why}
 
 
-def cycles_of(log: LoopLog) -> list[Cycle]:
+def cycles_of(log: LoopLog) -> list[LoopCycle]:
     """Cycles of a log, those of about one amplitude together."""
     turns = log.reversals[1:-1]
     found: list[tuple[float, float, float]] = []
@@ -201,5 +186,5 @@ def cycles_of(log: LoopLog) -> list[Cycle]:
     for group in groups:
         amplitude, work, stiffness = np.mean(group, axis=0).tolist()
         ratio = work / (2 * np.pi * stiffness * amplitude**2) if stiffness > 0 else np.inf
-        rows.append(Cycle(log.name, amplitude, len(group), work, stiffness, ratio))
+        rows.append(LoopCycle(log.name, amplitude, len(group), work, stiffness, ratio))
     return rows

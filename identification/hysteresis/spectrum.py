@@ -25,7 +25,7 @@ RIGID = 1.5  # times the least bound: a slider below it is one without spring, a
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class SliderSpectrum:
     """Sliders in parallel.
 
     Attributes:
@@ -95,13 +95,10 @@ class Spectrum:
         return bool(len(force) and force[self.bound[self.slides] < RIGID * self.bound.min()].sum() > 0.5 * force.sum())
 
 
-def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> Spectrum:
-    """The sliders of logs together.
-
-    Args:
-        logs: all with a load or none, all with the conditions ``factors``.
-        factors: conditions by which stiffnesses and damping grow.
-        rate: whether speeds are asked too; as all logs have times where None.
+def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> SliderSpectrum:
+    """The sliders of logs together. logs: all with a load or none, all with the conditions ``factors``; factors:
+    conditions by which stiffnesses and damping grow; rate: whether speeds are asked too; as all logs have times where
+    None.
 
     Raises:
         StickslipError: no log, a condition that a log lacks, or loads of some of them alone.
@@ -129,7 +126,7 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
     n, count = 1 + len(factors), SLIDERS
     parts = np.split(weights, [count * n, (count + len(widths)) * n, (count + len(widths) + rate) * n])
     spring, offset = parts[3]
-    return Spectrum(
+    return SliderSpectrum(
         bound=bound,
         stiffness=parts[0].reshape(count, n),
         reach=span / 2,

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.inference.problem import Evaluation, Problem, prior_precision
+from identification.inference.problem import Evaluation, FitProblem, prior_precision
 
 SUSPECT = 3.0  # standard deviations of a residual: 3 in a thousand readings that are right
 TOGETHER = 0.9  # correlation of residuals from which on readings cannot be told apart
@@ -28,7 +28,7 @@ CHECKED = 1e-3  # share of a reading's variance that its residual must keep to t
 
 
 @dataclass(frozen=True)
-class Reading:
+class ConstantReading:
     """What is known of a product of powers of constants. deviation: relative, standard; stated: whether it is known
     how well."""
 
@@ -74,7 +74,12 @@ class Adjustment:
 
 
 def pull(
-    problem: Problem, x: np.ndarray, point: Evaluation, columns: np.ndarray, beside: np.ndarray, precision: np.ndarray
+    problem: FitProblem,
+    x: np.ndarray,
+    point: Evaluation,
+    columns: np.ndarray,
+    beside: np.ndarray,
+    precision: np.ndarray,
 ) -> tuple[Pull, np.ndarray, np.ndarray]:
     """What the residuals of a problem at x (m,) say of constants; and how x moves to its best (m,), and with the
     logarithms of the constants (m, k).
@@ -113,11 +118,11 @@ def pull(
     return Pull(fisher / colour, across.T @ residual / colour, spread / colour**2), moved[:count, 0], moved[:count, 1:]
 
 
-def _design(names: Sequence[str], readings: Sequence[Reading]) -> np.ndarray:
+def _design(names: Sequence[str], readings: Sequence[ConstantReading]) -> np.ndarray:
     return np.array([[float(reading.powers.get(name, 0)) for name in names] for reading in readings])
 
 
-def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], pulled: Pull) -> Adjustment:
+def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[ConstantReading], pulled: Pull) -> Adjustment:
     """Constants (n,) ``at`` their present values adjusted to readings and residuals.
 
     One of which nobody says how well it is known stays; the others are adjusted as if it could be anything.
@@ -134,7 +139,7 @@ def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], 
 
 
 def contradiction(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], pulled: Pull
+    names: Sequence[str], at: np.ndarray, readings: Sequence[ConstantReading], pulled: Pull
 ) -> Contradiction | None:
     """The readings that contradict the others most; None where none does."""
     design = _design(names, readings)
@@ -162,7 +167,7 @@ def contradiction(
     )
 
 
-def widened(readings: Sequence[Reading], clash: Contradiction) -> tuple[Reading, ...]:
+def widened(readings: Sequence[ConstantReading], clash: Contradiction) -> tuple[ConstantReading, ...]:
     """The readings, of which those that contradict the others are taken as less sure."""
     return tuple(
         replace(reading, deviation=reading.deviation * clash.deviations) if reading.name in clash.names else reading

@@ -19,7 +19,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import in_processes
 from identification.inference.defaults import DRAWS, SEED
-from identification.inference.problem import Evaluation, Problem, Solution, Unknown, solve
+from identification.inference.problem import Evaluation, FitProblem, Solution, Unknown, solve
 from identification.inference.profile import Interval
 
 LEAST = 20  # draws below which there is no standard deviation
@@ -66,7 +66,7 @@ class Draws:
 
 
 def bootstrap(
-    problem: Problem,
+    problem: FitProblem,
     solution: Solution,
     *,
     draws: int = DRAWS,
@@ -129,7 +129,7 @@ def _strata(evaluation: Evaluation) -> list[np.ndarray]:
 class _Work:
     """All that a process needs to make any draw."""
 
-    problem: Problem
+    problem: FitProblem
     start: np.ndarray
     strata: list[np.ndarray]
     seed: int
@@ -145,10 +145,10 @@ class _Work:
         return solution.values if solution.converged and np.all(np.isfinite(solution.values)) else None
 
 
-class _KnownElsewise(Problem):
+class _KnownElsewise(FitProblem):
     """A problem whose priors have other values, drawn from them."""
 
-    def __init__(self, problem: Problem, rng: np.random.Generator) -> None:
+    def __init__(self, problem: FitProblem, rng: np.random.Generator) -> None:
         self.problem, self.noise_known = problem, problem.noise_known
         self.unknowns = tuple(_moved(unknown, rng) for unknown in problem.unknowns)
 
@@ -158,7 +158,7 @@ class _KnownElsewise(Problem):
     def evaluate(self, x: np.ndarray) -> Evaluation:
         return self.problem.evaluate(x)
 
-    def resampled(self, clusters: np.ndarray) -> Problem:
+    def resampled(self, clusters: np.ndarray) -> FitProblem:
         return self.problem.resampled(clusters)
 
 

@@ -13,7 +13,7 @@ from fmu_models.base.shown import Shown
 from identification.inference.bootstrap import LEAST, bootstrap
 from identification.inference.defaults import COVARIANCE, DRAWS, SEED
 from identification.inference.identifiability import Collinearity, collinearity
-from identification.inference.problem import Problem, Solution, information, prior_precision
+from identification.inference.problem import FitProblem, Solution, information, prior_precision
 from identification.inference.profile import Interval, profile
 from identification.inference.uncertainty import clustered_covariance, newey_west, student
 from identification.inference.whiteness import Whiteness, whiteness
@@ -59,7 +59,7 @@ class Inferred:
 
 
 def infer(
-    problem: Problem,
+    problem: FitProblem,
     solution: Solution,
     rule: Inference,
     *,
@@ -105,13 +105,13 @@ def infer(
     return Inferred(covariance, _cramer_rao(problem, solution), intervals, collinear, white, tuple(warnings))
 
 
-def _cramer_rao(problem: Problem, solution: Solution) -> np.ndarray | None:
+def _cramer_rao(problem: FitProblem, solution: Solution) -> np.ndarray | None:
     """Covariance (m, m) of all unknowns that no unbiased estimator betters with these sensors and these data; None
     where their noise is not known. Residuals have unit variance, the information of rows and priors is G'G + P."""
     return np.linalg.inv(information(problem, solution.evaluation)) if problem.noise_known else None
 
 
-def coloured_covariance(problem: Problem, solution: Solution, kind: str) -> np.ndarray:
+def coloured_covariance(problem: FitProblem, solution: Solution, kind: str) -> np.ndarray:
     """Covariance (m, m) of all unknowns that allows for coloured residuals. kind: "jackknife" or "hac"."""
     evaluation, prior = solution.evaluation, prior_precision(problem)
     if kind == "hac":

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.inference.problem import Evaluation, Problem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Unknown
 
 HIGHEST = 20  # order, or a tenth of the residuals
 
@@ -68,10 +68,10 @@ def autoregression(residual: np.ndarray, fitted: np.ndarray | None = None) -> Au
 
 
 @dataclass(frozen=True, eq=False)
-class Whitened(Problem):
+class Whitened(FitProblem):
     """A problem whose rows are filtered log by log. filters: by the number of the log; the rows of others stay."""
 
-    problem: Problem
+    problem: FitProblem
     filters: Mapping[int, Autoregression]
 
     @property
@@ -100,7 +100,7 @@ class Whitened(Problem):
         return replace(self, problem=self.problem.resampled(clusters))
 
 
-def whitened(problem: Problem, evaluation: Evaluation, logs: int, fitted: np.ndarray | None = None) -> Whitened:
+def whitened(problem: FitProblem, evaluation: Evaluation, logs: int, fitted: np.ndarray | None = None) -> Whitened:
     """A problem by what its residuals show; of ``logs`` logs, those with higher numbers are left as they are. fitted:
     (rows of these logs, m), as in `autoregression`."""
     filters = {}

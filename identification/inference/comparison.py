@@ -31,7 +31,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import COVARIANCE
-from identification.inference.problem import Problem, Solution, determines, information, prior_precision, solve
+from identification.inference.problem import FitProblem, Solution, determines, information, prior_precision, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness
 
@@ -148,7 +148,7 @@ class _Candidate:
     variance of their sum that comes from the fits to the other logs; none where they were not asked."""
 
     name: str
-    problem: Problem
+    problem: FitProblem
     solution: Solution
     covariance: np.ndarray | None
     warnings: tuple[str, ...]
@@ -172,7 +172,7 @@ DEFAULT = Comparing()
 
 
 def compare_problems(
-    problems: Mapping[str, Problem],
+    problems: Mapping[str, FitProblem],
     logs: Sequence[str],
     *,
     solutions: Mapping[str, Solution] | None = None,
@@ -218,7 +218,7 @@ def compare_problems(
 
 
 def single_law(
-    name: str, problem: Problem, solution: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
+    name: str, problem: FitProblem, solution: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
 ) -> LawComparison:
     """The comparison that holds one law alone. doubts: what speaks against it."""
     law = _Candidate(name, problem, solution, _covariance(problem, solution, DEFAULT), ())
@@ -229,14 +229,14 @@ def single_law(
     return LawComparison(_scores([law], scale), scale.rows, scale.effective, doubts, verdict)
 
 
-def _covariance(problem: Problem, solution: Solution, options: Comparing) -> np.ndarray | None:
+def _covariance(problem: FitProblem, solution: Solution, options: Comparing) -> np.ndarray | None:
     """Covariance (m, m); None where the data do not determine the unknowns one by one."""
     if not determines(information(problem, solution.evaluation)):
         return None
     return coloured_covariance(problem, solution, options.covariance)
 
 
-def _held_out(problem: Problem, solution: Solution, options: Comparing) -> tuple[np.ndarray, float]:
+def _held_out(problem: FitProblem, solution: Solution, options: Comparing) -> tuple[np.ndarray, float]:
     """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds; and the
     variance of their sum by chance of these fits: with covariance C of a fit and H = G'G of what it predicts, the
     variance 2 tr (C H)^2 of the prediction's own square."""
@@ -300,7 +300,7 @@ def _scale(candidates: Sequence[_Candidate]) -> _Scale:
     return _Scale(best.sum, best.rows, effective, variance)
 
 
-def criteria(solved: Mapping[str, tuple[Problem, Solution]]) -> dict[str, tuple[float, float, float]]:
+def criteria(solved: Mapping[str, tuple[FitProblem, Solution]]) -> dict[str, tuple[float, float, float]]:
     """AIC, AICc and BIC of laws that are fitted to the same residuals."""
     candidates = [_Candidate(name, p, s, _covariance(p, s, DEFAULT), ()) for name, (p, s) in solved.items()]
     scale = _scale(candidates)

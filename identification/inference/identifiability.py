@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.inference.problem import Problem, Solution, prior_rows
+from identification.inference.problem import FitProblem, Solution, prior_rows
 
 POOR = 15.0  # collinearity index above which parameters are nearly collinear (Brun et al.: 10 to 15)
 BLURRED = 10.0  # per cent, of a parameter, over one standard deviation: then parameters are not told apart
@@ -68,7 +68,7 @@ class Collinearity:
         )
 
 
-def collinearity(problem: Problem, solution: Solution, covariance: np.ndarray) -> Collinearity:
+def collinearity(problem: FitProblem, solution: Solution, covariance: np.ndarray) -> Collinearity:
     """Collinearity of the unknowns without a prior, the others projected out. covariance: (m, m) of all."""
     free = np.array([u.prior is None for u in problem.unknowns])
     gradient = np.vstack([solution.evaluation.gradient, prior_rows(problem)])

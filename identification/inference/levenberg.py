@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.inference.problem import SOFT, Problem, Solution, at_bounds
+from identification.inference.problem import SOFT, FitProblem, Solution, at_bounds
 
 BEGIN = 1e-3  # damping
 FACTOR = 10.0  # between dampings that are tried
@@ -27,7 +27,7 @@ LEAST, MOST = 1e-14, 1e8  # damping
 
 
 def levenberg(
-    problem: Problem, start: np.ndarray, *, tolerance: float, evaluations: int, loss: str = "linear"
+    problem: FitProblem, start: np.ndarray, *, tolerance: float, evaluations: int, loss: str = "linear"
 ) -> Solution:
     """A minimum of a problem near ``start`` (m,), with at most so many ``evaluations`` of its gradient.
 
@@ -48,7 +48,7 @@ def levenberg(
 class _Descent:
     """Where a search stands. x: (m,); here: evaluation there; cost: its loss; scale: (m,) longest columns so far."""
 
-    def __init__(self, problem: Problem, start: np.ndarray, soft: bool) -> None:
+    def __init__(self, problem: FitProblem, start: np.ndarray, soft: bool) -> None:
         self.problem, self.soft = problem, soft
         self.low, self.high = problem.limits
         known = [(row, one.prior) for row, one in enumerate(problem.unknowns) if one.prior is not None]

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
-from identification.inference.problem import Problem, Search, Solution, identifier
+from identification.inference.problem import FitProblem, FitSearch, Solution, identifier
 
 if TYPE_CHECKING:
     from lmfit import Minimizer
@@ -55,12 +55,12 @@ class Given:
         for name in self.bounds:
             refuse_unknown(name, identifiers, f"The fit has no unknown '{name}'; it has {', '.join(identifiers)}.")
 
-    def fixed(self, problem: Problem) -> dict[str, float]:
+    def fixed(self, problem: FitProblem) -> dict[str, float]:
         """Unknowns of a problem that are held."""
         pairs = {unknown.name: identifier(unknown.name) for unknown in problem.unknowns}
         return {name: self.held[key] for name, key in pairs.items() if key in self.held}
 
-    def start(self, problem: Problem) -> np.ndarray:
+    def start(self, problem: FitProblem) -> np.ndarray:
         """First values (m,) of the unknowns of a problem; its own where nothing is said."""
         return self.put([unknown.name for unknown in problem.unknowns], problem.start(), self.first)
 
@@ -128,7 +128,7 @@ def lmfit_alone() -> Any:
     return lmfit
 
 
-def lmfit_parameters(problem: Problem, values: np.ndarray, free: np.ndarray) -> Any:
+def lmfit_parameters(problem: FitProblem, values: np.ndarray, free: np.ndarray) -> Any:
     """The unknowns as `lmfit.Parameters`, in their order. values: (m,); free: (m,) whether each is to be varied."""
     parameters = lmfit_alone().Parameters()
     for unknown, value, vary in zip(problem.unknowns, values, free, strict=True):
@@ -146,7 +146,7 @@ def values_of(parameters: Any) -> np.ndarray:
 class Solved:
     """A solved problem, and the covariance (m, m) of all its unknowns that is stated (0 for those held)."""
 
-    problem: Problem
+    problem: FitProblem
     solution: Solution
     covariance: np.ndarray
 
@@ -157,7 +157,7 @@ class Solved:
         """
         problem, names = self.problem, [identifier(unknown.name) for unknown in self.problem.unknowns]
         free = np.array([unknown.name not in self.solution.fixed for unknown in problem.unknowns])
-        search = Search(problem, [True] * len(names), None)
+        search = FitSearch(problem, [True] * len(names), None)
 
         def residual(p: Any) -> np.ndarray:
             return search.at(values_of(p))[0]

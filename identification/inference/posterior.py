@@ -26,8 +26,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Tabular
-from identification.inference.adjustment import Reading
-from identification.inference.problem import Problem, Solution, prior_precision
+from identification.inference.adjustment import ConstantReading
+from identification.inference.problem import FitProblem, Solution, prior_precision
 
 if TYPE_CHECKING:
     import pandas
@@ -157,22 +157,16 @@ def load_emcee() -> Any:
     return emcee
 
 
-def _posterior(problem: Problem, sampler: Any, lengths: np.ndarray, seed: int) -> Posterior:
+def _posterior(problem: FitProblem, sampler: Any, lengths: np.ndarray, seed: int) -> Posterior:
     samples = sampler.get_chain(flat=True)
-    marginals = tuple(
-        Marginal(
-            unknown.name,
-            unknown.unit,
-            float(np.mean(values)),
-            float(np.std(values)),
-            tuple(float(quantile) for quantile in np.quantile(values, QUANTILES)),
-            float(length),
-            _open_side(values, unknown.minimum, unknown.maximum),
-        )
-        for unknown, values, length in zip(problem.unknowns, samples.T, lengths, strict=True)
-    )
+    marginals = []
+    for unknown, values, length in zip(problem.unknowns, samples.T, lengths, strict=True):
+        moments, quantiles = (float(np.mean(values)), float(np.std(values))), np.quantile(values, QUANTILES)
+        open_side = _open_side(values, unknown.minimum, unknown.maximum)
+        quantiles = tuple(quantiles.tolist())
+        marginals.append(Marginal(unknown.name, unknown.unit, *moments, quantiles, float(length), open_side))
     accepted = float(np.mean(sampler.acceptance_fraction))
-    return Posterior(marginals, sampler.nwalkers, sampler.iteration, accepted, seed, samples)
+    return Posterior(tuple(marginals), sampler.nwalkers, sampler.iteration, accepted, seed, samples)
 
 
 def _open_side(values: np.ndarray, low: float, high: float) -> str:
@@ -198,10 +192,10 @@ class Target:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: FitProblem,
         solution: Solution,
         covariance: np.ndarray | None = None,
-        readings: Sequence[Reading] = (),
+        readings: Sequence[ConstantReading] = (),
     ) -> None:
         if solution.fixed:
             raise StickslipError(
@@ -272,7 +266,7 @@ class Target:
 class _Readings:
     """Readings: products of powers of some unknowns, known with a deviation."""
 
-    def __init__(self, readings: Sequence[Reading], names: Sequence[str]) -> None:
+    def __init__(self, readings: Sequence[ConstantReading], names: Sequence[str]) -> None:
         used = sorted({names.index(name) for reading in readings for name in reading.powers})
         rows = [[reading.powers.get(names[index], 0) / reading.deviation for index in used] for reading in readings]
         self.used, self.rows = used, np.array(rows).reshape(len(readings), len(used))

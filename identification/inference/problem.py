@@ -81,7 +81,7 @@ class Evaluation:
         return float(self.residual @ self.residual)
 
 
-class Problem(ABC):
+class FitProblem(ABC):
     """Logs reduced by an estimator.
 
     unknowns: what x holds, in order; noise_known: whether residuals have unit variance by what is known of the sensors
@@ -124,7 +124,7 @@ class Problem(ABC):
         return lambda x: self.evaluate(x).sum
 
     @abstractmethod
-    def resampled(self, clusters: np.ndarray) -> Problem:
+    def resampled(self, clusters: np.ndarray) -> FitProblem:
         """The problem of these clusters alone (k,), labels as in `Evaluation.cluster`; one that is drawn several times
         counts as so many different ones. For the bootstrap."""
 
@@ -143,10 +143,10 @@ class Solution:
 
 
 @dataclass(frozen=True, eq=False)
-class Held(Problem):
+class Held(FitProblem):
     """The problem that is left when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
 
-    problem: Problem
+    problem: FitProblem
     values: np.ndarray
     free: np.ndarray
 
@@ -183,7 +183,7 @@ class Held(Problem):
         return replace(self, problem=self.problem.resampled(clusters))
 
 
-def searched(problem: Problem, solution: Solution) -> tuple[Problem, Solution, np.ndarray]:
+def searched(problem: FitProblem, solution: Solution) -> tuple[FitProblem, Solution, np.ndarray]:
     """A solved problem without the unknowns that were held, and which (m,) were not: what can be uncertain."""
     free = np.array([unknown.name not in solution.fixed for unknown in problem.unknowns])
     if free.all():
@@ -201,20 +201,20 @@ def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
     return full
 
 
-def prior_rows(problem: Problem) -> np.ndarray:
+def prior_rows(problem: FitProblem) -> np.ndarray:
     """What is known beforehand as rows (m + k, m): 1/sd of each unknown, 0 where there is no prior; and of several
     together."""
     roots = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty for u in problem.unknowns]
     return np.vstack([np.diag(roots), problem.beforehand])
 
 
-def prior_precision(problem: Problem) -> np.ndarray:
+def prior_precision(problem: FitProblem) -> np.ndarray:
     """What is known beforehand, (m, m): 1/sd^2 on the diagonal, 0 where there is no prior."""
     rows = prior_rows(problem)
     return rows.T @ rows
 
 
-def information(problem: Problem, evaluation: Evaluation) -> np.ndarray:
+def information(problem: FitProblem, evaluation: Evaluation) -> np.ndarray:
     """Gauss-Newton matrix (m, m) of the whole sum, priors included: the Fisher information where the noise is known."""
     return evaluation.gradient.T @ evaluation.gradient + prior_precision(problem)
 
@@ -234,7 +234,7 @@ def identifier(name: str) -> str:
 
 
 def solve(
-    problem: Problem,
+    problem: FitProblem,
     start: np.ndarray | None = None,
     *,
     fixed: Mapping[str, float] | None = None,
@@ -255,7 +255,7 @@ def solve(
     names = [unknown.name for unknown in problem.unknowns]
     for name in fixed:
         refuse_unknown(name, names, f"The problem has no unknown '{name}'.")
-    search = Search(problem, [name not in fixed for name in names], progress)
+    search = FitSearch(problem, [name not in fixed for name in names], progress)
     initial = np.array(problem.start() if start is None else start, dtype=float)
     initial[[names.index(name) for name in fixed]] = list(fixed.values())
     if not search.free.any():
@@ -268,17 +268,17 @@ def solve(
     )
 
 
-def at_bounds(problem: Problem, values: np.ndarray) -> np.ndarray:
+def at_bounds(problem: FitProblem, values: np.ndarray) -> np.ndarray:
     """(m,) which unknowns ended on a bound of the search."""
     low, high = problem.limits
     edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
     return (values - low < edge) | (high - values < edge)
 
 
-class Search:
+class FitSearch:
     """One search: residual and gradient from one evaluation, rows of priors appended."""
 
-    def __init__(self, problem: Problem, free: list[bool], progress: Progress | None) -> None:
+    def __init__(self, problem: FitProblem, free: list[bool], progress: Progress | None) -> None:
         self.problem, self.free, self.progress = problem, np.array(free), progress
         self.known = [(i, u.prior) for i, u in enumerate(problem.unknowns) if u.prior is not None and free[i]]
         self.count = 0

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.problem import Problem, Solution, information, solve
+from identification.inference.problem import FitProblem, Solution, information, solve
 
 DOUBLINGS = 12  # of the first step, before the bound of the search itself is tried
 ACCURACY = 0.01  # of the half-width, of an end: far below what an interval means
@@ -60,7 +60,7 @@ class Profiles:
 
 
 def profile(
-    problem: Problem,
+    problem: FitProblem,
     solution: Solution,
     covariance: np.ndarray,
     names: Sequence[str],
@@ -88,7 +88,7 @@ def profile(
     return Profiles(tuple(intervals), lowest / least if least > 0 else 1.0)
 
 
-def _sum(problem: Problem, solution: Solution) -> float:
+def _sum(problem: FitProblem, solution: Solution) -> float:
     """Sum of squares, priors included."""
     priors = sum(
         ((value - u.prior.value) / u.prior.standard_uncertainty) ** 2
@@ -101,7 +101,9 @@ def _sum(problem: Problem, solution: Solution) -> float:
 class _Profile:
     """The profile of one unknown: sums of squares found so far."""
 
-    def __init__(self, problem: Problem, solved: Solution, covariance: np.ndarray, name: str, quantile: float) -> None:
+    def __init__(
+        self, problem: FitProblem, solved: Solution, covariance: np.ndarray, name: str, quantile: float
+    ) -> None:
         names = [u.name for u in problem.unknowns]
         if name not in names:
             raise StickslipError(f"The problem has no unknown '{name}'; it has {', '.join(names)}.")

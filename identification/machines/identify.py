@@ -24,11 +24,10 @@ from identification.inference import lmfit_exchange
 from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Solution, among, solve
 from identification.inference.uncertainty import clustered_covariance, newey_west, plain_covariance
-from identification.machines.base_parameters import Base
-from identification.machines.motion import Cutoffs, MachineLog, Motion, motions, stacked
+from identification.machines.motion import Cutoffs, JointMotion, MachineLog, motions, stacked
 from identification.machines.prefilter import Band, prefilter
 from identification.machines.problem import machine_problem
-from identification.machines.regressor import Regressor
+from identification.machines.regressor import Base, Regressor
 from identification.machines.rows import Rows, balanced, check_excited, rows_of
 from identification.machines.simulated import Stretches, run
 
@@ -72,7 +71,7 @@ class Identified:
 
     regressor: Regressor
     base: Base
-    pieces: list[Motion]
+    pieces: list[JointMotion]
     rows: Rows
     least_squares: Estimated
     limits: Given = NOTHING
@@ -217,8 +216,8 @@ class _Setup:
 
     regressor: Regressor
     base: Base
-    pieces: Sequence[Motion]
-    slow: Sequence[Motion]
+    pieces: Sequence[JointMotion]
+    slow: Sequence[JointMotion]
     cutoff: float
     band: Band
 
@@ -291,7 +290,7 @@ def instruments(setup: _Setup, values: np.ndarray) -> np.ndarray | None:
 
 
 def follow(
-    regressor: Regressor, values: np.ndarray, pieces: Sequence[Motion], cutoff: float
+    regressor: Regressor, values: np.ndarray, pieces: Sequence[JointMotion], cutoff: float
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Position, velocity, acceleration (n, joints) of every piece, simulated in stretches that overlap, at steps that
     the cutoff (Hz) of the pieces allows."""
@@ -304,7 +303,7 @@ def follow(
     reach = np.arange(-settle, used)
     rows = [np.clip(at + reach, 0, len(grids[number]) - 1) for number, at in starts]
 
-    def taken(of: Callable[[Motion], np.ndarray]) -> np.ndarray:
+    def taken(of: Callable[[JointMotion], np.ndarray]) -> np.ndarray:
         signals = [_between(grid, piece.time, of(piece)) for grid, piece in zip(grids, pieces, strict=True)]
         return np.stack([signals[number][at] for (number, _), at in zip(starts, rows, strict=True)])
 
@@ -330,7 +329,7 @@ def _between(at: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray
     return np.stack([np.interp(at, time, column) for column in values.T], axis=1)
 
 
-def _band(pieces: Sequence[Motion], cutoff: float) -> Band:
+def _band(pieces: Sequence[JointMotion], cutoff: float) -> Band:
     """Of rows after a low-pass at ``cutoff`` (Hz). The motion ends where nearly all power of the velocities lies below,
     of the joint that moves fastest; white noise of positions, whose power rises there by the square of the frequency,
     is taken off."""

@@ -31,7 +31,7 @@ Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class JointMotion:
     """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
     the efforts; log: number of its log; smooth: the second low-pass; indices: (k,) of the thinned samples; weight: (n,
     joints)."""
@@ -67,7 +67,7 @@ class MachineLog:
     position: np.ndarray
     effort: np.ndarray
     notes: tuple[str, ...] = ()
-    ready: tuple[Motion, ...] = ()
+    ready: tuple[JointMotion, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Cutoffs:
     still: float = 0.0
 
 
-def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs | None) -> list[Motion]:
+def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs | None) -> list[JointMotion]:
     """All pieces of logs, at the step of the slowest of them; as their recipe filters them if there are no cutoffs.
 
     Raises:
@@ -101,7 +101,7 @@ def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs 
     return weighed(pieces, cutoffs) if cutoffs.still > 0 else pieces
 
 
-def weighed(pieces: Sequence[Motion], cutoffs: Cutoffs) -> list[Motion]:
+def weighed(pieces: Sequence[JointMotion], cutoffs: Cutoffs) -> list[JointMotion]:
     """Pieces in which a joint weighs nothing while it is still, and as long before and after as the second low-pass
     shows it: half a period."""
     from scipy.ndimage import minimum_filter1d
@@ -115,13 +115,13 @@ def weighed(pieces: Sequence[Motion], cutoffs: Cutoffs) -> list[Motion]:
     ]
 
 
-def _as_recipe(log: MachineLog) -> tuple[Motion, ...]:
+def _as_recipe(log: MachineLog) -> tuple[JointMotion, ...]:
     if not log.ready:
         raise StickslipError(f"'{log.name}' was read without a recipe that says how to filter it: give a cutoff.")
     return log.ready
 
 
-def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list[Motion]:
+def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list[JointMotion]:
     if not np.all(np.isfinite(log.position)):
         raise StickslipError(
             f"'{log.name}' has no positions, from which a machine's velocities and accelerations are found. Add "
@@ -154,13 +154,15 @@ def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list
     return pieces
 
 
-def _piece(number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, step: float, cutoffs: Cutoffs) -> Motion:
+def _piece(
+    number: int, log: MachineLog, rows: np.ndarray, time: np.ndarray, step: float, cutoffs: Cutoffs
+) -> JointMotion:
     def even(values: np.ndarray) -> np.ndarray:
         return np.stack([np.interp(time, log.time[rows], column) for column in values[rows].T], axis=1)
 
     position = low_pass(even(log.position), cutoffs.kinematic, step)
     velocity = np.gradient(position, step, axis=0)
-    return Motion(
+    return JointMotion(
         number,
         step,
         time,
@@ -188,7 +190,7 @@ def _used_samples(count: int, parallel: float, step: float) -> np.ndarray:
     return np.arange(edge, max(count - edge, edge), max(int(1 / (PER_PERIOD * parallel * step)), 1))
 
 
-def stacked(pieces: Sequence[Motion], of: Callable[[Motion], np.ndarray]) -> np.ndarray:
+def stacked(pieces: Sequence[JointMotion], of: Callable[[JointMotion], np.ndarray]) -> np.ndarray:
     """What each piece gives (k, joints, ...), thinned, joint after joint of one piece after another: (rows, ...)."""
     return in_rows([piece.thinned(of(piece)) for piece in pieces])
 

@@ -7,10 +7,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
-from identification.machines.base_parameters import base_parameters
 from identification.machines.machine_fit import MachineFit
-from identification.machines.motion import Cutoffs, MachineLog, Motion, motions
-from identification.machines.regressor import regressor_of
+from identification.machines.motion import Cutoffs, JointMotion, MachineLog, motions
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.rows import Rows, rows_of
 
 
@@ -50,7 +49,7 @@ def fitted_efforts(fit: MachineFit) -> list[Predicted]:
     return _predicted(fit, fit.identified.rows, fit.identified.pieces, fit.logs)
 
 
-def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[Motion], logs: Sequence[str]) -> list[Predicted]:
+def _predicted(fit: MachineFit, rows: Rows, pieces: Sequence[JointMotion], logs: Sequence[str]) -> list[Predicted]:
     values = np.array([fit[name].value for name in rows.names])
     friction = np.array([fit[name].frictional for name in rows.names])
     modelled, dry = rows.given + rows.columns @ values, rows.columns @ (values * friction)

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.inference.problem import Evaluation, Problem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Unknown
 from identification.laws.law import FittableLaw, unknowns
-from identification.machines.motion import Motion
+from identification.machines.motion import JointMotion
 from identification.machines.rows import Rows
 
 STILL = 0.05  # of the greatest speed: slower samples say nothing to a law's first guess
@@ -28,7 +28,7 @@ class JointFriction:
     """A friction law of one joint. pieces: of the logs, as rows were made of them; sign: that goes with the law."""
 
     law: FittableLaw
-    pieces: Sequence[Motion]
+    pieces: Sequence[JointMotion]
     joint: int
     sign: Sign
 
@@ -46,7 +46,7 @@ class JointFriction:
 
 
 @dataclass(frozen=True, eq=False)
-class MachineProblem(Problem):
+class MachineProblem(FitProblem):
     """rows: linear part, of the joint alone where there is a law; chosen: (rows,) of these among all of them; cluster:
     (rows,); unknowns: parameters of the rows, then of the law."""
 

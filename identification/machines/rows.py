@@ -14,9 +14,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.problem import Unknown
-from identification.machines.base_parameters import Base
-from identification.machines.motion import Motion, in_rows, stacked
-from identification.machines.regressor import Regressor
+from identification.machines.motion import JointMotion, in_rows, stacked
+from identification.machines.regressor import Base, Regressor
 
 WEIGHTS = 3  # rounds
 PARTS = 8  # of a log, left out in turn
@@ -79,7 +78,7 @@ class Rows:
         return self.effort - self.given - self.columns @ values
 
 
-def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
+def rows_of(regressor: Regressor, base: Base, pieces: Sequence[JointMotion]) -> Rows:
     """The linear problem of measured motion, with joints of equal weight."""
     joints = len(regressor.joints)
     used = base.places if base.given is None else [*base.places, base.given]
@@ -103,7 +102,7 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[Motion]) -> Rows:
     )
 
 
-def _blocks(pieces: Sequence[Motion]) -> list[np.ndarray]:
+def _blocks(pieces: Sequence[JointMotion]) -> list[np.ndarray]:
     """24th of its log of each thinned sample (k,), counted on from log to log."""
     counts = [len(piece.indices) for piece in pieces]
     blocks = []

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.machines.identify import Identified
-from identification.machines.motion import Motion
+from identification.machines.motion import JointMotion
 from identification.machines.rows import Rows
 from identification.machines.simulated import Stretches, run
 
@@ -87,7 +87,7 @@ def free_run(result: Identified) -> list[tuple[float | None, float | None]]:
     if not windows or not np.all(spread > 0):
         return [(None, None)] * len(regressor.joints)
 
-    def taken(of: Callable[[Motion], np.ndarray]) -> np.ndarray:
+    def taken(of: Callable[[JointMotion], np.ndarray]) -> np.ndarray:
         return np.stack([of(piece)[start : start + length] for piece, start in windows])
 
     measured = taken(lambda p: p.position)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.shown import Shown
-from identification.inference.adjustment import Reading
+from identification.inference.adjustment import ConstantReading
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import angle_sensor, corrected, nominal_drives, zeroed
 from identification.measurement.free_decay import FreeDecay
@@ -66,7 +66,7 @@ class Pool(Shown):
     arrangement: Arrangement
     threshold: float
     warnings: tuple[str, ...]
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[ConstantReading, ...] = ()
     zero: Prior | None = None
     decay: FreeDecay | None = None
 

@@ -2,7 +2,7 @@
 
 A recipe is a TOML file without data; the log is named beside it. Every signal is a column (times a gain) or the
 derivative of another signal, then perhaps filtered. What is to be found in them stands in tables that others read:
-[terms] and [friction] (machines.axis_terms), [slips] (slips.statistics). The keys of each table are a mapping beside
+[terms] and [friction] (machines.axis), [slips] (slips.statistics). The keys of each table are a mapping beside
 its reader, to what the reference of the manual says of them.
 """
 
@@ -116,7 +116,7 @@ class SavitzkyGolay:
 
 
 @dataclass(frozen=True)
-class Signal:
+class RecipeSignal:
     """One signal: a ``column`` in ``unit`` times ``gain`` (a number or a single number of the file, in ``gain_unit``),
     or the ``derivative``-th derivative of the signal ``of``; filtered at last."""
 
@@ -151,7 +151,7 @@ class Recipe:
     document: Document
     title: str
     source: str
-    signals: Mapping[str, Signal]
+    signals: Mapping[str, RecipeSignal]
     sampling: Sampling
 
     @property
@@ -172,7 +172,7 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
     signals = {name: _signal(document, name, names) for name in names}
     for name, of in IMPLIED.items():
         if name not in signals and of in signals:
-            signals[name] = Signal(name, None, None, 1.0, "1", of, 1, None, None)
+            signals[name] = RecipeSignal(name, None, None, 1.0, "1", of, 1, None, None)
     if TIME not in signals:
         raise document.fault("there is no signal 'time'. Add [signals.time] with its column and unit.", "signals")
     for name in signals:
@@ -188,7 +188,7 @@ def recipes() -> list[Path]:
     return shipped.files("recipes", SUFFIX)
 
 
-def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:
+def _signal(document: Document, name: str, names: Mapping[str, Any]) -> RecipeSignal:
     keys = ("signals", name)
     document.check_keys(SIGNAL_KEYS, *keys)
     table = document.table(*keys)
@@ -207,7 +207,7 @@ def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:
         raise document.fault(
             f"'gain' must be a number, or the name of a single number in the log, found {gain!r}.", *keys, "gain"
         )
-    return Signal(
+    return RecipeSignal(
         name,
         document.text("column", *keys) if of is None else None,
         document.text("unit", *keys) if of is None else None,
@@ -249,7 +249,7 @@ def _savitzky_golay(document: Document, *keys: str) -> SavitzkyGolay:
     return SavitzkyGolay(document.count("order", 3, 1, *keys), window)
 
 
-def _refuse_circle(document: Document, signals: Mapping[str, Signal], name: str) -> None:
+def _refuse_circle(document: Document, signals: Mapping[str, RecipeSignal], name: str) -> None:
     seen = [name]
     while (of := signals[seen[-1]].of) is not None:
         if of in seen:

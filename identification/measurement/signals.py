@@ -15,7 +15,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.unit_names import conversion
 from identification.measurement.motion import savitzky_golay
-from identification.measurement.recipe import FRICTION, ROLES, TIME, WEIGHT, Filter, Recipe, Signal, Speed
+from identification.measurement.recipe import FRICTION, ROLES, TIME, WEIGHT, Filter, Recipe, RecipeSignal, Speed
 from rig_io.logs.table import Table
 from rig_io.repair.clock import mended
 
@@ -132,7 +132,7 @@ class _Chain:
             self.made[name] = values if signal.filter is None else filtered(values, signal.filter, self.step)
         return self.made[name]
 
-    def _derivative(self, signal: Signal) -> np.ndarray:
+    def _derivative(self, signal: RecipeSignal) -> np.ndarray:
         values = self.signal(str(signal.of))
         local = signal.savitzky_golay
         if local:
@@ -187,7 +187,7 @@ def decimated(count: int, every: int) -> np.ndarray:
     return np.arange((count - 1) % every, count, every)
 
 
-def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str]) -> np.ndarray:
+def _column(recipe: Recipe, table: Table, signal: RecipeSignal, units: dict[str, str]) -> np.ndarray:
     """Values (n,) of a column in an SI unit, which goes to ``units``."""
     name = str(signal.column)
     if name not in table.columns:
@@ -219,12 +219,12 @@ def _expected(name: str) -> tuple[str, ...] | None:
     return ROLES[name].units if name in ROLES else None
 
 
-def _gained(signal: Signal, unit: str) -> str:
+def _gained(signal: RecipeSignal, unit: str) -> str:
     """Unit of a column in this unit after its gain."""
     return unit if signal.gain_unit == "1" else f"({unit}) * ({signal.gain_unit})"
 
 
-def _gain(table: Table, signal: Signal, where: str) -> float:
+def _gain(table: Table, signal: RecipeSignal, where: str) -> float:
     if not isinstance(signal.gain, str):
         return signal.gain
     if signal.gain not in table.scalars:

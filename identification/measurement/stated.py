@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.adjustment import Reading
+from identification.inference.adjustment import ConstantReading
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import angle_sensor, nominal_drives
 from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import DiscMotion, SensorFit
 from identification.measurement.pooled import speed_name
-from rig_io.logs.log import RIG_UNITS, Quantity, RigLog
+from rig_io.logs.log import RIG_UNITS, RigLog, StatedQuantity
 
 
 def stated_priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDecay | None) -> tuple[Prior, ...]:
@@ -79,11 +79,11 @@ def speed_priors(motions: Sequence[DiscMotion]) -> tuple[Prior, ...]:
     return tuple(priors)
 
 
-def _stated(log: RigLog, entry: str) -> Quantity:
+def _stated(log: RigLog, entry: str) -> StatedQuantity:
     """A constant as a log states it; a normal force that is not stated as its load cell shows it."""
     cell = entry.replace("N", "load")
     if getattr(log.rig, entry) is None and log.has(cell):
-        return Quantity(float(np.nanmean(log.column(cell))), RIG_UNITS[entry])
+        return StatedQuantity(float(np.nanmean(log.column(cell))), RIG_UNITS[entry])
     return log.rig.quantity(entry)
 
 
@@ -115,11 +115,11 @@ def gain_prior(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prior
     return (Prior("laser", 1.0, "1", deviation or 0.0, source, deviation is not None),)
 
 
-def stated_readings(logs: Sequence[RigLog]) -> tuple[Reading, ...]:
+def stated_readings(logs: Sequence[RigLog]) -> tuple[ConstantReading, ...]:
     """k and c as stated, where a free decay gives k/J and c/J: with these, two more readings of J."""
     stated = [(name, getattr(logs[0].rig, name)) for name in ("k", "c")]
     return tuple(
-        Reading(name, {"J": 1, f"{name}/J": 1}, quantity.value, quantity.standard_uncertainty / quantity.value)
+        ConstantReading(name, {"J": 1, f"{name}/J": 1}, quantity.value, quantity.standard_uncertainty / quantity.value)
         for name, quantity in stated
         if quantity is not None and quantity.value > 0 and quantity.standard_uncertainty
     )

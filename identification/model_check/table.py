@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.digits import deviation, value_with_sd
-from fmu_models.base.table import Cell, Table, table, verdict
+from fmu_models.base.table import Cell, PrintedTable, table, verdict
 from identification.model_check.bifurcations import COVER, BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.portraits import MEANING, Portrait, Rest
 
@@ -38,7 +38,7 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
     return Group(*blocks, Text(MEANING))
 
 
-def metrics_table(family: FamilyComparison) -> Table:
+def metrics_table(family: FamilyComparison) -> PrintedTable:
     """A row for each metric, a column for each log, and the acceptance levels."""
     every = [verdict for member in family.members for verdict in member.verdicts]
     # a member whose motion has not settled judges less than others
@@ -58,7 +58,7 @@ def metrics_table(family: FamilyComparison) -> Table:
     return table("Model against measurement", columns, rows)
 
 
-def sequence_table(family: FamilyComparison) -> Table:
+def sequence_table(family: FamilyComparison) -> PrintedTable:
     """Per log: drive speeds, measured and modelled motion, shares of stick; which disc sticks when."""
     rows = [
         [member.log, member.drives, member.measured.words, member.model.words]

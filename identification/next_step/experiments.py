@@ -14,12 +14,13 @@ Source: Fedorov (1972), Theory of Optimal Experiments, chapter 2.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Tabular
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
@@ -35,7 +36,7 @@ SAMPLES = 1000
 
 
 @dataclass(frozen=True)
-class Experiment:
+class CandidateExperiment:
     """A candidate. settings: what differs from the calibration; deviations: of each parameter with its log beside those
     that were calibrated with, None where it stays untold; refused: why it is none, None if it is one."""
 
@@ -51,10 +52,10 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class Experiments(Tabular):
+class Experiments(Tabular, Recorded):
     """Candidates, the best first, those refused last. deviations: as they are now; duration: s, of each."""
 
-    candidates: tuple[Experiment, ...]
+    candidates: tuple[CandidateExperiment, ...]
     deviations: Mapping[str, float | None]
     duration: float
 
@@ -70,10 +71,6 @@ class Experiments(Tabular):
 
     def _heading(self) -> str:
         return f"Experiments: {len(self.candidates)} candidates of {self.duration:g} s"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values only."""
-        return asdict(self)
 
 
 @one_blas_thread()
@@ -123,9 +120,9 @@ def rank_experiments(
     for number, candidate in enumerate(candidates):
         try:
             information = _information(calibration, subject, candidate, duration, samples, noise)
-            judged.append(Experiment(dict(candidate), _deviations(now + information, names, chosen)))
+            judged.append(CandidateExperiment(dict(candidate), _deviations(now + information, names, chosen)))
         except StickslipError as error:
-            judged.append(Experiment(dict(candidate), dict.fromkeys(chosen), str(error)))
+            judged.append(CandidateExperiment(dict(candidate), dict.fromkeys(chosen), str(error)))
         progress((number + 1) / len(candidates))
     ranked = tuple(sorted(judged, key=lambda one: (one.refused is not None, one.size)))
     return Experiments(ranked, _deviations(now, names, chosen), duration)

@@ -9,7 +9,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.explorer.module import check
 from fmu_models.explorer.page import explored
-from fmu_models.explorer.subject import Subject
+from fmu_models.explorer.subject import ExplorerSubject
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from identification.calibration.follow import FollowedLog, follow
@@ -24,7 +24,7 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, Section, bullets, drawing, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, drawing, paragraph, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
@@ -86,20 +86,22 @@ class CalibrationFindings(Findings):
         found = self.calibration
         return [values_table(found).html(), paragraph(meaning(found), "about"), *warned("Verdicts", verdicts(found))]
 
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[PageSection]:
         """Logs beside the model, the model with sliders, residuals of the calibration, the model."""
         found, sections = self.calibration, []
         if self.followed:
             lines = residuals_table([line for one in self.followed for line in one.residuals])
             parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
-            sections.append(Section("logs", "Logs beside the model", parts))
+            sections.append(PageSection("logs", "Logs beside the model", parts))
         if self.live:
-            sections.append(Section("live", "The model, moved", [paragraph(LIVE), self.live]))
-        sections.append(Section("residuals", "What the calibration left", [residuals_table(found.residuals).html()]))
+            sections.append(PageSection("live", "The model, moved", [paragraph(LIVE), self.live]))
+        sections.append(
+            PageSection("residuals", "What the calibration left", [residuals_table(found.residuals).html()])
+        )
         where = f"Declared in {found.declaration}." if found.declaration else "Declared in a program."
         held = ", ".join(f"{name} = {value:g}" for name, value in found.held.items())
         notes = [where, *([f"Held: {held}."] if held else []), *self.notes]
-        return [*sections, Section("model", "The model", [bullets(notes)])]
+        return [*sections, PageSection("model", "The model", [bullets(notes)])]
 
 
 def calibration_findings(
@@ -142,7 +144,7 @@ def _live(calibration: Calibration, fmu: Fmu, followed: Sequence[FollowedLog]) -
         for one in calibration.parameters
         if one.name in fmu.parameters and np.isfinite(ends := calibration.interval(one.name)).all()
     }
-    subject = Subject(
+    subject = ExplorerSubject(
         fmu=fmu,
         model=calibration.declaration,
         arguments="",

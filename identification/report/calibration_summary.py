@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Cell, Column, Table, known_to, number, sd, table
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, known_to, number, sd, table
 from identification.calibration.conclude import MISTRUSTED
 from identification.calibration.follow import FollowedLog
 from identification.calibration.result import Calibration, SeriesResidual
@@ -35,7 +35,7 @@ def verdicts(found: Calibration) -> list[str]:
     return [*found.directions, *_minima(found), *found.warnings]
 
 
-def values_table(found: Calibration) -> Table:
+def values_table(found: Calibration) -> PrintedTable:
     """Parameters, sensors, then start states."""
     rows = []
     for one in (*found.parameters, *found.starts):
@@ -54,7 +54,7 @@ def values_table(found: Calibration) -> Table:
     return table("Values", ["of", "value", "sd", "from", "to (95 %)", "unit", "first"], rows)
 
 
-def residuals_table(residuals: Sequence[SeriesResidual]) -> Table:
+def residuals_table(residuals: Sequence[SeriesResidual]) -> PrintedTable:
     """What is left of each series."""
     rows = [
         [
@@ -70,12 +70,12 @@ def residuals_table(residuals: Sequence[SeriesResidual]) -> Table:
         ]
         for one in residuals
     ]
-    columns = ["log", "variable", "samples", "rms", "unit", Column("of the motion", "%", spare=2)]
-    columns += ["neighbours", Column("white by chance (Ljung-Box)", spare=1), Column("AR order", spare=3)]
+    columns = ["log", "variable", "samples", "rms", "unit", PrintedColumn("of the motion", "%", spare=2)]
+    columns += ["neighbours", PrintedColumn("white by chance (Ljung-Box)", spare=1), PrintedColumn("AR order", spare=3)]
     return table("Residuals", columns, rows)
 
 
-def experiments_table(ranked: Experiments) -> Table:
+def experiments_table(ranked: Experiments) -> PrintedTable:
     """Deviations as they are, and with each candidate beside the logs, the best first."""
     names = list(ranked.deviations)
     heads = list(ranked.candidates[0].settings)

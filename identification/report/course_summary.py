@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Table, known_to, sd, table
-from identification.calibration.course import Course, Path
+from fmu_models.base.table import PrintedTable, known_to, sd, table
+from identification.calibration.track import Course, Path
 from identification.report.calibration_summary import residuals_table
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def course_report(course: Course) -> Group:
     return Group(plain(course.title, "bold"), *parts, *(plain(f"- {text}") for text in course.sentences))
 
 
-def ends_table(course: Course) -> Table:
+def ends_table(course: Course) -> PrintedTable:
     """Parameters and states at the begin, in the middle and at the end."""
     rows = []
     for path in (*course.parameters, *course.states):

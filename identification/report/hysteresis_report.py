@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Column, Table, number, table
+from fmu_models.base.table import PrintedColumn, PrintedTable, number, table
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.result import HysteresisFit
 from identification.report.calibration_summary import values_table
@@ -41,7 +41,7 @@ def _units(fit: HysteresisFit) -> tuple[str, str]:
     return ("N/m", "N") if fit.load is None else ("1/m", "of the load")
 
 
-def sliders_table(fit: HysteresisFit) -> Table:
+def sliders_table(fit: HysteresisFit) -> PrintedTable:
     """What the sliders say, without a choice of a law; with conditions in the place of numbers at zero."""
     stiffness, force = _units(fit)
     rows = [
@@ -58,7 +58,7 @@ def sliders_table(fit: HysteresisFit) -> Table:
     return table(f"Sliders{at}", ["of", "value", "unit"], rows)
 
 
-def cycles_table(fit: HysteresisFit) -> Table:
+def cycles_table(fit: HysteresisFit) -> PrintedTable:
     """Energy a cycle, equivalent stiffness and damping, by amplitude."""
     shown = fit.cycles if len(fit.cycles) <= MOST_CYCLES else fit.cycles[:: -(-len(fit.cycles) // MOST_CYCLES)]
     rows = [
@@ -68,12 +68,17 @@ def cycles_table(fit: HysteresisFit) -> Table:
         ]
         for cycle in shown
     ]
-    columns = ["log", Column("amplitude", "m"), Column("cycles", spare=1), Column("energy a cycle", "J")]
-    columns += [Column("equivalent stiffness", "N/m"), Column("equivalent damping ratio", spare=2)]
+    columns = [
+        "log",
+        PrintedColumn("amplitude", "m"),
+        PrintedColumn("cycles", spare=1),
+        PrintedColumn("energy a cycle", "J"),
+    ]
+    columns += [PrintedColumn("equivalent stiffness", "N/m"), PrintedColumn("equivalent damping ratio", spare=2)]
     return table("Cycles", columns, rows)
 
 
-def laws_table(fit: HysteresisFit) -> Table:
+def laws_table(fit: HysteresisFit) -> PrintedTable:
     """Laws beside one another, the best first."""
     logs, others = fit.names, [log.name for log in fit.held_out]
     rows = []
@@ -83,8 +88,8 @@ def laws_table(fit: HysteresisFit) -> Table:
         cells = (number(None if part is None else 100 * part, ".3g") for part in (*left, *out))
         rows.append([law.name, number(len(law.parameters), "d"), *cells])
     heads = [
-        *(Column(f"left of {name}", "%") for name in logs),
-        *(Column(f"left of {n}, held out", "%") for n in others),
+        *(PrintedColumn(f"left of {name}", "%") for name in logs),
+        *(PrintedColumn(f"left of {n}, held out", "%") for n in others),
     ]
     return table("Laws, each beside a spring and an offset", ["law", "parameters", *heads], rows)
 

@@ -1,15 +1,10 @@
 """Friction laws compared: a table for a page and a terminal."""
 
-from __future__ import annotations
-
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from fmu_models.base.digits import value_with_sd
-from fmu_models.base.table import Cell, Column, Table, number, table
-
-if TYPE_CHECKING:
-    from identification.inference.comparison import LawComparison, LawScore
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, number, table
+from identification.inference.comparison import LawComparison, LawScore
 
 LEGEND = (
     "Criteria against the first law. Weight: how far the values of a law count (Akaike). Held out: rms of predicted "
@@ -17,7 +12,7 @@ LEGEND = (
 )
 
 
-def law_table(found: LawComparison, of: str = "") -> Table:
+def law_table(found: LawComparison, of: str = "") -> PrintedTable:
     """One row for each law, the best first. of: what has the friction, before the title."""
     by = f" by {found.estimator}" if found.estimator else ""
     title = f"Friction laws{by}: {found.residuals} residuals, worth {found.effective:.0f} independent ones"
@@ -35,16 +30,8 @@ def law_table(found: LawComparison, of: str = "") -> Table:
         ]
         for score in found.scores
     ]
-    columns = (
-        "law",
-        "BIC",
-        Column("AIC", spare=2),
-        Column("weight", spare=1),
-        "held out",
-        "worse by",
-        "parameters",
-        "",
-    )
+    columns = ("law", "BIC", PrintedColumn("AIC", spare=2), PrintedColumn("weight", spare=1))
+    columns += ("held out", "worse by", "parameters", "")
     return table(f"{of}: {title}" if of else title, columns, rows)
 
 

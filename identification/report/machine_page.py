@@ -14,7 +14,7 @@ from identification.report.citations import machine_citations
 from identification.report.law_table import LEGEND
 from identification.report.machine_figures import machine_fit_figure, machine_runs_figure
 from identification.report.machine_tables import laws_tables, meaning, parameters_table, runs_table, scores_table
-from identification.report.page import Findings, Section, bullets, drawing, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, drawing, paragraph, warned
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,21 +73,21 @@ class MachineFindings(Findings):
         fit = self.fit
         return [parameters_table(fit).html(), paragraph(meaning(fit), "about"), *warned("Verdicts", fit.verdicts)]
 
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[PageSection]:
         """Efforts, friction laws, runs beside the logs, the machine."""
         fit, runs = self.fit, self.runs
         efforts = "Effort of each joint, measured and by the fit, and what is left; shaded: logs that were not fitted."
         figure = machine_fit_figure(self.mechanism, fit, self.seen, self.others)
         parts = [drawing(figure, "efforts", efforts), scores_table(fit).html()]
-        sections = [Section("efforts", "Efforts, measured and modelled", parts)]
+        sections = [PageSection("efforts", "Efforts, measured and modelled", parts)]
         if laws := laws_tables(fit):
             parts = [*(law.html() for law in laws), paragraph(LEGEND, "about")]
-            sections.append(Section("laws", "Friction laws", parts))
+            sections.append(PageSection("laws", "Friction laws", parts))
         if runs:
             beside = "Position of each joint, measured and as the engine moves the machine by the measured efforts."
             parts = [drawing(machine_runs_figure(fit, runs), "runs", beside), runs_table(runs).html()]
-            sections.append(Section("runs", "The machine beside its logs", parts))
-        return [*sections, Section("machine", "The machine", [bullets([*_sentences(fit), *self.notes])])]
+            sections.append(PageSection("runs", "The machine beside its logs", parts))
+        return [*sections, PageSection("machine", "The machine", [bullets([*_sentences(fit), *self.notes])])]
 
 
 def machine_findings(

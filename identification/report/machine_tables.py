@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain
-from fmu_models.base.table import Cell, Column, Table, known_to, number, sd, table
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, known_to, number, sd, table
 from identification.inference.uncertainty import LAG_RULE
 from identification.machines.identify import METHODS
 from identification.machines.scores import FREE_RUN
@@ -32,20 +32,17 @@ def machine_report(fit: MachineFit) -> Group:
     return Group(*head, *parts, *laws, *(plain(f"- {verdict}") for verdict in fit.verdicts))
 
 
-def parameters_table(fit: MachineFit) -> Table:
+def parameters_table(fit: MachineFit) -> PrintedTable:
     """Base parameters, by the method that was asked for and, beside instruments, by least squares."""
     squares = fit.method != METHODS[0]
-    columns: list[str | Column] = [
-        "parameter",
-        Column("meaning", spare=4),
-        "value",
-        "sd",
-        Column("sd if white", spare=3),
-    ]
-    columns += [Column("ratio", spare=3)] if squares else []
+    columns: list[str | PrintedColumn] = ["parameter", PrintedColumn("meaning", spare=4), "value", "sd"]
+    columns += [PrintedColumn("sd if white", spare=3), *([PrintedColumn("ratio", spare=3)] if squares else [])]
     columns += ["unit"]
     if not squares:
-        columns += [*(Column(x, spare=2) for x in ("least squares", "its sd")), Column("shift, sd", spare=1)]
+        columns += [
+            *(PrintedColumn(x, spare=2) for x in ("least squares", "its sd")),
+            PrintedColumn("shift, sd", spare=1),
+        ]
     return table(
         f"Values by {fit.method}, {_filters(fit)}", columns, [_row(parameter, squares) for parameter in fit.parameters]
     )
@@ -67,7 +64,7 @@ def _filters(fit: MachineFit) -> str:
     return f"cutoff {fit.cutoff:g} Hz, efforts {fit.parallel_cutoff:g} Hz{moving}"
 
 
-def scores_table(fit: MachineFit) -> Table:
+def scores_table(fit: MachineFit) -> PrintedTable:
     """How well efforts are predicted, joint by joint, in all that was asked."""
     first = fit.joints[0]
     parts = "logs" if len(fit.logs) > 1 else "parts"
@@ -85,8 +82,8 @@ def scores_table(fit: MachineFit) -> Table:
     rows.append(
         [f"free run of {FREE_RUN:g} s", *(_per_cent(joint.free_run) for joint in fit.joints), number(None, ".1f")]
     )
-    errors = [Column(f"error of {joint.joint}", "%") for joint in fit.joints]
-    explained = Column("explained" if len(fit.joints) == 1 else "least explained", "%")
+    errors = [PrintedColumn(f"error of {joint.joint}", "%") for joint in fit.joints]
+    explained = PrintedColumn("explained" if len(fit.joints) == 1 else "least explained", "%")
     return table(
         "Relative errors of efforts, of a free run that of the motion; variance explained",
         ["of", *errors, explained],
@@ -105,7 +102,7 @@ def meaning(fit: MachineFit) -> str:
     )
 
 
-def runs_table(runs: Sequence[MachineRun]) -> Table:
+def runs_table(runs: Sequence[MachineRun]) -> PrintedTable:
     """How far the machine comes from each log, joint by joint."""
     rows = [
         [
@@ -116,9 +113,11 @@ def runs_table(runs: Sequence[MachineRun]) -> Table:
         for run in runs
     ]
     joints = (
-        Column(*head) for joint in runs[0].joints for head in ((f"{joint.joint} error", joint.unit), ("share", "%"))
+        PrintedColumn(*head)
+        for joint in runs[0].joints
+        for head in ((f"{joint.joint} error", joint.unit), ("share", "%"))
     )
-    return table(f"{RUNS}; windows of {runs[0].window:g} s", ["log", *joints, Column("given up", spare=1)], rows)
+    return table(f"{RUNS}; windows of {runs[0].window:g} s", ["log", *joints, PrintedColumn("given up", spare=1)], rows)
 
 
 def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
@@ -129,14 +128,14 @@ def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
     return Group(plain(fit.title, "bold"), runs_table(runs), *said)
 
 
-def excitation_table(found: Excitation) -> Table:
+def excitation_table(found: Excitation) -> PrintedTable:
     """What a designed motion would tell: the deviation foretold of every base parameter."""
     title = f"Excitation of {found.machine}: {found.period:g} s, condition {found.condition:.3g}"
     rows = [[name, sd(deviation), found.units.get(name, "")] for name, deviation in found.deviations.items()]
     return table(title, ["parameter", "sd foretold", "unit"], rows)
 
 
-def laws_tables(fit: MachineFit) -> list[Table]:
+def laws_tables(fit: MachineFit) -> list[PrintedTable]:
     """Friction laws of each joint, where they were compared."""
     return [law_table(found, joint) for joint, found in fit.laws.items()]
 

@@ -25,7 +25,7 @@ TEMPLATE = "page.html.j2"
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """Of a page. name: its id; parts: HTML of what follows its heading."""
 
     name: str
@@ -57,7 +57,7 @@ class Findings(Shown, ABC):
         """HTML of the values and what speaks against them, below the summary."""
 
     @abstractmethod
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[PageSection]:
         """Between the summary and what to cite."""
 
     @abstractmethod
@@ -88,7 +88,7 @@ def page(findings: Findings) -> str:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    summary = Section("summary", "Summary", [bullets(findings.summary()), *findings.values()])
+    summary = PageSection("summary", "Summary", [bullets(findings.summary()), *findings.values()])
     return environment.get_template(TEMPLATE).render(
         title=findings.title(),
         about=findings.about(),

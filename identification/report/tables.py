@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.table import Cell, Column, Table, interval, known_to, measured, number, sd, table
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, interval, known_to, measured, number, sd, table
 from rig_io.packages.sidecar import file_hash
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ PLACED = frozenset(
 )
 
 
-def parameter_table(fit: FrictionFit) -> Table:
+def parameter_table(fit: FrictionFit) -> PrintedTable:
     """Values with their 95 % interval, what it is made of, and how near the sensors' bound they come."""
     kinds = " or ".join(dict.fromkeys(one.kind for one in fit.intervals)) or "noise"
     bounded = fit.parameters[0].bound is not None
@@ -55,9 +55,9 @@ def parameter_table(fit: FrictionFit) -> Table:
         ])  # fmt: skip
     columns = [
         *("parameter", "value", "95 %", "sd, noise", "sd, rig constants", *(["sd, law"] if rivalled else ())),
-        Column(f"95 %, {kinds}", spare=4),
-        *([Column("sd, bound", spare=3), Column("efficiency", spare=2)] if bounded else ()),
-        *("unit", Column("meaning", spare=5)),
+        PrintedColumn(f"95 %, {kinds}", spare=4),
+        *([PrintedColumn("sd, bound", spare=3), PrintedColumn("efficiency", spare=2)] if bounded else ()),
+        *("unit", PrintedColumn("meaning", spare=5)),
     ]
     where = f"{fit.law} law of {' and '.join(fit.contacts)}"
     where += f", {' and '.join(fit.materials)}" if fit.materials else ""
@@ -65,7 +65,7 @@ def parameter_table(fit: FrictionFit) -> Table:
     return table(f"{where} ({of})", columns, rows)
 
 
-def plain_table(fit: FrictionFit) -> Table:
+def plain_table(fit: FrictionFit) -> PrintedTable:
     """The parameters without the disturbances that were found, and with them."""
     rows = []
     for one, q in zip(fit.plain, fit.parameters, strict=True):
@@ -76,7 +76,7 @@ def plain_table(fit: FrictionFit) -> Table:
     return table(f"Plain fit, and with {causes}", ("", "plain ± sd", "corrected ± sd", "unit"), rows)
 
 
-def rivals_table(fit: FrictionFit) -> Table:
+def rivals_table(fit: FrictionFit) -> PrintedTable:
     """Laws on the same residuals, and what each makes of the parameters of the fit."""
     names = [q.name for q in fit.parameters]
     rows = [
@@ -91,13 +91,13 @@ def rivals_table(fit: FrictionFit) -> Table:
     return table("Laws on the same evidence", ("law", "BIC", "weight", *names), rows)
 
 
-def nuisance_table(parameters: Sequence[FittedParameter]) -> Table:
+def nuisance_table(parameters: Sequence[FittedParameter]) -> PrintedTable:
     """What else was estimated, from these logs and what was known of it."""
     rows = [[q.name, measured(q.value, q.standard_deviation), q.unit, q.description] for q in parameters]
     return table("Estimated beside the law", ("", "value ± sd", "unit", "meaning"), rows)
 
 
-def posterior_table(fit: FrictionFit) -> Table:
+def posterior_table(fit: FrictionFit) -> PrintedTable:
     """Medians and intervals of the posterior, beside the widths of the intervals of the fit."""
     found = fit.posterior
     assert found is not None
@@ -119,14 +119,14 @@ def posterior_table(fit: FrictionFit) -> Table:
     return table(title, ("", "median", "95 %", "68 %", "width over the fit's", "unit", ""), rows)
 
 
-def correlation_table(fit: FrictionFit) -> Table:
+def correlation_table(fit: FrictionFit) -> PrintedTable:
     """Correlations of the parameters, from noise."""
     names = [q.name for q in fit.parameters]
     rows = [[name, *(number(value, "+.3f") for value in row)] for name, row in zip(names, fit.correlation, strict=True)]
     return table("Correlations, from noise", ("", *names), rows)
 
 
-def constants_table(fit: FrictionFit) -> Table:
+def constants_table(fit: FrictionFit) -> PrintedTable:
     """Constants of the rig, adjusted to the logs, and by how many per cent a parameter moves if one is 1 % larger."""
     names = [q.name for q in fit.parameters]
     rows = [
@@ -142,10 +142,10 @@ def constants_table(fit: FrictionFit) -> Table:
         ]
         for constant in fit.constants
     ]
-    effects = (Column(name, "%") for name in names)
+    effects = (PrintedColumn(name, "%") for name in names)
     return table(
         "Rig constants: effect of +1 % on the parameters",
-        ("constant", "value ± sd", "as stated", "unit", *effects, Column("from", spare=1)),
+        ("constant", "value ± sd", "as stated", "unit", *effects, PrintedColumn("from", spare=1)),
         rows,
     )
 
@@ -158,7 +158,7 @@ def _before(one: Constant) -> Cell:
     return Cell(f"{one.before:g} ± ?", "number") if known is None else measured(one.before, known)
 
 
-def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> Table:
+def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> PrintedTable:
     """The logs given, which of them were fitted, and their checksums."""
     used = {one.name: one for one in fit.logs}
     rows = []
@@ -171,13 +171,13 @@ def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> Table:
         count = Cell("" if one is None else str(one.segments), "number")
         rows.append([log.name, what, number(log.duration, ".3g"), speeds, count, Cell(slips, "number"), sum_])
     columns = (
-        *("log", "use", Column("length", "s"), Column("drive speeds", "rad/s"), "slips"),
-        *(Column("slip speeds", "m/s"), "sha256"),
+        *("log", "use", PrintedColumn("length", "s"), PrintedColumn("drive speeds", "rad/s"), "slips"),
+        *(PrintedColumn("slip speeds", "m/s"), "sha256"),
     )
     return table("Logs", columns, rows)
 
 
-def sensors_table(fit: FrictionFit) -> Table:
+def sensors_table(fit: FrictionFit) -> PrintedTable:
     """Corrections of the laser by the encoder."""
     s = fit.sensors
     rows = [
@@ -187,7 +187,7 @@ def sensors_table(fit: FrictionFit) -> Table:
     return table("Laser against encoder", ("correction", "value ± sd", "unit"), rows)
 
 
-def velocity_table(fit: FrictionFit) -> Table:
+def velocity_table(fit: FrictionFit) -> PrintedTable:
     """A velocity sensor against the angle."""
     s = fit.sensors
     rows = [
@@ -197,7 +197,7 @@ def velocity_table(fit: FrictionFit) -> Table:
     return table("Velocity sensor against the angle", ("of the sensor", "value ± sd", "unit"), rows)
 
 
-def decay_table(decay: FreeDecay) -> Table:
+def decay_table(decay: FreeDecay) -> PrintedTable:
     """k/J and c/J."""
     rows = [
         ["k/J", measured(decay.stiffness_ratio, decay.stiffness_ratio_deviation), "1/s^2"],
@@ -206,7 +206,7 @@ def decay_table(decay: FreeDecay) -> Table:
     return table(f"Free decay '{decay.log}' ({decay.cycles:.1f} cycles)", ("quantity", "value ± sd", "unit"), rows)
 
 
-def whiteness_table(fit: FrictionFit) -> Table | None:
+def whiteness_table(fit: FrictionFit) -> PrintedTable | None:
     """Tests of the residuals by log."""
     if fit.whiteness is None:
         return None
@@ -224,7 +224,7 @@ def whiteness_table(fit: FrictionFit) -> Table | None:
     return table("Tests of the residuals (probabilities)", heads, rows)
 
 
-def design_table(design: Design) -> Table:
+def design_table(design: Design) -> PrintedTable:
     """The best of the experiments that were tried, against what is known now."""
     names = list(design.deviations)
     known = (sd(design.deviations[name]) for name in names)
@@ -235,8 +235,8 @@ def design_table(design: Design) -> Table:
         judged = (number(one.gain, ".0%"), number(one.index, ".3g"), number(one.greatest_slip, ".2g"))
         rows.append([one.kind, *settings, *deviations, *judged])
     columns = (
-        *("experiment", Column("drive", "rad/s"), Column("load", "N"), *(f"sd {name}" for name in names)),
-        *("gain", Column("collinearity", spare=2), Column("greatest slip", "m/s", spare=1)),
+        *("experiment", PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names)),
+        *("gain", PrintedColumn("collinearity", spare=2), PrintedColumn("greatest slip", "m/s", spare=1)),
     )
     return table(f"Predicted with one more log of {design.duration:g} s", columns, rows)
 

@@ -19,7 +19,7 @@ FIRST = 4  # logs that say what is usual
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class ControlChart:
     """target, deviation: of the first logs; level: (n,) EWMA; low, high: (n,) its limits; sums: (n,) larger of the two
     CUSUM; out: (n,) whether either chart calls. Before there are `FIRST` values nothing is called."""
 
@@ -32,7 +32,7 @@ class Chart:
     out: np.ndarray
 
 
-def control_chart(values: ArrayLike, deviations: ArrayLike) -> Chart:
+def control_chart(values: ArrayLike, deviations: ArrayLike) -> ControlChart:
     """The charts of values (n,) with the standard deviation (n,) of each."""
     x, sd = np.asarray(values, float), np.asarray(deviations, float)
     first = x[:FIRST]
@@ -50,4 +50,4 @@ def control_chart(values: ArrayLike, deviations: ArrayLike) -> Chart:
         level[i], sums[i] = z, max(up, down)
     out = (np.abs(level - target) > reach) | (sums > DECISION)
     out[:FIRST] = False
-    return Chart(target, deviation, level, target - reach, target + reach, sums, out)
+    return ControlChart(target, deviation, level, target - reach, target + reach, sums, out)

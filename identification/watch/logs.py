@@ -16,7 +16,7 @@ from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
 from identification.measurement.sensor_checks import stick_ratio
 from identification.watch.chart import FIRST, control_chart
-from identification.watch.state import DECAY, FITTED, REFUSED, Entry, State
+from identification.watch.state import DECAY, FITTED, REFUSED, Entry, WatchState
 from rig_io.description.answers import Answers
 from rig_io.description.draft import draft, write
 from rig_io.description.example import log_files
@@ -32,14 +32,14 @@ SLIPPED = 0.02  # by which the ratio may fall before the drive is said to slip
 
 
 @dataclass(frozen=True)
-class Seen:
+class FileStates:
     """Files of one log as they are: name -> size in bytes and time of change in ns."""
 
     name: str
     files: Mapping[str, tuple[int, int]]
 
 
-def seen_logs(folder: Path) -> list[Seen]:
+def seen_logs(folder: Path) -> list[FileStates]:
     """The logs in a folder, those that are described first, in their order; others by their names.
 
     Raises:
@@ -58,11 +58,11 @@ def seen_logs(folder: Path) -> list[Seen]:
         except OSError:
             continue  # renamed or removed meanwhile
         if all(size for size, _ in marks.values()):
-            seen.append(Seen(files[0], marks))
+            seen.append(FileStates(files[0], marks))
     return seen
 
 
-def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
+def deal_with(folder: Path, seen: FileStates, state: WatchState) -> Entry:
     """Describe and fit one log; what it gives, or why it is refused."""
     checksum = hashlib.sha256("".join(file_hash(folder / name) for name in seen.files).encode()).hexdigest()
     recorded = max(at for _, at in seen.files.values()) * 1e-9
@@ -87,7 +87,7 @@ def deal_with(folder: Path, seen: Seen, state: State) -> Entry:
     return entry
 
 
-def _describe(folder: Path, seen: Seen) -> None:
+def _describe(folder: Path, seen: FileStates) -> None:
     """Write a log into the sidecar, as the first one is described; not if it stands there already."""
     resources = load_json(folder / SIDECAR)["resources"] if (folder / SIDECAR).exists() else []
     if any(seen.name in files_of(resource) for resource in resources):
@@ -118,7 +118,7 @@ def silent_columns(log: RigLog) -> tuple[str, ...]:
     return tuple(silent)
 
 
-def _silent(folder: Path, seen: Seen) -> tuple[str, ...]:
+def _silent(folder: Path, seen: FileStates) -> tuple[str, ...]:
     """Silent columns of a log that was refused, if it can be read."""
     try:
         return silent_columns(read_log(folder / seen.name))
@@ -139,7 +139,7 @@ def _ratio(ready: Pool, fit: FrictionFit) -> dict[str, tuple[float, float]]:
     return {RATIO: (float(np.mean(positive)), float(max(sd, 2e-3)))}
 
 
-def called(state: State, entry: Entry) -> tuple[str, ...]:
+def called(state: WatchState, entry: Entry) -> tuple[str, ...]:
     """The sentences of the charts on one more log.
 
     wear: a parameter of the law left its limits; a lost sensor: a column that moved in the first logs stands still; a
@@ -169,8 +169,11 @@ def called(state: State, entry: Entry) -> tuple[str, ...]:
 
 
 def rested(
-    seen: Sequence[Seen], before: Mapping[str, tuple[Mapping[str, tuple[int, int]], float]], now: float, rest: float
-) -> tuple[list[Seen], dict[str, tuple[Mapping[str, tuple[int, int]], float]]]:
+    seen: Sequence[FileStates],
+    before: Mapping[str, tuple[Mapping[str, tuple[int, int]], float]],
+    now: float,
+    rest: float,
+) -> tuple[list[FileStates], dict[str, tuple[Mapping[str, tuple[int, int]], float]]]:
     """Logs whose size and time have not changed for ``rest`` s; and since when each is as it is."""
     since = {}
     ready = []

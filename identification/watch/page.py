@@ -11,12 +11,12 @@ import numpy as np
 
 from fmu_models.base.digits import like_sd
 from fmu_models.base.files import write_whole
-from fmu_models.base.table import Cell, Table
+from fmu_models.base.table import Cell, PrintedTable
 from fmu_models.base.table import table as made_table
 from fmu_models.base.version import version
 from fmu_models.report.inline_svg import inline_svg
 from identification.watch.chart import control_chart
-from identification.watch.state import FITTED, Entry, State
+from identification.watch.state import FITTED, Entry, WatchState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,12 +25,12 @@ TEMPLATE = "watch.html.j2"
 SHOWN = 200  # logs in the table
 
 
-def names(state: State) -> list[str]:
+def names(state: WatchState) -> list[str]:
     """Names of the values that the logs give, in order."""
     return list(dict.fromkeys(name for entry in state.fitted() for name in entry.values))
 
 
-def watch_table(state: State, last: int = SHOWN) -> Table:
+def watch_table(state: WatchState, last: int = SHOWN) -> PrintedTable:
     """The logs, the latest first, with their values and what was called."""
     columns = names(state)
     rows = []
@@ -46,7 +46,7 @@ def _time(entry: Entry) -> str:
     return datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC).strftime("%Y-%m-%d %H:%M:%S")
 
 
-def watch_figure(state: State) -> Figure:
+def watch_figure(state: WatchState) -> Figure:
     """Each value against time: points with 95 % intervals (noise: the rig is one), EWMA with its limits."""
     from matplotlib.figure import Figure
 
@@ -75,7 +75,7 @@ def _draw(panel, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[n
     panel.legend(fontsize="x-small", ncols=4, loc="best")
 
 
-def write_page(path: Path, state: State, folder: Path, refresh: float) -> None:
+def write_page(path: Path, state: WatchState, folder: Path, refresh: float) -> None:
     """Write the page, whole or not at all; a browser loads it anew every ``refresh`` s."""
     import jinja2
 

@@ -35,7 +35,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class State:
+class WatchState:
     """law, estimator: by which logs are fitted; entries: in the order in which they were dealt with."""
 
     law: str
@@ -50,7 +50,7 @@ class State:
         """The entry of a log of the same content, under whatever name."""
         return next((entry for entry in self.entries if entry.checksum == checksum and entry.status != REFUSED), None)
 
-    def with_entry(self, entry: Entry) -> State:
+    def with_entry(self, entry: Entry) -> WatchState:
         """The state with one more entry, which takes the place of an older one of the same name."""
         return replace(self, entries=(*(old for old in self.entries if old.name != entry.name), entry))
 
@@ -63,13 +63,13 @@ class State:
         return {"type": "stickslip watch", "version": VERSION, **asdict(self)}
 
 
-def write_state(path: Path, state: State) -> None:
+def write_state(path: Path, state: WatchState) -> None:
     """Write the state, whole or not at all."""
     with write_whole(path, overwrite=True) as temporary:
         temporary.write_text(json.dumps(state.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def read_state(path: Path, *, trust: bool = False) -> State:
+def read_state(path: Path, *, trust: bool = False) -> WatchState:
     """A state as `write_state` wrote it; trust: Python files that it names, of a law or an estimator, may run.
 
     Raises:
@@ -79,7 +79,9 @@ def read_state(path: Path, *, trust: bool = False) -> State:
         plain = json.loads(path.read_text(encoding="utf-8"))
         if plain["type"] != "stickslip watch" or plain["version"] != VERSION:
             raise KeyError("version")
-        state = from_plain(State, {key: value for key, value in plain.items() if key not in ("type", "version")}, "it")
+        state = from_plain(
+            WatchState, {key: value for key, value in plain.items() if key not in ("type", "version")}, "it"
+        )
     except (OSError, ValueError, KeyError, TypeError, StickslipError) as error:
         raise StickslipError(
             f"'{path}' is not the state of a watch ({type(error).__name__}: {error}). Remove it to begin anew, or name "

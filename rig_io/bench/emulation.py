@@ -11,7 +11,7 @@ from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple, held_duration
 from rig_io.bench.materials import CONTI, MATERIALS, Material
 from rig_io.logs.arrangement import MODELS, Arrangement
-from rig_io.logs.log import Quantity, RigConstants
+from rig_io.logs.log import RigConstants, StatedQuantity
 from rig_io.repair.table import SHORTEST
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
@@ -27,13 +27,13 @@ LOAD_STEP = 5e-3  # s between knots of a disturbed normal force: its second harm
 FASTEST = 100.0  # rad/s, of a drive; those of the rig reach 2.7
 # the paper's appendix; uncertainties and normal forces (0.5 kg of dead weight) are assumed
 RIG = RigConstants(
-    J=Quantity(0.0548, "kg*m^2", 0.0003),
-    k=Quantity(2.62, "N*m/rad", 0.015),
-    c=Quantity(0.055, "N*m*s/rad", 0.001),
-    R=Quantity(0.125, "m", 0.00005),
-    r=Quantity(0.06, "m", 0.00005),
-    N0=Quantity(4.905, "N", 0.005),
-    N1=Quantity(4.905, "N", 0.005),
+    J=StatedQuantity(0.0548, "kg*m^2", 0.0003),
+    k=StatedQuantity(2.62, "N*m/rad", 0.015),
+    c=StatedQuantity(0.055, "N*m*s/rad", 0.001),
+    R=StatedQuantity(0.125, "m", 0.00005),
+    r=StatedQuantity(0.06, "m", 0.00005),
+    N0=StatedQuantity(4.905, "N", 0.005),
+    N1=StatedQuantity(4.905, "N", 0.005),
 )
 
 

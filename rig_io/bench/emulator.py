@@ -6,29 +6,25 @@ A seed fixes the specimens of the instruments (line errors, gain error, phases),
 one seed gives one bench, and logs of one bench share its faults.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.simulation.signal import Signal
 from rig_io.bench.drive import with_holds
 from rig_io.bench.emulation import LOAD_STEP, Disc, Emulation
 from rig_io.bench.materials import CONTI, STANDARD_SPEEDS, material
 from rig_io.bench.oscillator import Turning, simulated
 from rig_io.logs.arrangement import CHANGEOVER
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigLog
+from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigLog
 from rig_io.packages.datapackage import check_target, write_package
 from rig_io.sensors.motion import Motion, integrated
-
-if TYPE_CHECKING:
-    from fmu_models.simulation.signal import Signal
 
 
 def free_decay(name: str = "free-decay", start_angle: float = 0.15, **settings: Any) -> Emulation:
@@ -88,7 +84,7 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         columns=columns,
         units={name: COLUMNS[name].unit for name in (TIME.name, *columns)},
         rig=settings.rig if len(settings.discs) == 2 else replace(settings.rig, N1=None),
-        calibration=Calibration(laser=_laser_calibration(settings), **calibrations),
+        calibration=InstrumentCalibrations(laser=_laser_calibration(settings), **calibrations),
         experiment=_experiment(settings, seed, number),
     )
 
@@ -172,8 +168,6 @@ def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: in
     """Factors of the normal force over the time of the run; none without disturbances."""
     if settings.disturbances is None or not drives:
         return {}
-    from fmu_models.simulation.signal import Signal
-
     ((time, speed, start),) = drives
     fine = np.arange(0.0, time[-1], LOAD_STEP)
     fine = np.append(fine, time[-1])

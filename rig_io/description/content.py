@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig_io.logs.columns import COLUMNS
 from rig_io.logs.stamps import DAY
 from rig_io.repair.counters import unwrapped
 from rig_io.repair.plausible import FASTEST_CLOCK, SLOWEST_CLOCK
@@ -18,7 +19,7 @@ SWINGS = 3  # turns back that a movement must show
 
 
 @dataclass(frozen=True)
-class Evidence:
+class RoleEvidence:
     """For one role: weight (0 forbids it), the unit that the numbers look like (None: not to be told), reason."""
 
     weight: float
@@ -92,15 +93,15 @@ def _turns(value: np.ndarray, band: float) -> int:
     return turns
 
 
-def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping[str, Evidence]:
+def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping[str, RoleEvidence]:
     """For each role, what the numbers say for or against it. unit: as the file states it; stamp: a date or time."""
     if stamp:
-        return {"time": Evidence(0.97, "holds dates or times of day", "s")}
+        return {"time": RoleEvidence(0.97, "holds dates or times of day", "s")}
     if content is None:
-        return dict.fromkeys(_ALL, Evidence(0.0, "holds hardly a number"))
+        return dict.fromkeys(COLUMNS, RoleEvidence(0.0, "holds hardly a number"))
     return {
         "time": _time(content, unit),
-        **dict.fromkeys(("encoder_count",), _encoder(content)),
+        "encoder_count": _encoder(content),
         **dict.fromkeys(("drive0_count", "drive1_count"), _drive_count(content)),
         **dict.fromkeys(("drive0_speed", "drive1_speed"), _drive_speed(content, unit)),
         **dict.fromkeys(("encoder_edge_time", "drive0_edge_time", "drive1_edge_time"), _edge_time(content)),
@@ -111,13 +112,6 @@ def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping
         **dict.fromkeys(("load0", "load1"), _load(content, unit)),
         "trigger": _trigger(content),
     }
-
-
-_ALL = (
-    *("time", "encoder_count", "drive0_count", "drive1_count", "drive0_speed", "drive1_speed", "laser", "angle"),
-    *("encoder_edge_time", "drive0_edge_time", "drive1_edge_time", "load0", "load1", "trigger"),
-    *("tachometer", "vibrometer"),
-)
 
 
 def _has(unit: str | None, *dimension: str) -> bool | None:
@@ -134,13 +128,13 @@ def _has(unit: str | None, *dimension: str) -> bool | None:
         return None
 
 
-def _time(f: Features, unit: str | None) -> Evidence:
+def _time(f: Features, unit: str | None) -> RoleEvidence:
     if _has(unit, "s") is False:
-        return Evidence(0.0, f"is in {unit}")
+        return RoleEvidence(0.0, f"is in {unit}")
     if f.rising < 0.999 or not f.step:
-        return Evidence(0.0, "does not rise")
+        return RoleEvidence(0.0, "does not rise")
     if f.whole and f.step == 1 and f.even and unit is None:
-        return Evidence(0.3, "counts rows or milliseconds", "ms")
+        return RoleEvidence(0.3, "counts rows or milliseconds", "ms")
     guess = unit
     if guess is None:
         if 20_000 < f.value[0] < 1_000_000 and f.step < SLOWEST_CLOCK / DAY:
@@ -150,82 +144,82 @@ def _time(f: Features, unit: str | None) -> Evidence:
         elif f.step < 1e3 * SLOWEST_CLOCK and f.span > 100:
             guess = "ms" if f.step <= 100 else "us"
     if f.strict and f.even:
-        return Evidence(0.8, "rises by even steps", guess)
-    return Evidence(0.6 if f.strict else 0.4, "rises throughout", guess)
+        return RoleEvidence(0.8, "rises by even steps", guess)
+    return RoleEvidence(0.6 if f.strict else 0.4, "rises throughout", guess)
 
 
-def _encoder(f: Features) -> Evidence:
+def _encoder(f: Features) -> RoleEvidence:
     if not f.whole:
-        return Evidence(0.0, "holds fractions")
+        return RoleEvidence(0.0, "holds fractions")
     if f.turns >= SWINGS and f.span >= 4:
-        return Evidence(0.75, "whole numbers that go to and fro")
-    return Evidence(0.1 if f.span else 0.0, "whole numbers that do not go to and fro")
+        return RoleEvidence(0.75, "whole numbers that go to and fro")
+    return RoleEvidence(0.1 if f.span else 0.0, "whole numbers that do not go to and fro")
 
 
-def _drive_count(f: Features) -> Evidence:
+def _drive_count(f: Features) -> RoleEvidence:
     if not f.whole:
-        return Evidence(0.0, "holds fractions")
+        return RoleEvidence(0.0, "holds fractions")
     one_way = max(f.rising, float(np.mean(np.diff(f.value) <= 0)))
     if f.span >= 20 and one_way > 0.98 and f.turns == 0 and not (f.even and f.step == 1):
-        return Evidence(0.75, "whole numbers that run on in one direction")
+        return RoleEvidence(0.75, "whole numbers that run on in one direction")
     if not f.span:
-        return Evidence(0.2, "a count that stands still")
-    return Evidence(0.05, "whole numbers that do not run on")
+        return RoleEvidence(0.2, "a count that stands still")
+    return RoleEvidence(0.05, "whole numbers that do not run on")
 
 
-def _drive_speed(f: Features, unit: str | None) -> Evidence:
+def _drive_speed(f: Features, unit: str | None) -> RoleEvidence:
     fits = _has(unit, "rad/s", "rpm")
     if fits is False:
-        return Evidence(0.0, f"is in {unit}")
+        return RoleEvidence(0.0, f"is in {unit}")
     if f.steady < STEADY and f.span > 0:
-        return Evidence(0.7 if fits else 0.4, "stays near one value", None)
-    return Evidence(0.4 if fits else 0.1, "a speed by its unit" if fits else "changes", None)
+        return RoleEvidence(0.7 if fits else 0.4, "stays near one value", None)
+    return RoleEvidence(0.4 if fits else 0.1, "a speed by its unit" if fits else "changes", None)
 
 
-def _edge_time(f: Features) -> Evidence:
+def _edge_time(f: Features) -> RoleEvidence:
     if f.rising < 0.999 or f.whole:
-        return Evidence(0.0, "is no time that stays and leaps")
+        return RoleEvidence(0.0, "is no time that stays and leaps")
     repeated = float(np.mean(np.diff(f.value) == 0))
-    return Evidence(0.6 if repeated > 0.05 else 0.3, "a time that stays between edges")
+    return RoleEvidence(0.6 if repeated > 0.05 else 0.3, "a time that stays between edges")
 
 
-def _laser(f: Features, unit: str | None) -> Evidence:
+def _laser(f: Features, unit: str | None) -> RoleEvidence:
     fits = _has(unit, "V", "m")
     if fits is False:
-        return Evidence(0.0, f"is in {unit}")
+        return RoleEvidence(0.0, f"is in {unit}")
     if f.turns < SWINGS:
-        return Evidence(0.15, "does not swing")
+        return RoleEvidence(0.15, "does not swing")
     if f.whole and unit is None:
-        return Evidence(0.2, "whole numbers, perhaps counts")
+        return RoleEvidence(0.2, "whole numbers, perhaps counts")
     guess = unit or ("V" if np.abs(f.value).max() <= 10.5 else None)
-    return Evidence(0.65 if fits else 0.62 if guess else 0.5, f"swings by {f.span:.3g} {unit or ''}".strip(), guess)
+    return RoleEvidence(0.65 if fits else 0.62 if guess else 0.5, f"swings by {f.span:.3g} {unit or ''}".strip(), guess)
 
 
-def _angle(f: Features, unit: str | None) -> Evidence:
+def _angle(f: Features, unit: str | None) -> RoleEvidence:
     fits = _has(unit, "rad")
     if fits is False or (unit is not None and fits is None):
-        return Evidence(0.0, f"is in {unit}")
+        return RoleEvidence(0.0, f"is in {unit}")
     if f.turns < SWINGS or f.whole:
-        return Evidence(0.1, "does not swing")
-    return Evidence(0.65 if fits else 0.2, f"swings by {f.span:.3g} {unit or ''}".strip())
+        return RoleEvidence(0.1, "does not swing")
+    return RoleEvidence(0.65 if fits else 0.2, f"swings by {f.span:.3g} {unit or ''}".strip())
 
 
-def _body_speed(f: Features, unit: str | None, role_unit: str) -> Evidence:
+def _body_speed(f: Features, unit: str | None, role_unit: str) -> RoleEvidence:
     fits = _has(unit, role_unit)
     if fits is False or f.whole:
-        return Evidence(0.0, f"is in {unit}" if fits is False else "whole numbers, perhaps counts")
+        return RoleEvidence(0.0, f"is in {unit}" if fits is False else "whole numbers, perhaps counts")
     if f.turns < SWINGS:
-        return Evidence(0.1, "does not swing")
-    return Evidence(0.6 if fits else 0.1, "a speed by its unit" if fits else "swings", unit)
+        return RoleEvidence(0.1, "does not swing")
+    return RoleEvidence(0.6 if fits else 0.1, "a speed by its unit" if fits else "swings", unit)
 
 
-def _load(f: Features, unit: str | None) -> Evidence:
+def _load(f: Features, unit: str | None) -> RoleEvidence:
     fits = _has(unit, "N", "kg")
     if fits is False:
-        return Evidence(0.0, f"is in {unit}")
-    return Evidence(0.6 if fits else 0.1, "a force by its unit" if fits else "could be anything", unit)
+        return RoleEvidence(0.0, f"is in {unit}")
+    return RoleEvidence(0.6 if fits else 0.1, "a force by its unit" if fits else "could be anything", unit)
 
 
-def _trigger(f: Features) -> Evidence:
+def _trigger(f: Features) -> RoleEvidence:
     two = len(np.unique(f.value[:: max(len(f.value) // 5000, 1)])) <= 2 and f.span > 0
-    return Evidence(0.3 if two else 0.0, "two values" if two else "more than two values")
+    return RoleEvidence(0.3 if two else 0.0, "two values" if two else "more than two values")

@@ -15,8 +15,8 @@ from rig_io.description import quantities
 from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
 from rig_io.description.roles import Proposal
-from rig_io.description.runs import File, Log, described_file, described_log, is_named, rule_of, runs_of, slug
-from rig_io.logs.columns import COLUMNS
+from rig_io.description.runs import DescribedLog, File, described_file, described_log, is_named, rule_of, runs_of, slug
+from rig_io.logs.columns import COLUMNS, metres
 from rig_io.logs.log import RIG_UNITS
 from rig_io.logs.table import Table
 from rig_io.packages.described import files_of
@@ -47,7 +47,7 @@ class Draft:
         return self.tables[0][0].parent
 
     @cached_property
-    def logs(self) -> tuple[Log, ...]:
+    def logs(self) -> tuple[DescribedLog, ...]:
         """The runs, as proposed and said."""
         files = [described_file(path, table, self.answers, self.example) for path, table in self.tables]
         rule = rule_of(files, self.answers, self.example)
@@ -84,7 +84,7 @@ class Draft:
             return parse(self.answers.values[name], name)
         return self.example.get("calibration", {}).get(name)
 
-    def speed(self, log: Log) -> dict[str, Any] | None:
+    def speed(self, log: DescribedLog) -> dict[str, Any] | None:
         """What is said of the speed of a drive that a log does not record, as its experiment has it; None: nothing."""
         names = [file.path.name for file in log.files]
         text_of_speed = next((text for name in names if (text := self.answers.values.get(SPEED + name))), None)
@@ -98,7 +98,7 @@ class Draft:
             if number is not None
         }
 
-    def done(self, log: Log) -> dict[str, Any]:
+    def done(self, log: DescribedLog) -> dict[str, Any]:
         """What the sidecar that is there says of the experiment, where the discs are the same."""
         experiment = self._experiment(log.files)
         return experiment if experiment.get("contacts") == log.contacts else {}
@@ -169,7 +169,7 @@ def unit_fault(column: Proposal) -> str:
             f"Column '{column.name}' ({column.role}) is in '{column.unit}', but counts have no unit. Write 1, or say "
             f"what it is: --map '{column.name}=ROLE'."
         )
-    if column.role == "laser" and is_length(column.unit):
+    if column.role == "laser" and metres(column.unit):
         return ""
     try:
         conversion(column.unit, COLUMNS[column.role].unit, f"Column '{column.name}' ({column.role})")
@@ -188,7 +188,7 @@ def package_of(draft: Draft) -> dict[str, Any]:
     return {**title, **entries, "rig": draft.rig, "resources": [*others, *resources]}
 
 
-def _resource(draft: Draft, log: Log) -> dict[str, Any]:
+def _resource(draft: Draft, log: DescribedLog) -> dict[str, Any]:
     names = [file.path.name for file in log.files]
     several = len(names) > 1
     previous = {key: value for key, value in draft.done(log).items() if key not in (*SPEEDS, "guessed")}
@@ -215,20 +215,12 @@ def _resource(draft: Draft, log: Log) -> dict[str, Any]:
     return {**resource, "schema": {"fields": fields}}
 
 
-def _measured(log: Log, instrument: str) -> bool:
+def _measured(log: DescribedLog, instrument: str) -> bool:
     """Whether a log has a column that needs the instrument's calibration."""
     if instrument != "laser":
         return f"{instrument}_count" in log.roles
     column = next((laser for file in log.files if (laser := file.column("laser"))), None)
-    return column is not None and not is_length(column.unit)
-
-
-def is_length(unit: str | None) -> bool:
-    """Whether a unit is one of length."""
-    try:
-        return unit is not None and bool(conversion(unit, "m", ""))
-    except StickslipError:
-        return False
+    return column is not None and not metres(column.unit)
 
 
 def _field(file: File, column: Proposal, several: bool) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rig_io.description.runs import Log
+from rig_io.description.runs import DescribedLog
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 POINTS = 4000  # of a line, at most
 
 
-def columns_figure(logs: Sequence[Log]) -> Figure:
+def columns_figure(logs: Sequence[DescribedLog]) -> Figure:
     """Axes for every column of the first log."""
     from matplotlib.figure import Figure
 

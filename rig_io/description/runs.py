@@ -41,7 +41,7 @@ class File:
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class DescribedLog:
     """One run: its files (several if they are joined by ``rule``); kind of experiment and why it is thought so."""
 
     name: str
@@ -117,11 +117,7 @@ def is_named(key: str, path: Path, column: str, columns: int) -> bool:
 
 
 def _each_once(columns: Sequence[Proposal]) -> list[Proposal]:
-    """A role that the user gave to one column is taken from those that were only guessed.
-
-    Raises:
-        StickslipError: the user gave it to two.
-    """
+    """A role that the user gave to one column is taken from those that were only guessed."""
     proposals = list(columns)
     by_role: dict[str, list[Proposal]] = {}
     for column in proposals:
@@ -173,7 +169,9 @@ def runs_of(files: Sequence[File], rule: str) -> list[list[File]]:
     return [list(files)]
 
 
-def described_log(files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any]) -> Log:
+def described_log(
+    files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any]
+) -> DescribedLog:
     """known: what was said of the experiment before."""
     name = _stem(files[0].path) if len(files) == 1 else _common(files)
     stated_kind = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
@@ -185,7 +183,7 @@ def described_log(files: Sequence[File], rule: str | None, answers: Answers, exp
         and "kind" not in experiment.get("guessed", {})
     ):
         stated_kind, kind, reason = experiment["kind"], experiment["kind"], "as described before"
-    return Log(
+    return DescribedLog(
         slug(name), tuple(files), rule, kind, reason, stated_kind is not None or answers.confirm or reason == TURNS
     )
 

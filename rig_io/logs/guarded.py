@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,7 @@ PATIENCE = 60.0  # s for a small file, on a machine that is busy
 SLOWEST = 1e5  # bytes/s of a sound one; workbooks come near it
 
 
-class Damaged(StickslipError):
+class DamagedTable(StickslipError):
     """The parser does not understand the file; the text is the parser's."""
 
 
@@ -82,17 +83,7 @@ def table_of(
     if magic and not any(head.startswith(prefix) for prefix in magic):
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
-        try:
-            parsed, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
-        except Damaged as error:
-            raise StickslipError(
-                f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
-            ) from error
-        except IsolatedFailure as error:
-            raise StickslipError(
-                f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
-                f"{error} Copy it again from its source."
-            ) from error
+        parsed, rows = parsed_apart(path, _parsed, parse, str(path), room, dict(options))
         columns = _columns(Path(room) / _COLUMNS, [channel.name for channel in parsed.channels], rows)
     return Table(
         f"'{path}'",
@@ -106,9 +97,26 @@ def table_of(
     )
 
 
-def limits_for(path: Path) -> Limits:
-    """Ample for a sound file of that size: some damaged ones send their parser in circles."""
-    return replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
+def parsed_apart(path: Path, parse: Callable[..., Any], *arguments: Any, again: str = "", less: str = "") -> Any:
+    """What a parser makes of a file in a process of its own. again, less: how to save it, behind the advice to save it
+    again, and to save less.
+
+    Raises:
+        StickslipError: the file is damaged, or larger than what can be read.
+    """
+    # ample for a sound file of that size: some damaged ones send their parser in circles
+    limits = replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
+    try:
+        return isolated(parse, *arguments, limits=limits)
+    except DamagedTable as error:
+        raise StickslipError(
+            f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again{again}."
+        ) from error
+    except IsolatedFailure as error:
+        raise StickslipError(
+            f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
+            f"{error} Copy it again from its source{less}."
+        ) from error
 
 
 def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:
@@ -133,14 +141,14 @@ def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[
             raise StickslipError(f"'{path}' holds channels of different lengths: {listing}. Choose those of one rate.")
         rows = next(iter(lengths.values()))
         if 8 * rows * len(lengths) > LARGEST:
-            raise Damaged(f"{len(lengths)} columns of {rows} rows")
+            raise DamagedTable(f"{len(lengths)} columns of {rows} rows")
         with open(Path(room) / _COLUMNS, "wb") as file, np.errstate(invalid="ignore", over="ignore"):
             for channel in parsed.channels:
                 np.ascontiguousarray(channel.values, dtype=np.float64).tofile(file)
     except (StickslipError, MemoryError):
         raise
     except Exception as error:  # the parsers raise errors of many kinds on damaged files
-        raise Damaged(str(error).strip().rstrip(".")[:300] or type(error).__name__) from error
+        raise DamagedTable(str(error).strip().rstrip(".")[:300] or type(error).__name__) from error
     bare = [Channel(channel.name, np.zeros(0), channel.unit) for channel in parsed.channels]
     return Channels(bare, parsed.left_out, parsed.scalars, parsed.begin, parsed.stamps, parsed.notes), rows
 

@@ -31,7 +31,7 @@ class StickslipWarning(UserWarning):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class StatedQuantity:
     """A number, its unit, and its standard uncertainty (one standard deviation, in the same unit; None: not known)."""
 
     value: float
@@ -51,13 +51,13 @@ class RigConstants(Shown):
     disc; r m: radius of the driving discs; N0, N1 N: normal force of each driving disc.
     """
 
-    J: Quantity | None = None
-    k: Quantity | None = None
-    c: Quantity | None = None
-    R: Quantity | None = None
-    r: Quantity | None = None
-    N0: Quantity | None = None
-    N1: Quantity | None = None
+    J: StatedQuantity | None = None
+    k: StatedQuantity | None = None
+    c: StatedQuantity | None = None
+    R: StatedQuantity | None = None
+    r: StatedQuantity | None = None
+    N0: StatedQuantity | None = None
+    N1: StatedQuantity | None = None
 
     def value(self, name: str) -> float:
         """Value of one constant in its SI unit.
@@ -67,7 +67,7 @@ class RigConstants(Shown):
         """
         return self.quantity(name).value
 
-    def quantity(self, name: str) -> Quantity:
+    def quantity(self, name: str) -> StatedQuantity:
         """One constant with unit and uncertainty; errors as in `value`."""
         names = [f.name for f in fields(self)]
         refuse_unknown(name, names, f"The rig has no constant '{name}'.")
@@ -138,7 +138,7 @@ class LoadCalibration:
 
 
 @dataclass(frozen=True)
-class Calibration(Shown):
+class InstrumentCalibrations(Shown):
     """Calibration of each instrument in the log; None where the rig has none."""
 
     laser: LaserCalibration | None = None
@@ -199,7 +199,7 @@ class RigLog(Tabular):
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str]
     rig: RigConstants
-    calibration: Calibration
+    calibration: InstrumentCalibrations
     experiment: Experiment
     path: Path | None = None
     breaks: tuple[int, ...] = ()

@@ -38,7 +38,7 @@ _WORD = "text"
 
 
 @dataclass(frozen=True)
-class Layout:
+class TextLayout:
     """How a file is written. separator: one character, or `BLANKS`; names of all columns and units stated; kinds: of
     each column, "number", "text" or a kind of stamp; first_line: of the first row (from 1); offset: of that row, in
     bytes; dates: "day" or "month", which stands first; notes: lines above the table."""
@@ -130,7 +130,7 @@ def _decodes(data: bytes, encoding: str) -> bool:
 
 def layout_of(
     path: Path, head: bytes, complete: bool, encoding: str, options: Mapping[str, str], offset: int = 0
-) -> Layout:
+) -> TextLayout:
     """How a text is written. head: its first bytes; complete: whether that is all of it; options: what the user has
     said, "separator", "decimal", "header" (line of the names, from 1; 0: none), "dates".
 
@@ -162,7 +162,7 @@ def layout_of(
     dates = options.get("dates") or stamps.order_of(
         [row[j] for row in rows[first:] if len(row) == width for j in range(width) if kinds[j].startswith("date")]
     )
-    return Layout(
+    return TextLayout(
         encoding,
         separator,
         decimal,

@@ -18,14 +18,14 @@ from rig_io.logs.arrangement import Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import (
     RIG_UNITS,
-    Calibration,
     EncoderCalibration,
     Experiment,
+    InstrumentCalibrations,
     LaserCalibration,
     LoadCalibration,
-    Quantity,
     RigConstants,
     RigLog,
+    StatedQuantity,
 )
 from rig_io.packages.described import files_of
 from rig_io.repair.plausible import check_radius
@@ -105,7 +105,7 @@ def _number(value: Any, where: str) -> float:
 
 
 def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
-    constants: dict[str, Quantity] = {}
+    constants: dict[str, StatedQuantity] = {}
     for name in entries:
         at = f"{where}: rig constant '{name}'"
         refuse_unknown(name, RIG_UNITS, f"{at} is unknown.")
@@ -119,16 +119,18 @@ def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
         stated = entry.get("standard_uncertainty")
         sd = None if stated is None else _number(stated, at) * factor
         if value < 0 or (value == 0 and name in ("J", "k", "R", "r")) or (sd is not None and sd < 0):
-            raise StickslipError(f"{at} is {Quantity(value, RIG_UNITS[name], sd)}; expected a positive value.")
+            raise StickslipError(f"{at} is {StatedQuantity(value, RIG_UNITS[name], sd)}; expected a positive value.")
         if name in ("R", "r"):
             check_radius(at, name, value)
-        constants[name] = Quantity(value, RIG_UNITS[name], sd)
+        constants[name] = StatedQuantity(value, RIG_UNITS[name], sd)
     return RigConstants(**constants)
 
 
-def calibration(entries: Mapping[str, Any], where: str, length: bool = False) -> Calibration:
+def calibration(entries: Mapping[str, Any], where: str, length: bool = False) -> InstrumentCalibrations:
     """length: whether the laser's column is a length, so that its gain is 1."""
-    kinds = {f.name: LaserCalibration if f.name == "laser" else EncoderCalibration for f in fields(Calibration)}
+    kinds = {
+        f.name: LaserCalibration if f.name == "laser" else EncoderCalibration for f in fields(InstrumentCalibrations)
+    }
     instruments: dict[str, Any] = {}
     for instrument in entries:
         at = f"{where}: calibration of '{instrument}'"
@@ -160,7 +162,7 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
         if instrument != "laser":
             entry |= {key: int(entry[key]) for key in (needed, "counter_bits") if key in entry}
         instruments[instrument] = kind(**entry)
-    return Calibration(**instruments)
+    return InstrumentCalibrations(**instruments)
 
 
 def _load(entry: Mapping[str, Any], at: str) -> LoadCalibration:

@@ -25,7 +25,7 @@ from rig_io.logs.text_layout import (
     BLANKS,
     HEAD,
     NO_NUMBER,
-    Layout,
+    TextLayout,
     encoding_of,
     is_none,
     is_number,
@@ -126,7 +126,7 @@ def _blocks(file: IO[bytes]) -> Iterator[tuple[bytes, bool]]:
         yield lines[:keep], False
 
 
-def _table(path: Path, layout: Layout, blocks: Iterator[tuple[bytes, bool]]) -> Table:
+def _table(path: Path, layout: TextLayout, blocks: Iterator[tuple[bytes, bool]]) -> Table:
     """All rows, block by block."""
     numeric = [j for j, kind in enumerate(layout.kinds) if kind not in ("text", "empty")]
     pieces: dict[int, list[np.ndarray]] = {j: [] for j in numeric}
@@ -156,7 +156,9 @@ def _table(path: Path, layout: Layout, blocks: Iterator[tuple[bytes, bool]]) -> 
     return _joined(path, layout, pieces, zoned)
 
 
-def _joined(path: Path, layout: Layout, pieces: dict[int, list[np.ndarray]], zoned: Mapping[int, set[bool]]) -> Table:
+def _joined(
+    path: Path, layout: TextLayout, pieces: dict[int, list[np.ndarray]], zoned: Mapping[int, set[bool]]
+) -> Table:
     """The table of the parts of each column; a date and a time of day become one column."""
     columns: dict[str, np.ndarray] = {}
     units = dict(layout.units)
@@ -204,14 +206,12 @@ def _joined(path: Path, layout: Layout, pieces: dict[int, list[np.ndarray]], zon
     )
 
 
-def _whole_rows(path: Path, block: bytes, layout: Layout, line: int) -> bytes:
+def _whole_rows(path: Path, block: bytes, layout: TextLayout, line: int) -> bytes:
     """The last block without blank lines at its end, and without a last row that is cut off."""
     ended = block.endswith((b"\n", b"\r"))
     body = block.rstrip(b"\r\n\t \x1a" if layout.separator != "\t" else b"\r\n \x1a")
     if not body.strip():
         return b""
-    if layout.separator == "\t":
-        body = block.rstrip(b"\r\n \x1a")
     start = body.rfind(b"\n") + 1
     final = body[start:].decode(layout.encoding, errors="replace")
     cells = _count(final, layout)
@@ -226,17 +226,13 @@ def _whole_rows(path: Path, block: bytes, layout: Layout, line: int) -> bytes:
     return body + b"\n"
 
 
-def _count(row: str, layout: Layout) -> int:
+def _count(row: str, layout: TextLayout) -> int:
     """Cells of a row as it stands."""
     return len(layout.cells(row)) if layout.separator == BLANKS or '"' in row else row.count(layout.separator) + 1
 
 
-def _frame(path: Path, block: bytes, layout: Layout, numeric: Sequence[int], line: int) -> DataFrame:
-    """The wanted columns of a block of whole rows, numbers as float64, stamps as text.
-
-    Raises:
-        StickslipError: a row of another length, or a cell that is no number; with its line.
-    """
+def _frame(path: Path, block: bytes, layout: TextLayout, numeric: Sequence[int], line: int) -> DataFrame:
+    """The wanted columns of a block of whole rows, numbers as float64, stamps as text."""
     import pandas
 
     if not block.isascii():
@@ -267,11 +263,11 @@ def _frame(path: Path, block: bytes, layout: Layout, numeric: Sequence[int], lin
             raise _no_number(path, text, layout, numeric, line) from error
 
 
-def _raw(row: str, layout: Layout) -> list[str]:
+def _raw(row: str, layout: TextLayout) -> list[str]:
     return row.split() if layout.separator == BLANKS else [cell.strip() for cell in row.split(layout.separator)]
 
 
-def _parsed(block: bytes, layout: Layout, numeric: Sequence[int]) -> DataFrame:
+def _parsed(block: bytes, layout: TextLayout, numeric: Sequence[int]) -> DataFrame:
     import pandas
 
     everything = range(len(layout.names))
@@ -293,7 +289,7 @@ def _parsed(block: bytes, layout: Layout, numeric: Sequence[int]) -> DataFrame:
     return frame.loc[:, list(numeric)]
 
 
-def _uneven_row(path: Path, block: bytes, layout: Layout, line: int) -> StickslipError:
+def _uneven_row(path: Path, block: bytes, layout: TextLayout, line: int) -> StickslipError:
     """The error that names the first row of another length."""
     rows = block.decode("utf-8", errors="replace").split("\n")[:-1]
     counts = [_count(row.rstrip("\r"), layout) for row in rows]
@@ -308,7 +304,7 @@ def _uneven_row(path: Path, block: bytes, layout: Layout, line: int) -> Sticksli
     )
 
 
-def _no_number(path: Path, text: str, layout: Layout, numeric: Sequence[int], line: int) -> StickslipError:
+def _no_number(path: Path, text: str, layout: TextLayout, numeric: Sequence[int], line: int) -> StickslipError:
     """The error that names the first cell that is neither a number nor a recorder's word for none."""
     for i, row in enumerate(text.split("\n")[:-1]):
         cells = _raw(row, layout)

@@ -13,7 +13,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.columns import TIME
-from rig_io.logs.log import Calibration
+from rig_io.logs.log import InstrumentCalibrations
 
 WIDTHS = (8, 16, 24, 32)  # bits
 FASTEST = 100.0  # rad/s, of any shaft of the rig; its drives reach 2.7
@@ -34,7 +34,7 @@ class Glitches:
 def counted(
     columns: Mapping[str, np.ndarray],
     breaks: Sequence[int],
-    calibration: Calibration,
+    calibration: InstrumentCalibrations,
     source: str,
     locate: Callable[[int], str],
 ) -> tuple[dict[str, np.ndarray], tuple[int, ...], tuple[str, ...]]:

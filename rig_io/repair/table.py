@@ -9,7 +9,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.unit_names import conversion
-from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
+from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, LogColumn, metres
 from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
 from rig_io.repair.plausible import check_sizes
@@ -78,15 +78,9 @@ def checked(table: Table, repair: Collection[str] = ()) -> Checked:
     )
 
 
-def _as_length(column: Column, unit: str | None) -> Column:
+def _as_length(column: LogColumn, unit: str | None) -> LogColumn:
     """A laser whose telemeter writes lengths: its column is of metres."""
-    if column.name != "laser" or unit in (None, column.unit):
-        return column
-    try:
-        conversion(str(unit), "m", "")
-    except StickslipError:
-        return column
-    return replace(column, unit="m")
+    return replace(column, unit="m") if column.name == "laser" and metres(unit) else column
 
 
 def _missing(table: Table, name: str, detail: str = "") -> StickslipError:
@@ -104,7 +98,7 @@ def _missing(table: Table, name: str, detail: str = "") -> StickslipError:
     )
 
 
-def _whole(table: Table, column: Column) -> np.ndarray:
+def _whole(table: Table, column: LogColumn) -> np.ndarray:
     """Values of a column, NaN where infinite; those of a count must be whole."""
     values = table.columns[column.name]
     values = np.where(np.isfinite(values), values, np.nan)
@@ -131,7 +125,7 @@ def _missing_numbers(table: Table, name: str, values: np.ndarray) -> list[str]:
     ]
 
 
-def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None) -> np.ndarray:
+def _in_unit(table: Table, column: LogColumn, values: np.ndarray, unit: str | None) -> np.ndarray:
     """Values in the column's unit; converted only when the stated unit is another string."""
     if unit is None:
         header = "" if table.first_line is None else f", or write the header as '{column.name} [{column.unit}]'"

@@ -22,7 +22,7 @@ from rig_io.bench.drive import Ripple, held_duration
 from rig_io.bench.emulation import RIG, Disc, Emulation
 from rig_io.bench.emulator import emulate, free_decay
 from rig_io.bench.materials import Material
-from rig_io.logs.log import Quantity
+from rig_io.logs.log import StatedQuantity
 
 FORWARD = (0.41, 0.83, 1.4)
 HOLDS = (0.3, 3.0, 30.0, 1.0, 10.0, 30.0)
@@ -69,7 +69,7 @@ def outcome(task: tuple[str, int]) -> Outcome:
     case = CASES[name]
     rng = np.random.default_rng([11, seed])
 
-    def drawn(one: Quantity) -> Quantity:
+    def drawn(one: StatedQuantity) -> StatedQuantity:
         return replace(one, value=one.value + (one.standard_uncertainty or 0.0) * float(rng.standard_normal()))
 
     # the logs state the constants, the bench has others

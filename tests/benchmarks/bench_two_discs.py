@@ -21,7 +21,7 @@ from rig_io.bench.emulation import RIG, Disc, Emulation, MicroSlip
 from rig_io.bench.emulator import emulate
 from rig_io.bench.materials import material
 from rig_io.logs.arrangement import CHANGEOVER, Arrangement
-from rig_io.logs.log import Quantity
+from rig_io.logs.log import StatedQuantity
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class Case:
 
     def logs(self, seed: int, stiffness: float) -> list:
         """Logs of the bench of one seed."""
-        force = Quantity(self.force, "N", 0.005)
-        rig = replace(RIG, N0=force, N1=force, c=Quantity(self.damping, "N*m*s/rad", 0.001))
+        force = StatedQuantity(self.force, "N", 0.005)
+        rig = replace(RIG, N0=force, N1=force, c=StatedQuantity(self.damping, "N*m*s/rad", 0.001))
         settings = [
             Emulation(
                 f"log{number}",

@@ -29,7 +29,7 @@ from identification.model_check.families import compare_families
 from identification.report.residuals import refitted
 from rig_io.bench.emulation import RIG, Disc, Emulation
 from rig_io.bench.emulator import emulate, free_decay, standard_set
-from rig_io.logs.log import Quantity, RigLog
+from rig_io.logs.log import RigLog, StatedQuantity
 from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors.laser import Laser
 
@@ -109,7 +109,7 @@ def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], es
     # another r moves the ends of the slip segments, to which Savitzky-Golay values answer with their noise
     for name in ("k", "c") if estimator == "savitzky-golay" else ("k", "c", "r"):
         value = getattr(RIG, name)
-        moved = replace(RIG, **{name: Quantity(value.value * 1.002, value.unit)})
+        moved = replace(RIG, **{name: StatedQuantity(value.value * 1.002, value.unit)})
         second = held([replace(log, rig=moved) for log in sliding])
         change = np.log(second.law_values / first.law_values) / np.log(1.002)
         said = [float(first.constant(name).sensitivity[parameter] or 0) for parameter in TRUTH]
@@ -173,7 +173,7 @@ def test_radii_that_the_logs_contradict_are_refused_and_a_wrong_force_cannot_be_
 
 
 def test_a_constant_without_uncertainty_stays_and_tells_the_others_nothing(logs: list[RigLog]) -> None:
-    bare = [replace(log, rig=replace(log.rig, k=Quantity(2.63, "N*m/rad"))) for log in logs[:3]]
+    bare = [replace(log, rig=replace(log.rig, k=StatedQuantity(2.63, "N*m/rad"))) for log in logs[:3]]
     found = fit_friction(bare, estimator="weak-form", disturbances="none", law_spread="none")
     k, J = found.constant("k"), found.constant("J")
     assert (k.stated, k.value, k.standard_uncertainty) == (False, 2.63, 0.0) and found.at_least("mu_s")
@@ -280,7 +280,7 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
         fit_free_decay(replace(logs[0], experiment=logs[3].experiment))
     with pytest.raises(StickslipError, match="Compare like with like"):
         compare_families(replace(fit, materials=("liner/rubber",)), logs)
-    heavier = replace(logs[0].rig, N0=Quantity(9.81, "N"))
+    heavier = replace(logs[0].rig, N0=StatedQuantity(9.81, "N"))
     with pytest.raises(StickslipError, match=r"N0 = 4\.905, the logs are of one with 9\.81"):
         compare_families(fit, [replace(logs[0], rig=heavier)])
 

@@ -29,7 +29,7 @@ from identification.estimators import ESTIMATORS
 from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.machines.read import machine_of
-from identification.watch.state import State, read_state
+from identification.watch.state import WatchState, read_state
 
 ROOT = Path(__file__).parents[2]
 RIGS = ROOT / "data" / "rigs" / "paper_rubber"
@@ -138,13 +138,13 @@ CASES = {
         "document.toml",
     ),
     "state of a watch, law": Case(
-        lambda code: json.dumps(State(code, "shooting").to_dict()),
+        lambda code: json.dumps(WatchState(code, "shooting").to_dict()),
         ("watch", str(RIGS), "--once", "--state", "FILE"),
         lambda path, **how: find_law(read_state(path, **how).law),
         quick=False,
     ),
     "state of a watch, estimator": Case(
-        lambda code: json.dumps(State("Conti", code).to_dict()),
+        lambda code: json.dumps(WatchState("Conti", code).to_dict()),
         ("watch", str(RIGS), "--once", "--state", "FILE"),
         lambda path, **how: ESTIMATORS.load(read_state(path, **how).estimator),
         quick=False,
@@ -201,7 +201,7 @@ def test_what_the_command_line_names_is_trusted(stickslip, marker, fresh, tmp_pa
     assert "reading data" not in stickslip("report", "fit.json", RIGS, "--machine", "evil.py").err and marker.exists()
     marker.unlink()
     state = tmp_path / "watch.json"
-    state.write_text(json.dumps(State(str(tmp_path / "evil.py"), "shooting").to_dict()))
+    state.write_text(json.dumps(WatchState(str(tmp_path / "evil.py"), "shooting").to_dict()))
     (tmp_path / "other").mkdir()
     shutil.copy(tmp_path / "evil.py", tmp_path / "other")
     watch = ("watch", tmp_path / "other", "--once", "--state", state)

@@ -10,22 +10,22 @@ from oracle.bench import Bench, Drive, Ruling, free_decay, slips_and_sticks
 
 from rig_io.logs.columns import COLUMNS
 from rig_io.logs.log import (
-    Calibration,
     EncoderCalibration,
     Experiment,
+    InstrumentCalibrations,
     LaserCalibration,
-    Quantity,
     RigConstants,
     RigLog,
+    StatedQuantity,
 )
 
 STATED = {
-    "J": Quantity(0.0548, "kg*m^2", 3e-4),
-    "k": Quantity(2.62, "N*m/rad", 0.015),
-    "c": Quantity(0.055, "N*m*s/rad", 1e-3),
-    "R": Quantity(0.125, "m", 5e-5),
-    "r": Quantity(0.06, "m", 5e-5),
-    "N": Quantity(4.905, "N", 5e-3),
+    "J": StatedQuantity(0.0548, "kg*m^2", 3e-4),
+    "k": StatedQuantity(2.62, "N*m/rad", 0.015),
+    "c": StatedQuantity(0.055, "N*m*s/rad", 1e-3),
+    "R": StatedQuantity(0.125, "m", 5e-5),
+    "r": StatedQuantity(0.06, "m", 5e-5),
+    "N": StatedQuantity(4.905, "N", 5e-3),
 }
 NOISE, STEP = 20e-6, 10e-6  # m, of the laser
 RIG = RigConstants(**{{"N": "N0"}.get(name, name): quantity for name, quantity in STATED.items()})
@@ -86,7 +86,7 @@ def foreign_logs(
         columns |= {"laser": np.round(5 + STEP * np.round(shown / STEP) / 0.01, 9)}
         columns |= dict(zip(("encoder_count", "encoder_edge_time"), body.read(time, angle, ticks), strict=True))
         columns["encoder_count"] = columns["encoder_count"] - np.searchsorted(faults.lost, ticks)
-        calibration = Calibration(
+        calibration = InstrumentCalibrations(
             LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0),
             EncoderCalibration(1000),
             None if speed is None else EncoderCalibration(1000),

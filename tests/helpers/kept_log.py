@@ -8,17 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from rig_io.logs.log import (
-    Calibration,
     EncoderCalibration,
     Experiment,
+    InstrumentCalibrations,
     LaserCalibration,
-    Quantity,
     RigConstants,
     RigLog,
+    StatedQuantity,
 )
 
-RIG = RigConstants(J=Quantity(0.0548, "kg*m^2", 3e-4), R=Quantity(0.125, "m", 5e-5), N0=Quantity(4.905, "N"))
-CALIBRATION = Calibration(LaserCalibration(0.01, 5.0, lowest=0.0, highest=10.0), EncoderCalibration(1000))
+RIG = RigConstants(
+    J=StatedQuantity(0.0548, "kg*m^2", 3e-4), R=StatedQuantity(0.125, "m", 5e-5), N0=StatedQuantity(4.905, "N")
+)
+CALIBRATION = InstrumentCalibrations(LaserCalibration(0.01, 5.0, lowest=0.0, highest=10.0), EncoderCalibration(1000))
 
 
 def a_log(samples: int = 50, name: str = "a") -> RigLog:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.inference.problem import Evaluation, Problem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Unknown
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Problem):
+class Curve(FitProblem):
     """value(x) - measured, each row of unit deviation; ``slope`` its gradient (n, m)."""
 
     value: Callable[[np.ndarray], np.ndarray]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 from fmu_models.simulation.trajectory import Trajectory
 
 OPEN, CLOSED, CHATTERING = 2, 3, 5

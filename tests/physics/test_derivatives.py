@@ -7,7 +7,7 @@ import pytest
 from steady_cycle import disc_rig
 
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 pytestmark = pytest.mark.digits
 

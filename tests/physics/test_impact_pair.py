@@ -17,7 +17,7 @@ from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 PAIR = Fmu.open(built("impact_pair"))
 T = 2 * math.pi

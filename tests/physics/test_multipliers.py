@@ -15,8 +15,7 @@ from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section
-from fmu_models.simulation.sensitivity import SensitiveRun
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import SensitiveRun, flow_derivative
 
 pytestmark = pytest.mark.digits
 

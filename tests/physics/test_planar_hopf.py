@@ -16,7 +16,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.planar_hopf import MODEL
 from fmu_models.sections.orbits import Orbit, find_orbit
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 pytestmark = pytest.mark.digits
 

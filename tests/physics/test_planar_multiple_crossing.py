@@ -16,7 +16,7 @@ from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.planar_multiple_crossing import MODEL
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 
 @cache

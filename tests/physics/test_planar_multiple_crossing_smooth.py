@@ -19,7 +19,7 @@ from fmu_models.lowering.lower import lower
 from fmu_models.oscillators.planar_multiple_crossing_smooth import MODEL
 from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 HOMOCLINIC = -0.0013985188342794350
 HOPF, HOPF_X1 = 0.0025561976547262552, -0.0410676544604

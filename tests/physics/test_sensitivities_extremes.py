@@ -24,8 +24,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Parameter
 from fmu_models.sections.orbits import orbit_at
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sensitivity import SensitiveRun
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import SensitiveRun, flow_derivative
 
 HINGE = Fmu.open(built("hinge_clearance"))
 

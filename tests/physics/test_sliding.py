@@ -24,7 +24,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.quantities import TIME, Parameter, State
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 A = np.array([[-0.2, 1.0], [-1.0, -0.1]])
 FREE, NORMAL = np.array([3.0, 0.5]), np.array([1.0, -0.5])

@@ -13,7 +13,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 FREE = {"d": 0.0, "w1": 0.0, "w2": 0.0, "b1": 0.0, "b2": 0.0, "Q1": 0.0, "Q2": 0.0}
 

@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.continuation.curves.condition import Condition, Miss
 from fmu_models.continuation.normal_forms.cubic import coefficient
 from fmu_models.continuation.problem.node import Node, extrapolated, look, passing_test
@@ -45,14 +45,11 @@ _CUBIC = {kind.degenerate: name for name, kind in KINDS.items() if kind.degenera
 _RESONANCES = {"1:1 resonance": 1.0, "1:2 resonance": -1.0, "1:3 resonance": -0.5, "1:4 resonance": 0.0}
 # where the pair of a curve becomes real: beyond, its determinant vanishes at saddles
 REAL = ("1:1 resonance", "1:2 resonance", "Bogdanov-Takens")
-# of its values at both ends, as which a function is none where it vanishes
-HOLDS = 1e-3
+HOLDS = 1e-3  # of its values at both ends, as which a function is none where it vanishes
 # starts are displaced by squares of whole numbers times this, in u, and the speed of the event grows by whole numbers
 DEPTH, DEPTHS = 1e-9, (1, 2, 3, 4)
 
-Multipliers = NDArray[np.complex128]
-# of a motion on the curve and of its neighbour; nan where it is not known
-Function = Callable[[Node, Node], float]
+Function = Callable[[Node, Node], float]  # of a motion on the curve and of its neighbour; nan where it is not known
 
 
 def functions(kind: str, condition: Condition) -> Mapping[str, Function]:
@@ -80,22 +77,21 @@ def _where_the_word_changes(kind: str, condition: Miss) -> Mapping[str, Function
     for test, name in _PASSES.items():
         tests[f"{kind} and {name}"] = lambda node, before, test=test: _tests(_own(node))[test]
         if not condition.like.turned:
-            tests[f"{kind} and {name} with its event"] = lambda node, before, test=test: _with_event(
-                condition, node, test
-            )
+            with_event = f"{kind} and {name} with its event"
+            tests[with_event] = lambda node, before, test=test: _with_event(condition, node, test)
     return tests
 
 
-def _own(node: Node) -> Multipliers:
+def _own(node: Node) -> Complex:
     return node.problem.own(node.multipliers)
 
 
-def _pairs(multipliers: Multipliers) -> Iterator[tuple[float, int, int]]:
+def _pairs(multipliers: Complex) -> Iterator[tuple[float, int, int]]:
     """How far products are from 1, and of which multipliers."""
     return ((abs(multipliers[i] * multipliers[j] - 1.0), i, j) for i in range(len(multipliers)) for j in range(i))
 
 
-def _others(kind: str, node: Node) -> Multipliers:
+def _others(kind: str, node: Node) -> Complex:
     """Multipliers but for those that the curve is about."""
     multipliers, passes = _own(node), KINDS[kind].passes
     if passes == "circle":
@@ -110,7 +106,7 @@ def _cosine(node: Node) -> float:
     return float((multipliers[i] + multipliers[j]).real) / 2.0
 
 
-def _tests(multipliers: Multipliers) -> dict[str, float]:
+def _tests(multipliers: Complex) -> dict[str, float]:
     """By what passes; nan for the circle where all of them are real."""
     tests = {passes: passing_test(multipliers, passes) for passes in _PASSES}
     turning = len(multipliers) > 1 and (np.abs(multipliers.imag) > 1e-9).any()

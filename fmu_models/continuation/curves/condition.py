@@ -20,10 +20,8 @@ from fmu_models.continuation.problem.node import Border, Lost, Node, _scaled, lo
 from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector, Word, cyclic
 from fmu_models.continuation.special.discontinuous import LEAST_MISS, value_border
 
-# in u: of the differences that give the gradient of a determinant
-WIDTH = 1e-6
-# how far equations that go together are from doing so, at most
-APART = 1e-6
+WIDTH = 1e-6  # in u: of the differences that give the gradient of a determinant
+APART = 1e-6  # how far equations that go together are from doing so, at most
 # by how much a guess is pushed from the event, in squares of the step that led to it
 PUSHES = (0.0, 0.1, 1.0, 10.0, 100.0)
 
@@ -249,11 +247,8 @@ class Miss(Condition):
         """The miss at a value, wherever in the period it is: one that an event turns is seen at whichever of them."""
 
         def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
-            least = min(
-                (miss for miss in seen.misses if miss.key == self.like.key),
-                key=lambda candidate: candidate.value,
-                default=None,
-            )
+            same = (miss for miss in seen.misses if miss.key == self.like.key)
+            least = min(same, key=lambda candidate: candidate.value, default=None)
             return None if least is None else (least.value - target, least.gradient)
 
         return border

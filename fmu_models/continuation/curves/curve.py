@@ -6,8 +6,8 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured, Shown
@@ -36,7 +36,7 @@ class CurvePoint(Shown):
     parameters: Mapping[str, float]
     period: float
     state: Mapping[str, float]
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Curve(Ended):
     seconds: Vector
     points: Vector
     periods: Vector
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
     meetings: tuple[CurvePoint, ...]
     ends: tuple[tuple[str, str], tuple[str, str]]
     units: Mapping[str, str] = field(default_factory=dict)
@@ -103,10 +103,8 @@ class Curve(Ended):
                 continue
             share = (target - low) / (high - low) if high != low else 0.0
             closest = before if share < 0.5 or before.problem is not after.problem else after
-            guess = (
-                closest.u
-                + (second - closest.z[index]) / closest.scales[index] * closest.tangent / closest.tangent[index]
-            )
+            distance = (second - closest.z[index]) / closest.scales[index]
+            guess = closest.u + distance * closest.tangent / closest.tangent[index]
             step = float(np.linalg.norm(guess - closest.u))
             try:
                 node = self.condition.solved(closest, guess, pinned(index, second), step)
@@ -193,7 +191,6 @@ def closed_form_of(curve: Curve, formula: Formula, parameters: Mapping[str, floa
             raise StickslipError(f"'{formula.text}' is to say '{name}' by '{curve.over}', and not by itself.")
         if name == curve.over or name in values:
             continue
-        known_ones = problem.system.parameters
-        refuse_unknown(name, known_ones, f"'{problem.name}' has no parameter '{name}'.")
+        refuse_unknown(name, problem.system.parameters, f"'{problem.name}' has no parameter '{name}'.")
         values[name] = problem.present(name)
     return ClosedForm(formula, values)

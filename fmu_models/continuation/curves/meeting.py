@@ -18,12 +18,9 @@ from fmu_models.continuation.problem.problem import Passing
 from fmu_models.continuation.special.discontinuous import LEAST_MISS, event_kind, value_border
 from fmu_models.continuation.special.kinds import EXCHANGE, TOUCH
 
-# how many steps ahead an event may come or go
-AHEAD = 3.0
-# of an event, in parts of what it is a unit of u away
-LEAST_SPEED = 1e-5
-# by how much more than before a curve bends where its tangent is lost: two curves cross at the point
-LOST = 10.0
+AHEAD = 3.0  # how many steps ahead an event may come or go
+LEAST_SPEED = 1e-5  # of an event, in parts of what it is a unit of u away
+LOST = 10.0  # by how much more than before a curve bends where its tangent is lost: two curves cross at the point
 
 
 def met(kind: str, condition: Condition, node: Node, step: float) -> tuple[str, str, Node] | None:

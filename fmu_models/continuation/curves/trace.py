@@ -63,7 +63,7 @@ def curve_of(
     scales, z = np.insert(node.scales, n, high - low), np.insert(node.z, n, value)
     seen = problem.see(z)
     condition = _condition(kind, node, miss)
-    point = replace_node(node, problem, scales, z, seen)
+    point = Node(problem, scales, z, seen, np.zeros_like(z))
     box = {n: (low, high), len(z) - 1: (min(within), max(within))}
     try:
         point = condition.solved(point, point.u, pinned(n, value), 0.0)
@@ -77,11 +77,6 @@ def _condition(kind: str, node: Node, miss: Any) -> Condition:
     if miss is not None:
         return Miss(miss, node.word)
     return Rank(node.word) if KINDS[kind].crosses else Determinant(KINDS[kind].passes, node.word)
-
-
-def replace_node(node: Node, problem: Any, scales: Vector, z: Vector, seen: Any) -> Node:
-    """A node of the same motion over two parameters."""
-    return Node(problem, scales, z, seen, np.zeros_like(z))
 
 
 class _Trace:
@@ -227,7 +222,7 @@ class _Trace:
         if seen is None:
             return node
         try:
-            placed = replace_node(node, problem, node.scales, z, seen)
+            placed = Node(problem, node.scales, z, seen, np.zeros_like(z))
             placed = self.condition.solved(placed, placed.u, pinned(n, float(z[n])), 0.0)
             placed = self.condition.directed(placed, None)
         except Lost:
@@ -259,21 +254,11 @@ class _Trace:
 def _made(kind: str, condition: Condition, directions: Ways) -> Curve:
     nodes, meetings, ends = joined(*directions)
     problem = nodes[0].problem
-    all_told = [told(kind, node, condition.place(node)) for node in nodes]
-    return Curve(
-        kind,
-        problem.name,
-        problem.over,
-        problem.second,
-        problem.states,
-        np.array([point.parameters[problem.over] for point in all_told]),
-        np.array([point.parameters[problem.second] for point in all_told]),
-        np.array([list(point.state.values()) for point in all_told]),
-        np.array([point.period for point in all_told]),
-        np.array([point.multipliers for point in all_told]),
-        tuple(told(point.kind, point.node, condition.place(point.node)) for _, point, _ in meetings),
-        ends,
-        problem.units,
-        tuple(nodes),
-        condition,
-    )
+    points = [told(kind, node, condition.place(node)) for node in nodes]
+    values, seconds = (np.array([p.parameters[name] for p in points]) for name in (problem.over, problem.second))
+    states = np.array([list(point.state.values()) for point in points])
+    periods, multipliers = (np.array([getattr(p, name) for p in points]) for name in ("period", "multipliers"))
+    special = tuple(told(point.kind, point.node, condition.place(point.node)) for _, point, _ in meetings)
+    names = kind, problem.name, problem.over, problem.second, problem.states
+    columns = values, seconds, states, periods, multipliers
+    return Curve(*names, *columns, special, ends, problem.units, tuple(nodes), condition)

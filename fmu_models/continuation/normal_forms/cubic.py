@@ -37,8 +37,7 @@ WIDTHS, AGREE = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6), 0.05
 # in inverse squares of the scale of the states
 LEAST = 1e-2
 EPSILON = float(np.finfo(float).eps)
-# what is said where a coefficient may vanish
-UNDECIDED = "degenerate or undecided"
+UNDECIDED = "degenerate or undecided"  # what is said where a coefficient may vanish
 
 
 class Coefficient(NamedTuple):

@@ -14,19 +14,16 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from fmu_models.base.arrays import Complex
 from fmu_models.continuation.problem.problem import Problem, Vector
 
-Complex = NDArray[np.complex128]
 # (m, n) multipliers or eigenvalues to (m,) numbers that change their sign where one of them passes something
 Tests = Mapping[str, Callable[[Complex], Complex]]
 
-# shares that are looked at
-SHARES = 2001
-# below that an imaginary part is rounding
-REAL = 1e-9
+SHARES = 2001  # shares that are looked at
+REAL = 1e-9  # below that an imaginary part is rounding
 
 
 def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[str, list[float]]:

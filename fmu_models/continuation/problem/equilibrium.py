@@ -14,8 +14,8 @@ closed contact. A coordinate upon which nothing depends has the eigenvalue zero,
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.imported_field import ImportedField
 from fmu_models.continuation.problem.node import Node
@@ -28,12 +28,9 @@ from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.field import VectorField, is_forced
 from fmu_models.simulation.run import check_names, check_value
 
-# of the eigenvalue of a direction that leaves what sticks, over the rest: exp(-this) is zero
-AT_ONCE = 1e4
-# of the size of a state: less is the rounding of zero
-ROUNDING = 1e-16
-# singular values below this share of the largest are zero
-ZERO = 1e-10
+AT_ONCE = 1e4  # of the eigenvalue of a direction that leaves what sticks, over the rest: exp(-this) is zero
+ROUNDING = 1e-16  # of the size of a state: less is the rounding of zero
+ZERO = 1e-10  # singular values below this share of the largest are zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,20 +132,20 @@ class EquilibriumProblem(Problem):
     def folded(self, times: int) -> Problem:
         return self
 
-    def multipliers(self, monodromy: Vector) -> NDArray[np.complex128]:
+    def multipliers(self, monodromy: Vector) -> Complex:
         """exp(lambda t) of the eigenvalues."""
         return np.exp(self.share * ordered(monodromy))
 
-    def eigenvalues(self, j: Vector) -> NDArray[np.complex128]:
+    def eigenvalues(self, j: Vector) -> Complex:
         """(n,) by falling real part; minus infinity across what sticks."""
         spectrum = ordered(j)
         spectrum[np.real(spectrum) < -0.5 * AT_ONCE / self.share] = -np.inf
         return spectrum
 
 
-def ordered(j: Vector) -> NDArray[np.complex128]:
+def ordered(j: Vector) -> Complex:
     """(n,) eigenvalues by falling real part, of a pair the one above the axis first."""
-    eigenvalues: NDArray[np.complex128] = np.linalg.eigvals(j).astype(complex)
+    eigenvalues: Complex = np.linalg.eigvals(j).astype(complex)
     return eigenvalues[np.lexsort((-np.imag(eigenvalues), -np.round(np.real(eigenvalues), 12)))]
 
 
@@ -158,7 +155,7 @@ def equilibrium_problem(node: Node) -> EquilibriumProblem:
     return node.problem
 
 
-def eigenvalues_of(node: Node) -> NDArray[np.complex128]:
+def eigenvalues_of(node: Node) -> Complex:
     """(n,) those at an equilibrium."""
     return equilibrium_problem(node).eigenvalues(node.seen.monodromy)
 
@@ -187,11 +184,9 @@ def _held(j: Vector, sticks: int, closed: int, cyclic: list[int]) -> tuple[Vecto
     pins = np.where(of_coordinates, normals @ j.T, 0.0)
     _, shares, beside = np.linalg.svd(pins - (pins @ along.T) @ along)
     walls = beside[: int((shares > ZERO).sum())]
-    alone = (
-        len(walls) <= closed
-        and len(walls) + len(along) == k
-        and np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
-    )
+    if len(walls) > closed or len(walls) + len(along) != k:
+        return nothing, nothing, nothing
+    alone = np.linalg.matrix_rank(rows[-k:] @ np.concatenate([along, walls]).T) == k
     return (normals, pins, walls) if alone else (nothing, nothing, nothing)
 
 

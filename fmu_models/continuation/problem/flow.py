@@ -13,7 +13,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
 from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK, TOUCHING
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import HOW, Strobe, strobe_of
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.trajectory import Event
@@ -117,10 +117,8 @@ class FlowProblem(Problem):
     def _run(self, z: Vector, start: float, stop: float) -> Any:
         if not self.kept:
             fmu = self.strobe.fmu
-            engine, variables = engine_of(fmu), fmu.variables
-            references = np.array(
-                [variables[name].valueReference for name in (*self.states, *self.parameters)], np.uint32
-            )
+            engine, variables, names = engine_of(fmu), fmu.variables, (*self.states, *self.parameters)
+            references = np.array([variables[name].valueReference for name in names], np.uint32)
             instance = engine.take()
             differentiator = whole_run.Differentiator(engine, instance, references, len(self.states))
             weakref.finalize(differentiator, engine.give, instance)
@@ -130,10 +128,8 @@ class FlowProblem(Problem):
         request = whole_run.Request(np.array([start, stop]), references[: len(self.states)])
         inputs = [*z[: len(self.states)].tolist(), *self.values(z).values()]
         initial = {**constants, **dict(zip(references.tolist(), inputs, strict=True))}
-        result, derivatives, event_derivatives, one_sided = differentiator.run(
-            request, initial, start, self.strobe.tolerance
-        )
-        return result, derivatives[1], event_derivatives, one_sided, differentiator.passage
+        result, by, by_times, one_sided = differentiator.run(request, initial, start, self.strobe.tolerance)
+        return result, by[1], by_times, one_sided, differentiator.passage
 
     def length(self, z: Vector) -> float:
         """Of the period of the motion at z, s."""
@@ -154,9 +150,8 @@ class FlowProblem(Problem):
         f0, f1 = passage.rates
         monodromy = by[:, :n]
         # by how much start and length change with a parameter, where that is the frequency
-        rates = np.array(
-            [-1.0 / value if name == self.strobe.forcing else 0.0 for name, value in self.values(z).items()]
-        )
+        forcing = self.strobe.forcing
+        rates = np.array([-1.0 / value if name == forcing else 0.0 for name, value in self.values(z).items()])
         by_values = by[:, n:] + f1[:, None] * (rates * (start + length)) - (monodromy @ f0)[:, None] * (rates * start)
         residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
         jacobian[:n, :n] = monodromy
@@ -228,19 +223,10 @@ class FlowProblem(Problem):
         return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
 
     def told(self) -> dict[str, Any]:
-        strobe = self.strobe
-        return {
-            "phase": self.phase,
-            "every": strobe.every,
-            "period": strobe.period,
-            "forcing": strobe.forcing,
-            "autonomous": strobe.autonomous,
-        }
+        return {"phase": self.phase, **{name: getattr(self.strobe, name) for name in HOW}}
 
     def like(self, identity: Mapping[str, Any]) -> Problem:
-        family = self.strobe
-        named = {name: identity[name] for name in ("every", "period", "forcing", "autonomous")}
-        strobe = Strobe(family.fmu, parameters=family.values, tolerance=family.tolerance, **named)
+        strobe = strobe_of(self.strobe, **{name: identity[name] for name in HOW})
         return replace(self, phase=identity["phase"], strobe=strobe, kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:

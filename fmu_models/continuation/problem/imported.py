@@ -20,10 +20,8 @@ from fmu_models.sections.strobe import Strobe
 # the state of a contact of which nothing is known but that its indicator passes zero: its sign after an event may be
 # rounding
 PASSED = 1
-# of a parameter, for a central difference, which loses two thirds of the digits
-CHANGE = 1e-4
-# times the tolerance, for the motion that shows how near another one is
-COARSER = 10.0
+CHANGE = 1e-4  # of a parameter, for a central difference, which loses two thirds of the digits
+COARSER = 10.0  # times the tolerance, for the motion that shows how near another one is
 
 
 def indicator(i: int) -> str:
@@ -92,10 +90,8 @@ class ImportedProblem(FlowProblem):
             up, down = beside(j, 1.0), beside(j, -1.0)
             slopes = [(up - down) / 2.0]
             if not np.isfinite(slopes[0]):
-                slopes = [
-                    s * (4.0 * neighbour - beside(j, 2.0 * s) - 3.0 * value) / 2.0
-                    for s, neighbour in ((1, up), (-1, down))
-                ]
+                sides = (1, up), (-1, down)
+                slopes = [s * (4.0 * least - beside(j, 2.0 * s) - 3.0 * value) / 2.0 for s, least in sides]
             finite = [slope for slope in slopes if np.isfinite(slope)]
             if not finite:
                 return None
@@ -117,10 +113,7 @@ class ImportedProblem(FlowProblem):
         n = len(self.states)
         strobe = copy.copy(self._at(z))
         strobe.tolerance = COARSER * strobe.tolerance
-        coarse = Strobe(
-            strobe.fmu, every=strobe.every, forcing=strobe.forcing, period=strobe.period,
-            autonomous=strobe.autonomous, parameters=strobe.values, tolerance=strobe.tolerance,
-        ).step(z[None, :n])  # fmt: skip
+        coarse = strobe.folded(1).step(z[None, :n])
         matrix = seen.jacobian[:, : n + self.autonomous]
         missed = np.append(coarse.points[0] - z[:n] - seen.residual[:n], np.zeros(int(self.autonomous)))
         state = np.abs(np.linalg.solve(matrix, missed)).max()

@@ -18,13 +18,11 @@ from fmu_models.importer.flow import Flow, FlowDriver
 from fmu_models.importer.request import is_number
 from fmu_models.simulation.field import FieldRates, Vector
 
-# of the size of a number: distance between the points of a difference of fourth order
-APART = 1e-3
+APART = 1e-3  # of the size of a number: distance between the points of a difference of fourth order
 # places of the points, and their weights: central, and on one side
 CENTRAL = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 ONE_SIDED = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0
-# of a mode that no sign tells, beside those of signs and of what sticks
-MODES = 10
+MODES = 10  # of a mode that no sign tells, beside those of signs and of what sticks
 
 
 class ImportedField:

@@ -13,11 +13,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector, Word, cyclic
-from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, NEIMARK_SACKER
+from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, KINDS, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
@@ -74,7 +74,7 @@ class Node:
         return cyclic(self.seen.word)
 
     @cached_property
-    def multipliers(self) -> NDArray[np.complex128]:
+    def multipliers(self) -> Complex:
         """Largest first."""
         return self.problem.multipliers(self.seen.monodromy)
 
@@ -87,12 +87,9 @@ class Node:
     def tests(self) -> dict[str, float]:
         """Functions that change their sign at a fold, a branch point, a flip, a Neimark-Sacker point."""
         multipliers = self.problem.own(self.multipliers)
-        return {
-            FOLD: float(self.tangent[-1]),
-            BRANCH_POINT: float(np.linalg.det(np.vstack([scaled(self), self.tangent]))),
-            FLIP: passing_test(multipliers, "-1"),
-            NEIMARK_SACKER: passing_test(multipliers, "circle"),
-        }
+        crossing = float(np.linalg.det(np.vstack([scaled(self), self.tangent])))
+        passing = {kind: passing_test(multipliers, KINDS[kind].passes) for kind in (FLIP, NEIMARK_SACKER)}
+        return {FOLD: float(self.tangent[-1]), BRANCH_POINT: crossing, **passing}
 
     def matched(self, like: Passing) -> Passing:
         """The event or miss of another motion, as this one has it. Lost: it has none."""
@@ -136,7 +133,7 @@ class Node:
         return float((gradient * self.scales) @ self.tangent)
 
 
-def passing_test(multipliers: NDArray[np.complex128], passes: str) -> float:
+def passing_test(multipliers: Complex, passes: str) -> float:
     """What changes its sign where a multiplier passes "+1", "-1" or, in a pair, the "circle"."""
     if passes != "circle":
         return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)

@@ -26,19 +26,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.sections.system import SectionSystem
 
-Vector = NDArray[np.float64]
 Word = tuple[tuple[str, int, int], ...]
 
 
-# slots of passings that are those of no indicator: an event, the time between two of them
-EVENT, TIE = -1, 2
-# of the period: a passing of a neighbour that is further from this in time is another one
-SAME_TIME = 0.1
+EVENT, TIE = -1, 2  # slots of passings that are those of no indicator: an event, the time between two of them
+SAME_TIME = 0.1  # of the period: a passing of a neighbour that is further from this in time is another one
 
 
 def cyclic(word: Word) -> Word:
@@ -288,12 +285,12 @@ class Problem(ABC):
         """z of the same motion at another phase, or so many steps later."""
         return z
 
-    def multipliers(self, monodromy: Vector) -> NDArray[np.complex128]:
+    def multipliers(self, monodromy: Vector) -> Complex:
         """(n,) largest first."""
-        eigenvalues: NDArray[np.complex128] = np.linalg.eigvals(monodromy).astype(complex)
+        eigenvalues: Complex = np.linalg.eigvals(monodromy).astype(complex)
         return eigenvalues[np.lexsort((-np.real(eigenvalues), -np.abs(eigenvalues)))]
 
-    def own(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def own(self, multipliers: Complex) -> Complex:
         """(..., n - neutral): those that may change."""
         indices = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
         return np.take_along_axis(multipliers, indices, axis=-1)

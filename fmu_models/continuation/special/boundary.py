@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.normal_forms.set_valued import eigenvalue_crossings, hull
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem, equilibrium_problem
@@ -23,12 +23,9 @@ from fmu_models.continuation.problem.node import Lost, Node, arclength, look, so
 from fmu_models.continuation.problem.problem import Seen, Vector
 from fmu_models.language.contact_kinds import STICK
 
-# how far apart points are, in u, whose differences are slopes of indicators
-APART = 1e-6
-# how near to the surface the branch is followed: what is left is linear to rounding
-NEAR, TRIES = 1e-7, 60
-# how far beyond the surface its other side is looked at, in u
-BEYOND = (1e-6, 1e-5, 1e-4, 1e-3)
+APART = 1e-6  # how far apart points are, in u, whose differences are slopes of indicators
+NEAR, TRIES = 1e-7, 60  # how near to the surface the branch is followed: what is left is linear to rounding
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-3)  # how far beyond the surface its other side is looked at, in u
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +78,7 @@ class Boundary:
         minus, plus = self._pair()
         return (1.0 - q) * minus + q * plus
 
-    def path(self, q: Vector) -> NDArray[np.complex128]:
+    def path(self, q: Vector) -> Complex:
         """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,).
 
         Raises:

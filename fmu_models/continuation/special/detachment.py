@@ -20,10 +20,8 @@ from fmu_models.continuation.special.discontinuous import Touch, shrinking
 # steps towards the point, at most; how well limits of polynomials through neighbouring ones agree there, in u, and have
 # to where motions cannot be followed as near as that
 STEPS, AGREE, ENOUGH = 40, 1e-12, 1e-9
-# motions through which a polynomial goes
-LAST = 6
-# how far apart, in u, the point is that is found from both sides
-MEET = 1e-6
+LAST = 6  # motions through which a polynomial goes
+MEET = 1e-6  # how far apart, in u, the point is that is found from both sides
 
 
 def from_vanishing(start: Node, miss: Passing) -> Touch:
@@ -55,9 +53,7 @@ def _steadiest(values: list[Vector]) -> tuple[Vector, float] | None:
 
 def from_other_side(touch: Touch, node: Node) -> Touch | None:
     """The same point from a motion beyond it, whose tangent leads away; None if it is not found."""
-    begins = [
-        candidate for candidate in node.seen.misses if candidate.begins and candidate.contact == touch.miss.contact
-    ]
+    begins = [miss for miss in node.seen.misses if miss.begins and miss.contact == touch.miss.contact]
     for miss in sorted(begins, key=lambda candidate: abs(candidate.time - touch.miss.time)):
         try:
             opposite = from_vanishing(node.turned(), miss)

@@ -29,15 +29,13 @@ from fmu_models.continuation.special.kinds import COMPLIANT_GRAZING, CORNER, RIG
 from fmu_models.continuation.step.same_motion import begun_at
 from fmu_models.language.contact_kinds import AWAY, STICK
 
-# the least value of a miss, in its change by a unit of u, from where the rest is linear
-LEAST_MISS = 1e-9
+LEAST_MISS = 1e-9  # the least value of a miss, in its change by a unit of u, from where the rest is linear
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # by which the speed of an event shrinks, from motion to motion, to see whether they come to a point; curvature may
 # take the event away half-way
 SHRINKS = (0.5, 0.8, 0.93)
-# how far beyond a point, in u, the motion is looked for that goes on by other events
-BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)  # how far beyond a point, in u, the motion is looked for that goes on by other events
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +141,8 @@ def begun_after(node: Node, time: float) -> Node:
     not find it there."""
     length = node.seen.length
     passings = (mark.time for mark in (*node.seen.events, *node.seen.misses))
-    marks = sorted(
-        {0.0, length / 4, *(turn for passing in passings if (turn := (passing - time) % length) < length / 4)}
-    )
+    turns = ((passing - time) % length for passing in passings)
+    marks = sorted({0.0, length / 4, *(turn for turn in turns if turn < length / 4)})
     gap_start, end = max(pairwise(marks), key=lambda gap: gap[1] - gap[0])
     problem, z = node.problem.later(node.z, node.seen, (time + (gap_start + end) / 2) % length)
     return begun_at(node, problem, z)
@@ -218,10 +215,9 @@ def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
     """Change of u to the motion with an event that makes such a jump, to first order."""
     down = miss.gradient * node.scales
     size = float(np.linalg.norm(down[: len(node.problem.states)]))
+    matrix = np.vstack([_scaled(node.seen, node.scales), down / size])
     try:
-        solution: Any = np.linalg.solve(
-            np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth)
-        )
+        solution: Any = np.linalg.solve(matrix, -np.append(jump, depth))
         return solution
     except np.linalg.LinAlgError:
         raise Lost("the miss does not change along the branch") from None

@@ -14,12 +14,9 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Node
 
-# multiplier from which on something is said of it
-HUGE = 1e3
-# motions back to which it is compared, at most, and by how much it has grown since, at least
-BACK, GROWN = 40, 1.5
-# how well a power law holds, in logarithms; how much longer a period has become that grows
-ALIKE, LONGER = 0.3, 0.01
+HUGE = 1e3  # multiplier from which on something is said of it
+BACK, GROWN = 40, 1.5  # motions back to which it is compared, at most, and by how much it has grown since, at least
+ALIKE, LONGER = 0.3, 0.01  # how well a power law holds, in logarithms; how much longer a period has become that grows
 
 
 def why_huge(nodes: Sequence[Node]) -> str:

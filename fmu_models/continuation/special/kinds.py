@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Kind:
+class PointKind:
     """What is known of a kind.
 
     Attributes:
@@ -27,11 +27,11 @@ class Kind:
 
 
 # in the order of legends
-KINDS: dict[str, Kind] = {}
+KINDS: dict[str, PointKind] = {}
 
 
 def _row(name: str, *columns: str, crosses: bool = False, supercritical: int = 0, degenerate: str = "") -> str:
-    KINDS[name] = Kind(*columns, crosses=crosses, supercritical=supercritical, degenerate=degenerate)
+    KINDS[name] = PointKind(*columns, crosses=crosses, supercritical=supercritical, degenerate=degenerate)
     return name
 
 
@@ -58,6 +58,6 @@ BOUNDARY_EQUILIBRIUM = _row("boundary equilibrium", "o")
 SURFACE_END = _row("end at a surface", "X")
 
 
-def kind_of(name: str) -> Kind:
+def kind_of(name: str) -> PointKind:
     """The row of a kind; a plain one for a name that is not in the table."""
-    return KINDS.get(name, Kind("o"))
+    return KINDS.get(name, PointKind("o"))

@@ -9,10 +9,8 @@ from fmu_models.continuation.special.discontinuous import LEAST_MISS, Touch, fro
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
 FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
-# motions through which a polynomial goes to the next one
-LAST = 4
-# by how much the limit of the motions, in u, may still change with the last one of them
-SETTLED = 1e-6
+LAST = 4  # motions through which a polynomial goes to the next one
+SETTLED = 1e-6  # by how much the limit of the motions, in u, may still change with the last one of them
 
 
 def from_event(start: Node, event: Passing) -> Touch:
@@ -28,16 +26,13 @@ def from_event(start: Node, event: Passing) -> Touch:
     )
     if np.abs(limit - before).max() > SETTLED:
         raise Lost("the event is not lost along the branch")
-    without = None
     for share in (1.0, 2.0, 4.0, 16.0):
         u = limit + _out_of_reach(last_event, last, limit, share)
         seen = look(last.problem, u * last.scales)
         if seen is not None and len(seen.word) < len(last.seen.word):
-            without = u, seen
             break
-    if without is None:
+    else:
         raise Lost("no run without the event is near")
-    u, seen = without
     pending = [candidate for candidate in seen.misses if not candidate.begins and candidate.slot != TIE]
     miss = min(event.begun_in(pending), key=lambda candidate: abs(candidate.time - last_event.time), default=None)
     if miss is None:

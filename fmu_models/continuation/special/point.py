@@ -49,6 +49,11 @@ class SpecialPoint(Shown):
         error, "" where it is not known."""
         return criticality(self.kind, self._cubic)
 
+    def _told(self, details: Mapping[str, object]) -> dict[str, object]:
+        """What is shown of it."""
+        ends = {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        return {"kind": self.kind, self.parameter: self.value, **details, **ends}
+
     @property
     def place(self) -> str:
         """It in words, with its value."""

@@ -33,12 +33,9 @@ from fmu_models.continuation.special.discontinuous import (
 )
 from fmu_models.continuation.step.same_motion import images
 
-# misses are at once that are all so small, in their change by a unit of u
-TOGETHER = 1e-6
-# speeds of the impacts that a motion with all of them begins with
-SPEEDS = (1e-3, 3e-3, 1e-2)
-# letters of a word: which of the misses of a period become events
-Letters = tuple[tuple[int, ...], ...]
+TOGETHER = 1e-6  # misses are at once that are all so small, in their change by a unit of u
+SPEEDS = (1e-3, 3e-3, 1e-2)  # speeds of the impacts that a motion with all of them begins with
+Letters = tuple[tuple[int, ...], ...]  # letters of a word: which of the misses of a period become events
 
 
 def at_once(touch: Touch) -> list[Passing]:
@@ -78,11 +75,8 @@ def _placed(touch: Touch, miss: Passing) -> Touch | None:
     try:
         node = begun_after(touch.node, miss.time)
         same = node.seen.match(miss, (miss.time - touch.node.seen.length) % node.seen.length)
-        latest = max(
-            (candidate for candidate in node.seen.misses if candidate.key == miss.key),
-            key=lambda candidate: candidate.time,
-            default=same,
-        )
+        alike = (candidate for candidate in node.seen.misses if candidate.key == miss.key)
+        latest = max(alike, key=lambda candidate: candidate.time, default=same)
         return None if latest is None else from_miss(node, latest)
     except Lost:
         return None

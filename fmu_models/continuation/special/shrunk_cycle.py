@@ -11,14 +11,11 @@ from scipy.optimize import newton
 
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
-from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.strobe import strobe_of
 
-# of the scales of the states: a cycle that is smaller is near its end
-SMALL = 1e-2
-# of the period, over which an equilibrium is looked at: not so much that multipliers come back to 1
-SHARE = 0.25
-# of the range of the parameter: the Hopf point is no farther from a small cycle
-NEAR = 1e-2
+SMALL = 1e-2  # of the scales of the states: a cycle that is smaller is near its end
+SHARE = 0.25  # of the period, over which an equilibrium is looked at: not so much that multipliers come back to 1
+NEAR = 1e-2  # of the range of the parameter: the Hopf point is no farther from a small cycle
 
 
 def amplitude(node: Node) -> float:
@@ -33,9 +30,7 @@ def hopf_of(node: Node) -> Node | None:
     cycle = node.problem
     if not isinstance(cycle, FlowProblem) or not cycle.autonomous or amplitude(node) > SMALL or node.word:
         return None
-    strobe = cycle.strobe
-    still = Strobe(strobe.fmu, period=SHARE * node.seen.length, parameters=strobe.values, tolerance=strobe.tolerance)
-    problem = replace(cycle, strobe=still, kept=cycle.kept)
+    problem = replace(cycle, strobe=strobe_of(cycle.strobe, period=SHARE * node.seen.length), kept=cycle.kept)
     n = len(cycle.states)
     scales = np.append(node.scales[:n], node.scales[-1])
     solved_nodes: list[Node] = []

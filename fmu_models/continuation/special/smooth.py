@@ -23,10 +23,8 @@ from fmu_models.continuation.special.kinds import BRANCH_POINT, FOLD, KINDS
 # share of the distance between two motions to which a branch point is narrowed by halving; how far apart, in u and at
 # most in that distance, the motions lie that its function is interpolated from
 NARROW, WIDTHS, SHARES = 0.1, (4e-3, 1e-3), ((0.1, 0.1), (1.0, 1.0))
-# motions through which a polynomial goes to the next one
-NEAREST = 4
-# how near a multiplier is to where it should be
-HOLDS = 1e-4
+NEAREST = 4  # motions through which a polynomial goes to the next one
+HOLDS = 1e-4  # how near a multiplier is to where it should be
 
 
 def changes(before: Node, after: Node) -> list[str]:

@@ -8,8 +8,8 @@ from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.trace import curve_of
@@ -55,8 +55,8 @@ class Special(SpecialPoint):
 
     period: float
     words: tuple[Word, Word]
-    multipliers: NDArray[np.complex128]
-    multipliers_with_event: NDArray[np.complex128] | None = None
+    multipliers: Complex
+    multipliers_with_event: Complex | None = None
     value_with_event: float = np.nan
     slope: float = np.nan
     touch: Touch | None = field(default=None, repr=False)
@@ -98,10 +98,8 @@ class Special(SpecialPoint):
         return self.node.state_at(turns)
 
     def _contents(self) -> dict[str, object]:
-        contents: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
-        contents |= {"criticality": self.criticality or None}
-        contents |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
-        return contents | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+        spectra = {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
+        return self._told({"period": self.period, "criticality": self.criticality or None, **spectra})
 
 
 def special_of(

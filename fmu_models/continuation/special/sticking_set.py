@@ -17,8 +17,7 @@ from fmu_models.continuation.problem.node import Lost, Node, look, parameter, sc
 from fmu_models.continuation.problem.problem import Seen, Vector, Word
 from fmu_models.language.contact_kinds import STICK
 
-# of a walk, in u: the first step, how near to its end it comes, how far it goes
-FIRST, NEAR, FAR = 1e-3, 1e-7, 1e6
+FIRST, NEAR, FAR = 1e-3, 1e-7, 1e6  # of a walk, in u: the first step, how near to its end it comes, how far it goes
 # of the range of the parameter: the longest step, the shortest, and how near to where the length is zero it comes
 LONGEST, SHORTEST, CLOSE = 0.02, 1e-9, 1e-7
 

@@ -33,11 +33,9 @@ class EquilibriumFollower(Follower):
             self._add(boundary.before)
         self.way.meet(AtSurface("surface", boundary.before, boundary=boundary))
         if boundary.after is None:
-            self.way.end = (
-                "surface",
-                f"the equilibrium comes to the switching surface of '{boundary.contact}' at {node.problem.over} = "
-                f"{boundary.z[-1]:.9g}, and there is none beyond that stands alone",
-            )
+            place = f"the switching surface of '{boundary.contact}' at {node.problem.over} = {boundary.z[-1]:.9g}"
+            why = f"the equilibrium comes to {place}, and there is none beyond that stands alone"
+            self.way.end = "surface", why
             return None
         self._add(boundary.after)
         return boundary.after, float(np.linalg.norm(boundary.after.u - boundary.u))

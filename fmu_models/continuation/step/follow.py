@@ -32,22 +32,16 @@ from fmu_models.language.contact_kinds import CHATTERING
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most
 FIRST, LONGEST, SHORTEST, HALVINGS = 0.01, 0.1, 1e-6, 14
-# least cosine between tangents of neighbours
-STRAIGHT = 0.95
-# how far a correction may lead, in parts of its step
-ASIDE = 0.2
-# states beyond so many times their scale, or their begin, are on their way to infinity
-LARGE = 50.0
+STRAIGHT = 0.95  # least cosine between tangents of neighbours
+ASIDE = 0.2  # how far a correction may lead, in parts of its step
+LARGE = 50.0  # states beyond so many times their scale, or their begin, are on their way to infinity
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
-# from this step on, in u, a test that may have been zero twice on the way is looked at nearer
-WARY = 1e-3
-# motions that are kept at once on the disk, at least
-PIECE = 16
+WARY = 1e-3  # from this step on, in u, a test that may have been zero twice on the way is looked at nearer
+PIECE = 16  # motions that are kept at once on the disk, at least
 # how far beyond its last motion, in parts of the range, a parameter is tried that may be out of its bounds
 BESIDE = 1e-4
-# so many short steps in a row that were cut by a change of the word that could not be found
-HIDDEN, SHORT = 4, 3e-5
+HIDDEN, SHORT = 4, 3e-5  # so many short steps in a row that were cut by a change of the word that could not be found
 
 
 def is_far(node: Node, begin: Node) -> bool:
@@ -121,10 +115,7 @@ class Follower:
         while self.way.end[0] == "unfinished":
             self._keep(step, grows)
             if len(self.way.nodes) >= self.points:
-                self.way.end = (
-                    "points",
-                    f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}",
-                )
+                self.way.end = "points", f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}"
                 return
             after = self._stepped(node, step)
             if isinstance(after, Ahead):
@@ -171,11 +162,8 @@ class Follower:
         for _ in range(HALVINGS):
             try:
                 after, length = self._corrected(node, step)
-                if (
-                    after.word == node.word
-                    and self._near(node, after, length)
-                    and not self._doubtful(node, after, length)
-                ):
+                same = after.word == node.word and self._near(node, after, length)
+                if same and not self._doubtful(node, after, length):
                     self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
                     if self.hidden >= HIDDEN and looks:
                         break
@@ -200,17 +188,13 @@ class Follower:
         if refused:
             self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
         elif chattering:
-            self.way.end = (
-                "chatter",
-                f"no motion in which '{chattering[0]}' comes to rest after infinitely many impacts follows at {at}",
-            )
+            rest = f"'{chattering[0]}' comes to rest after infinitely many impacts"
+            self.way.end = "chatter", f"no motion in which {rest} follows at {at}"
         else:
             explanation = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
-            self.way.end = (
-                "unresolved",
-                f"no motion of the same events follows at {at}, and no change of them explains it"
-                f"{f' ({explanation})' if explanation else ''}{why_huge(self.way.nodes)}",
-            )
+            explanation = f"it{f' ({explanation})' if explanation else ''}{why_huge(self.way.nodes)}"
+            why = f"no motion of the same events follows at {at}, and no change of them explains {explanation}"
+            self.way.end = "unresolved", why
 
     def _refused(self, node: Node) -> str:
         """Why the parameter cannot go on, whatever the motion is; "" if it can."""
@@ -289,10 +273,7 @@ class Follower:
         if hopf is None:
             return False
         self.way.meet(Found(HOPF, hopf))
-        self.way.end = (
-            "equilibrium",
-            f"the cycle shrinks to the equilibrium at {node.problem.over} = {hopf.value:.9g}",
-        )
+        self.way.end = "equilibrium", f"the cycle shrinks to the equilibrium at {node.problem.over} = {hopf.value:.9g}"
         return True
 
     def _closed(self, node: Node) -> bool:
@@ -301,10 +282,6 @@ class Follower:
         if len(nodes) < 8 or node.word != self.begin.word or node.problem is not nodes[-2].problem:
             return False
         before = nodes[-2]
-        return self._closes(before, node)
-
-    def _closes(self, before: Node, node: Node) -> bool:
-        """Whether the begin lies between two neighbours."""
         begins = images(self.begin, node.problem)
         z = next((candidate for candidate in begins if between(before, node, candidate / node.scales)), None)
         seen = None if z is None else look(node.problem, z)
@@ -346,10 +323,7 @@ class Follower:
         if self._closed_at(touch):
             return None
         if kind == "event" and is_part(touch, before):
-            self.way.end = (
-                "parent",
-                "several events come at once there: it has come to the motion without any of them",
-            )
+            self.way.end = "parent", "several events come at once there: it has come to the motion without any of them"
             return None
         if self._repeats(after):
             self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
@@ -366,23 +340,16 @@ class Follower:
         values = [float(member.u[-1]) for member in touches]
         if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
             return False
-        self.way.end = (
-            "chatter",
-            f"impacts of '{touch.miss.contact}' are added without end towards {touch.node.problem.over} = "
-            f"{touch.z[-1]:.9g}: beyond lies a motion with infinitely many",
-        )
+        towards = f"{touch.node.problem.over} = {touch.z[-1]:.9g}: beyond lies a motion with infinitely many"
+        self.way.end = "chatter", f"impacts of '{touch.miss.contact}' are added without end towards {towards}"
         return True
 
     def _closed_at(self, touch: Touch) -> bool:
         """Whether the same point has been passed before."""
         for _, finding in self.way.findings[:-1]:
-            same = finding.touch is not None and abs(finding.touch.u[-1] - touch.u[-1]) < 1e-8
-            if (
-                same
-                and finding.node.word == touch.node.word
-                and finding.touch is not None
-                and finding.touch.miss.contact == touch.miss.contact
-            ):
+            if finding.touch is None or finding.touch.miss.contact != touch.miss.contact:
+                continue
+            if abs(finding.touch.u[-1] - touch.u[-1]) < 1e-8 and finding.node.word == touch.node.word:
                 begins = images(finding.touch.node, touch.node.problem)
                 distances = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
                 if min(distances) < CLOSED:

@@ -46,20 +46,15 @@ class ImportedFollower(Follower):
             self._rescan(node, replace(touch, event_side=(beside,)))
             at = at.turned()
         before, beyond = (touch.node, beside) if gains else (beside.turned(), touch.node.turned())
-        finding = Found(GRAZING, at, before=before, after=beyond, contact=touch.miss.contact)
-        self.way.meet(finding)
+        self.way.meet(Found(GRAZING, at, before=before, after=beyond, contact=touch.miss.contact))
         self._add(beyond)
         return beyond, away
 
 
 def _touched(node: Node, within: float) -> Touch | None:
     """The point ahead of a motion at which an indicator of it touches zero, no farther than that."""
-    misses = [
-        (-passing.value / node.along(passing.gradient), passing)
-        for passing in node.seen.misses
-        if node.along(passing.gradient) < 0.0
-    ]
-    for _, miss in sorted(misses, key=lambda candidate: candidate[0]):
+    falling = [(node.along(miss.gradient), miss) for miss in node.seen.misses if node.along(miss.gradient) < 0.0]
+    for _, miss in sorted(falling, key=lambda candidate: -candidate[1].value / candidate[0]):
         with suppress(Lost):
             touch = from_miss(node, miss)
             if -1e-9 <= node.tangent @ (touch.u - node.u) <= within:
@@ -73,8 +68,7 @@ def _beside(touch: Touch) -> Node | None:
     for distance in BESIDE:
         with suppress(Lost):
             border = arclength(touch.u, node.tangent, node.scales, distance)
-            guess = touch.u + distance * node.tangent
-            solution = node.corrected(guess, border, reach=100.0 * distance)
+            solution = node.corrected(touch.u + distance * node.tangent, border, reach=100.0 * distance)
             if solution.word != node.word:
                 return solution
     return None

@@ -10,10 +10,8 @@ import numpy as np
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved, tangent_of
 from fmu_models.continuation.problem.problem import Problem, Vector
 
-# how far along a branch, in u, its sense is looked up after a change of the phase
-NEXT = 1e-4
-# a branch that comes so near to a motion again has passed it
-CLOSED = 1e-6
+NEXT = 1e-4  # how far along a branch, in u, its sense is looked up after a change of the phase
+CLOSED = 1e-6  # a branch that comes so near to a motion again has passed it
 
 
 def turned(after: Problem, node: Node) -> Vector:
@@ -67,17 +65,11 @@ def between(before: Node, after: Node, u: Vector) -> bool:
 
 def passes(nodes: Sequence[Node], node: Node) -> bool:
     """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
-    neighbours = [
-        neighbour
-        for neighbour in nodes
-        if neighbour.word == node.word and abs(neighbour.value - node.value) <= CLOSED * node.scales[-1]
-    ]
-    if any(
-        np.abs(z / neighbour.scales - neighbour.u).max() <= CLOSED
-        for neighbour in neighbours
-        for z in images(node, neighbour.problem)
-    ):
-        return True
+    near = CLOSED * node.scales[-1]
+    neighbours = [other for other in nodes if other.word == node.word and abs(other.value - node.value) <= near]
+    for other in neighbours:
+        if any(np.abs(z / other.scales - other.u).max() <= CLOSED for z in images(node, other.problem)):
+            return True
     for before, after in pairwise(nodes):
         same = before.word == after.word == node.word and before.problem is after.problem
         if not same or not min(before.value, after.value) - 1e-9 <= node.value <= max(before.value, after.value) + 1e-9:

@@ -14,8 +14,7 @@ from fmu_models.continuation.special.lost_event import from_event
 from fmu_models.continuation.special.several import at_once, with_all
 from fmu_models.language.contact_kinds import AWAY, STICK
 
-# how many steps ahead an event may be lost or come
-AHEAD = 6.0
+AHEAD = 6.0  # how many steps ahead an event may be lost or come
 
 
 @dataclass(frozen=True, eq=False)

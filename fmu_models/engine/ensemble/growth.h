@@ -1,6 +1,5 @@
 /* Growth of the differences that tangents carry. */
-#ifndef STICKSLIP_GROWTH_H
-#define STICKSLIP_GROWTH_H
+#pragma once
 
 /* product of two vectors, and the length of one */
 double growth_product(const double *a, const double *b, int length);
@@ -10,5 +9,3 @@ double growth_norm(const double *v, int n);
    sizes; 0 and a vector of zeros where nothing but rounding is left of one; always_twice: to the same digits whatever is
    left; losing: differences may have been lost altogether */
 void growth_orthonormalize(double *vectors, int n, int apart, int length, int always_twice, int losing, double *growth);
-
-#endif

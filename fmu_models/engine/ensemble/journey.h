@@ -1,6 +1,5 @@
 /* One run of an ensemble between its steps: its start, the rows that it fills, and when it is over. */
-#ifndef STICKSLIP_JOURNEY_H
-#define STICKSLIP_JOURNEY_H
+#pragma once
 
 #include "../fmi/instance.h"
 #include "known_orbits.h"
@@ -46,5 +45,3 @@ void journey_end(const Job *job, Outcome outcome);
 
 /* unit vectors: of the states as the choice of contact states has left them */
 void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED]);
-
-#endif

@@ -1,6 +1,5 @@
 /* When a motion needs to be followed no farther: it repeats itself, or has come to an orbit that is known. */
-#ifndef STICKSLIP_KNOWN_ORBITS_H
-#define STICKSLIP_KNOWN_ORBITS_H
+#pragma once
 
 #include "../model/run_state.h"
 #include "request.h"
@@ -21,5 +20,3 @@ void arrival_start(Arrival *a, const Ensemble *e, double *memory);
 int64_t arrival_period(Arrival *a, const double *x, double time);
 /* the known orbit that it has come to; -1: none yet */
 int64_t arrival_orbit(Arrival *a, const double *x);
-
-#endif

@@ -1,6 +1,5 @@
 /* Strobes of many motions at once, by a stepper beside the FMU (lane_stepper.h). */
-#ifndef STICKSLIP_LANE_RUNS_H
-#define STICKSLIP_LANE_RUNS_H
+#pragma once
 
 #include "../fmi/instance.h"
 #include "request.h"
@@ -11,5 +10,3 @@ int lane_runs_possible(const Ensemble *e);
 int64_t lane_runs_room(const void *stepper, int64_t longest);
 /* all runs */
 Status lane_runs(Instance *m, Ensemble *e);
-
-#endif

@@ -1,8 +1,7 @@
 /* What steps many motions at once, from strobe to strobe: the contract between an ensemble and a library beside the FMU
    (fmu_models/lanes). Events that it has no rule for the engine decides; a step that it cannot make it leaves as it was,
    and the series of the engine make that. */
-#ifndef STICKSLIP_LANE_STEPPER_H
-#define STICKSLIP_LANE_STEPPER_H
+#pragma once
 
 #include <stdint.h>
 
@@ -49,5 +48,3 @@ typedef struct {
     void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, LaneResolve resolve,
                  void *context);
 } LaneStepper;
-
-#endif

@@ -1,7 +1,6 @@
 /* Many runs over many steps of a section: what is asked for and what comes of it. The program that asks reads these
    structures here. */
-#ifndef STICKSLIP_ENSEMBLE_REQUEST_H
-#define STICKSLIP_ENSEMBLE_REQUEST_H
+#pragma once
 
 #include <stdint.h>
 
@@ -92,5 +91,3 @@ typedef struct {
     void *lane_room;
     int64_t *in_lanes;
 } Ensemble;
-
-#endif

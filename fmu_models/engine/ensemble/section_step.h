@@ -1,6 +1,5 @@
 /* One step of a section: from one meeting with it to the next. */
-#ifndef STICKSLIP_SECTION_STEP_H
-#define STICKSLIP_SECTION_STEP_H
+#pragma once
 
 #include "../tangents/tangent.h"
 #include "../model/run_state.h"
@@ -33,5 +32,3 @@ Outcome section_step(Run *r, Walk *w);
 Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions, double *grown);
 /* time in contact up to now, for a row */
 void section_step_close_row(const signed char *state, double time, Walk *w);
-
-#endif

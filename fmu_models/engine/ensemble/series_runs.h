@@ -1,6 +1,5 @@
 /* Steps of a run by the series of the engine. */
-#ifndef STICKSLIP_SERIES_RUNS_H
-#define STICKSLIP_SERIES_RUNS_H
+#pragma once
 
 #include "journey.h"
 
@@ -8,5 +7,3 @@
 Outcome series_step(Job *job);
 /* all of a run that has been started */
 Outcome series_run(Job *job);
-
-#endif

@@ -1,6 +1,5 @@
 /* Events that accumulate at one time. */
-#ifndef STICKSLIP_ACCUMULATION_H
-#define STICKSLIP_ACCUMULATION_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -14,5 +13,3 @@ void accumulation_place(Run *r);
 RunStatus accumulation_check_pace(Run *r, int c);
 /* whether time still moves; asked once per instant with events. last: a contact that changed; bounds: as noted */
 RunStatus accumulation_check(Run *r, int last, int bounds);
-
-#endif

@@ -1,6 +1,5 @@
 /* Rates and forces of contacts, with bounds of the forces. */
-#ifndef STICKSLIP_BOX_PROBLEM_H
-#define STICKSLIP_BOX_PROBLEM_H
+#pragma once
 
 /* rates y = b + G l for forces l between bounds; y > 0 only where l is at its lower bound, y < 0 only at its upper */
 typedef struct {
@@ -14,5 +13,3 @@ typedef struct {
     double tolerance;            /* what part of the magnitudes is zero */
     const signed char *fixed;    /* unknowns that keep their state, whether it fits or not; NULL: none */
 } BoxProblem;
-
-#endif

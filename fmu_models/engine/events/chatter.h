@@ -1,6 +1,5 @@
 /* The end of a chatter. */
-#ifndef STICKSLIP_CHATTER_H
-#define STICKSLIP_CHATTER_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -11,5 +10,3 @@ RunStatus chatter_settle(Run *r, int *moved);
 double chatter_rate(Run *r, int c);
 /* after a reset of switch c that came with this rate: whether it is in the tail of a chatter, and until when */
 void chatter_note_reset(Run *r, int c, double before);
-
-#endif

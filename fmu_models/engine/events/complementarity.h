@@ -1,6 +1,5 @@
 /* Forces of contacts that are held, or at a bound of their force, with the rates that belong to that. */
-#ifndef STICKSLIP_COMPLEMENTARITY_H
-#define STICKSLIP_COMPLEMENTARITY_H
+#pragma once
 
 #include "box_problem.h"
 
@@ -14,5 +13,3 @@
  */
 int complementarity_solve(const BoxProblem *problem, signed char *state, double *force, double *room,
                           double *lemke_room);
-
-#endif

@@ -1,6 +1,5 @@
 /* Contacts that can be held, as the unknowns of one complementarity problem. */
-#ifndef STICKSLIP_CONTACT_BOX_H
-#define STICKSLIP_CONTACT_BOX_H
+#pragma once
 
 #include "../model/model.h"
 #include "complementarity.h"
@@ -31,5 +30,3 @@ static inline int contact_box_solve(ContactBox *o, int lemke)
 {
     return complementarity_solve(&o->problem, o->state, o->force, o->room, LEMKE && lemke ? o->lemke_room : NULL);
 }
-
-#endif

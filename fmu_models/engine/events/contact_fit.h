@@ -1,6 +1,5 @@
 /* Whether contacts fit their states from one instant on, and which they have to change to. */
-#ifndef STICKSLIP_CONTACT_FIT_H
-#define STICKSLIP_CONTACT_FIT_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -25,5 +24,3 @@ double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude);
 int fit_can_stick(const Run *r, int c);
 /* the state that candidate c has to change to, its own if it fits; order 0 of the trial is in scratch */
 signed char fit_wanted_state(Run *r, Trial *trial, int c);
-
-#endif

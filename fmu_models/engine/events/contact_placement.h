@@ -1,6 +1,5 @@
 /* Where contacts are at one instant, and coordinates at walls. */
-#ifndef STICKSLIP_CONTACT_PLACEMENT_H
-#define STICKSLIP_CONTACT_PLACEMENT_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -41,5 +40,3 @@ void placement_on_walls(Run *r, const signed char *at_walls);
 /* closed rigid contacts stay at their walls, whatever rounding adds up to: moves the coordinates and marks the
    contacts; 1 if any */
 int placement_closed_on_walls(Run *r, signed char *closed);
-
-#endif

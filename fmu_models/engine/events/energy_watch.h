@@ -1,6 +1,5 @@
 /* Whether events keep the balance of energy. */
-#ifndef STICKSLIP_ENERGY_WATCH_H
-#define STICKSLIP_ENERGY_WATCH_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -14,5 +13,3 @@ Velocities energy_velocities(const Run *r);
 RunStatus energy_check_projection(Run *r, const Velocities *before);
 /* after the impulses of an impact: the kinetic energy has changed by their work; RUN_ERROR if it has not */
 RunStatus energy_check_impact(Run *r, const Velocities *before);
-
-#endif

@@ -1,6 +1,5 @@
 /* How far start values, or an importer that integrates by itself, may be off at the wall of a rigid contact. */
-#ifndef STICKSLIP_GAP_TOLERANCE_H
-#define STICKSLIP_GAP_TOLERANCE_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -13,5 +12,3 @@ double gap_resolution(const Run *r, const Jets *j, int c);
 /* the gap of rigid contact c that the rounding of parameters, inputs and time makes where a run starts: far from time
    zero a wall that moves is known no better; r holds the depth in scratch, and no step */
 double gap_rounding(Run *r, int c);
-
-#endif

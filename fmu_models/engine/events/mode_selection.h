@@ -1,10 +1,7 @@
 /* Which contacts are held from one instant on. */
-#ifndef STICKSLIP_MODE_SELECTION_H
-#define STICKSLIP_MODE_SELECTION_H
+#pragma once
 
 #include "../model/run_state.h"
 
 /* the contacts marked may change state: choose, set their known zeros, project; moved: x changed */
 RunStatus selection_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
-
-#endif

@@ -1,6 +1,5 @@
 /* A run from event to event; the FMI interfaces and whole runs are thin layers over these calls. */
-#ifndef STICKSLIP_RUN_H
-#define STICKSLIP_RUN_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -36,5 +35,3 @@ void run_finish_segment(Run *r);
 void run_move_inside(Run *r, double time, double since_start);
 /* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
 RunStatus run_keep_without_slip(Run *r);
-
-#endif

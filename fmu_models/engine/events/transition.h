@@ -1,6 +1,5 @@
 /* What happens at an event. */
-#ifndef STICKSLIP_TRANSITION_H
-#define STICKSLIP_TRANSITION_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -12,5 +11,3 @@ RunStatus transition_make(Run *r, int *moved);
 void transition_tell(const Run *r, const signed char *before, EventSink sink, void *context);
 /* resolve the event that waits at r's instant */
 RunStatus transition_resolve(Run *r, EventSink sink, void *context);
-
-#endif

@@ -1,6 +1,5 @@
 /* The clocks of an instance: triggered ones, which tick at the events of its contacts. */
-#ifndef STICKSLIP_CLOCKS_H
-#define STICKSLIP_CLOCKS_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -10,5 +9,3 @@
 Status clocks_get(Instance *m, const char *function, const uint32_t *vr, size_t n, bool *active);
 /* refuse what only clocks of other kinds have */
 Status clocks_refuse(Instance *m, const char *function, const uint32_t *vr, size_t n, const char *reason);
-
-#endif

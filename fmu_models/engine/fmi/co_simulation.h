@@ -1,6 +1,5 @@
 /* The step of Co-Simulation. */
-#ifndef STICKSLIP_CO_SIMULATION_H
-#define STICKSLIP_CO_SIMULATION_H
+#pragma once
 
 #include "instance.h"
 
@@ -11,5 +10,3 @@ typedef struct {
 } StepEnd;
 
 Status co_simulation_step(Instance *m, const char *function, double time, double step, StepEnd *ended);
-
-#endif

@@ -9,6 +9,9 @@
 #include "iteration.h"
 #include "variables.h"
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* the standard hands over more than is asked for here */
+
 /* statuses, value references and integers are passed through as they are */
 _Static_assert((int)fmi2OK == STATUS_OK && (int)fmi2Error == STATUS_ERROR, "numbers of fmi2Status");
 _Static_assert(sizeof(fmi2ValueReference) == sizeof(uint32_t) && sizeof(fmi2Integer) == sizeof(int32_t),
@@ -28,8 +31,6 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on)
 {
-    (void)resources;
-    (void)visible;
     void (*logger)(void) = functions ? (void (*)(void))functions->logger : NULL;
     void *environment = functions ? functions->componentEnvironment : NULL;
     return instance_new(name, guid, type == fmi2CoSimulation, say, logger, environment, logging_on, 0);
@@ -83,8 +84,6 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 #define NO_VARIABLES(Name, type, kind)                                                                                 \
     fmi2Status fmi2##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, type value[])                      \
     {                                                                                                                  \
-        (void)vr;                                                                                                      \
-        (void)value;                                                                                                   \
         return (fmi2Status)variables_none(c, __func__, n, kind);                                                       \
     }
 
@@ -157,7 +156,6 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
 {
     StepEnd end;
-    (void)no_set_state;
     if (instance_enter(c, PHASE_STEP, __func__)) return fmi2Error;
     return (fmi2Status)co_simulation_step(c, __func__, time, step, &end);
 }
@@ -192,7 +190,6 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 #define NO_STATUS(Name, type)                                                                                          \
     fmi2Status fmi2##Name(fmi2Component c, const fmi2StatusKind kind, type *value)                                     \
     {                                                                                                                  \
-        (void)value;                                                                                                   \
         return c ? (fmi2Status)instance_refuse(c, "%s: no status of kind %d: steps are never asynchronous", __func__,  \
                                                (int)kind)                                                              \
                  : fmi2Error;                                                                                          \
@@ -201,3 +198,5 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 NO_STATUS(GetStatus, fmi2Status)
 NO_STATUS(GetIntegerStatus, fmi2Integer)
 NO_STATUS(GetStringStatus, fmi2String)
+
+#pragma GCC diagnostic pop

@@ -1,9 +1,19 @@
-/* The FMI 3.0 interface of an instance: its life, in Model Exchange and Co-Simulation (fmi-standard.org, FMI 3.0.2). */
-#include "fmi3_interface.h"
+/* The FMI 3.0 interface of an instance: Model Exchange and Co-Simulation (fmi-standard.org, FMI 3.0.2). */
+#include <string.h>
 
+#ifndef FMI3_OVERRIDE_FUNCTION_PREFIX
+#define FMI3_OVERRIDE_FUNCTION_PREFIX
+#endif
+#include "fmi3Functions.h"
+
+#include "clocks.h"
+#include "co_simulation.h"
 #include "fmu_state.h"
 #include "iteration.h"
 #include "variables.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* the standard hands over more than is asked for here */
 
 /* statuses and integers are passed through as they are */
 _Static_assert((int)fmi3OK == STATUS_OK && (int)fmi3Error == STATUS_ERROR, "numbers of fmi3Status");
@@ -29,8 +39,6 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback logger)
 {
-    (void)resources;
-    (void)visible;
     return instance_new(name, token, 0, say, (void (*)(void))logger, environment, logging_on, 1);
 }
 
@@ -41,8 +49,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3LogMessageCallback logger,
                                          fmi3IntermediateUpdateCallback intermediate_update)
 {
-    (void)resources;
-    (void)visible;
     Instance *m = instance_new(name, token, 1, say, (void (*)(void))logger, environment, logging_on, 1);
     if (!m) return NULL;
     for (size_t k = 0; intermediate && k < n_intermediate; k++)
@@ -65,13 +71,6 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
                                                fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
                                                fmi3UnlockPreemptionCallback unlock)
 {
-    (void)name;
-    (void)token;
-    (void)resources;
-    (void)visible;
-    (void)clock_update;
-    (void)lock;
-    (void)unlock;
     if (logger && logging_on)
         logger(environment, fmi3Error, "logStatusError",
                "fmi3InstantiateScheduledExecution: the model has no input clocks");
@@ -139,7 +138,184 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance c)
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time)
 {
-    (void)clock;
-    (void)time;
     return (fmi3Status)instance_not_provided(c, __func__, "the model has no input clocks");
 }
+
+/* from event mode into the mode in which time goes on, which only one of the two interfaces has */
+static fmi3Status leave_event_mode(Instance *m, const char *function, int co_simulation, Phase next, const char *other)
+{
+    int changed;
+    if (instance_enter(m, PHASE_EVENT, function)) return fmi3Error;
+    if (m->core.co_simulation != co_simulation) return (fmi3Status)instance_not_provided(m, function, other);
+    if (iteration_update(m, function, &changed)) return fmi3Error;
+    memset(m->core.ticks, 0, sizeof m->core.ticks);
+    m->core.phase = next;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
+{
+    return leave_event_mode(c, __func__, 0, PHASE_CONTINUOUS, "Co-Simulation goes on with fmi3EnterStepMode");
+}
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c)
+{
+    return leave_event_mode(c, __func__, 1, PHASE_STEP, "Model Exchange goes on with fmi3EnterContinuousTimeMode");
+}
+
+#define NUMBER_OF(Name, number)                                                                                        \
+    fmi3Status fmi3GetNumberOf##Name(fmi3Instance c, size_t *n)                                                        \
+    {                                                                                                                  \
+        if (instance_enter(c, PHASES_ALL, __func__) || instance_array(c, n, 1, __func__, "the number"))                \
+            return fmi3Error;                                                                                          \
+        *n = number;                                                                                                   \
+        return fmi3OK;                                                                                                 \
+    }
+
+NUMBER_OF(EventIndicators, MODEL_NI)
+NUMBER_OF(ContinuousStates, MODEL_FLOWING)
+
+/* Co-Simulation */
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
+                                    fmi3Float64 values[], size_t n_values)
+{
+    if (instance_enter(c, PHASES_ALL, __func__) || instance_same(c, __func__, n, n_values)) return fmi3Error;
+    return (fmi3Status)variables_output_derivatives(c, __func__, vr, n, orders, values);
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set_state,
+                      fmi3Boolean *event_handling_needed, fmi3Boolean *terminate, fmi3Boolean *early_return,
+                      fmi3Float64 *last_time)
+{
+    Instance *m = c;
+    const void *results[] = {event_handling_needed, terminate, early_return, last_time};
+    StepEnd end;
+    if (instance_enter(m, PHASE_STEP, __func__)) return fmi3Error;
+    for (int i = 0; i < 4; i++)
+        if (instance_array(m, results[i], 1, __func__, "a result")) return fmi3Error;
+    *event_handling_needed = *terminate = *early_return = false;
+    Status status = co_simulation_step(m, __func__, time, step, &end);
+    *event_handling_needed = end.event != 0;
+    *early_return = end.early != 0;
+    *last_time = m->core.run.at.time;
+    return (fmi3Status)status;
+}
+
+/* variables of the types the model has */
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[],
+                          size_t n_values)
+{
+    if (instance_enter(c, PHASES_ALL, __func__) || instance_same(c, __func__, n, n_values)) return fmi3Error;
+    return (fmi3Status)variables_get(c, __func__, vr, n, values);
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[],
+                          size_t n_values)
+{
+    if (instance_enter(c, PHASES_ALL, __func__) || instance_same(c, __func__, n, n_values)) return fmi3Error;
+    return (fmi3Status)variables_set(c, __func__, vr, n, values);
+}
+
+fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Int32 values[], size_t n_values)
+{
+    if (instance_enter(c, PHASES_ALL, __func__) || instance_same(c, __func__, n, n_values)) return fmi3Error;
+    return (fmi3Status)variables_get_contacts(c, __func__, vr, n, values);
+}
+
+fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 values[],
+                        size_t n_values)
+{
+    return (fmi3Status)variables_none(c, __func__, n, "of type Int32 that can be set");
+}
+
+/* variables of the types it has not */
+
+#define NO_VARIABLES(type, value_type)                                                                                 \
+    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, value_type values[],             \
+                             size_t n_values)                                                                          \
+    {                                                                                                                  \
+        return (fmi3Status)variables_none(c, __func__, n, "of type " #type);                                           \
+    }                                                                                                                  \
+    fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const value_type values[],       \
+                             size_t n_values)                                                                          \
+    {                                                                                                                  \
+        return (fmi3Status)variables_none(c, __func__, n, "of type " #type);                                           \
+    }
+
+NO_VARIABLES(Float32, fmi3Float32)
+NO_VARIABLES(Int8, fmi3Int8)
+NO_VARIABLES(UInt8, fmi3UInt8)
+NO_VARIABLES(Int16, fmi3Int16)
+NO_VARIABLES(UInt16, fmi3UInt16)
+NO_VARIABLES(UInt32, fmi3UInt32)
+NO_VARIABLES(Int64, fmi3Int64)
+NO_VARIABLES(UInt64, fmi3UInt64)
+NO_VARIABLES(Boolean, fmi3Boolean)
+NO_VARIABLES(String, fmi3String)
+
+/* a function of FMI 3 about variables the model has none of; arguments is its parameter list after the instance */
+#define NOTHING_TO(name, kind, ...)                                                                                    \
+    fmi3Status fmi3##name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, __VA_ARGS__)                        \
+    {                                                                                                                  \
+        return (fmi3Status)variables_none(c, __func__, n, kind);                                                       \
+    }
+
+/* a function about clocks of another kind than the model has */
+#define ONLY_OTHER_CLOCKS(name, reason, ...)                                                                           \
+    fmi3Status fmi3##name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, __VA_ARGS__)                        \
+    {                                                                                                                  \
+        return (fmi3Status)clocks_refuse(c, __func__, vr, n, reason);                                                  \
+    }
+#define NOT_SET "the clocks tick by themselves and cannot be set"
+#define NOT_TIMED "the clocks tick at events, and have neither an interval nor a shift"
+
+fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock values[])
+{
+    return (fmi3Status)clocks_get(c, __func__, vr, n, values);
+}
+
+NOTHING_TO(GetBinary, "of type Binary", size_t sizes[], fmi3Binary values[], size_t n_values)
+NOTHING_TO(SetBinary, "of type Binary", const size_t sizes[], const fmi3Binary values[], size_t n_values)
+ONLY_OTHER_CLOCKS(SetClock, NOT_SET, const fmi3Clock values[])
+ONLY_OTHER_CLOCKS(GetIntervalDecimal, NOT_TIMED, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
+ONLY_OTHER_CLOCKS(GetIntervalFraction, NOT_TIMED, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
+                  fmi3IntervalQualifier qualifiers[])
+ONLY_OTHER_CLOCKS(GetShiftDecimal, NOT_TIMED, fmi3Float64 shifts[])
+ONLY_OTHER_CLOCKS(GetShiftFraction, NOT_TIMED, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
+ONLY_OTHER_CLOCKS(SetIntervalDecimal, NOT_TIMED, const fmi3Float64 intervals[])
+ONLY_OTHER_CLOCKS(SetIntervalFraction, NOT_TIMED, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+ONLY_OTHER_CLOCKS(SetShiftDecimal, NOT_TIMED, const fmi3Float64 shifts[])
+ONLY_OTHER_CLOCKS(SetShiftFraction, NOT_TIMED, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+
+fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference vr, size_t *n)
+{
+    return (fmi3Status)instance_not_provided(
+        c, __func__, "dependencies are in modelDescription.xml (providesPerElementDependencies is false)");
+}
+
+fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent, size_t dependent_elements[],
+                                       fmi3ValueReference independents[], size_t independent_elements[],
+                                       fmi3DependencyKind kinds[], size_t n)
+{
+    return (fmi3Status)instance_not_provided(
+        c, __func__, "dependencies are in modelDescription.xml (providesPerElementDependencies is false)");
+}
+
+/* directional derivatives take a seed per known and give a number per unknown, adjoint ones the other way round */
+#define DERIVATIVES_OF(Name, derive, n_given, n_found)                                                                 \
+    fmi3Status fmi3Get##Name##Derivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,       \
+                                         const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], \
+                                         size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)               \
+    {                                                                                                                  \
+        if (instance_enter(c, PHASES_ALL, __func__)) return fmi3Error;                                                 \
+        if (instance_same(c, __func__, n_given, n_seed) || instance_same(c, __func__, n_found, n_sensitivity))         \
+            return fmi3Error;                                                                                          \
+        return (fmi3Status)derive(c, __func__, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);             \
+    }
+
+DERIVATIVES_OF(Directional, variables_directional, n_knowns, n_unknowns)
+DERIVATIVES_OF(Adjoint, variables_adjoint, n_unknowns, n_knowns)
+
+#pragma GCC diagnostic pop

@@ -1,6 +1,5 @@
 /* Copies of the whole state of an instance that the importer keeps. */
-#ifndef STICKSLIP_FMU_STATE_H
-#define STICKSLIP_FMU_STATE_H
+#pragma once
 
 #include "instance.h"
 
@@ -10,5 +9,3 @@ Status fmu_state_free(Instance *m, const char *function, void **state);
 Status fmu_state_serialized_size(Instance *m, const char *function, void *state, size_t *size);
 Status fmu_state_serialize(Instance *m, const char *function, void *state, unsigned char *bytes, size_t size);
 Status fmu_state_deserialize(Instance *m, const char *function, const unsigned char *bytes, size_t size, void **state);
-
-#endif

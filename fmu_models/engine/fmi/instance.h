@@ -9,8 +9,7 @@
  *     leave.
  * A call that is not allowed, or whose arguments make no sense, is refused with a logged reason and without any effect.
  */
-#ifndef STICKSLIP_INSTANCE_H
-#define STICKSLIP_INSTANCE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -134,5 +133,3 @@ Status instance_states(Instance *m, const char *function, double *x, size_t n);
 Status instance_nominals(Instance *m, const char *function, double *x, size_t n);
 Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n);
 Status instance_indicators(Instance *m, const char *function, double *z, size_t n);
-
-#endif

@@ -6,8 +6,7 @@
  * t0 the start of the run. A step is due where the time has come to it within rounding of sums of steps; of several
  * that an importer has passed all are made. A new period counts from the last step on.
  */
-#ifndef STICKSLIP_ITERATION_H
-#define STICKSLIP_ITERATION_H
+#pragma once
 
 #include "instance.h"
 
@@ -17,5 +16,3 @@ double iteration_next(Core *core);
 Status iteration_update(Instance *m, const char *function, int *changed);
 /* go to the end, or to the next step before it, where it is then due; *event is set there */
 Status iteration_advance(Instance *m, const char *function, double end, int stop_at_event, int *event);
-
-#endif

@@ -54,7 +54,6 @@ STATUS FMI_DESERIALIZE(FMI_INSTANCE c, const FMI_NAME(Byte) bytes[], size_t size
 STATUS FMI_NAME(CompletedIntegratorStep)(FMI_INSTANCE c, FMI_NAME(Boolean) no_set_state,
                                          FMI_NAME(Boolean) * enter_event_mode, FMI_NAME(Boolean) * terminate)
 {
-    (void)no_set_state;
     if (instance_enter(c, PHASE_CONTINUOUS, __func__)) return (STATUS)STATUS_ERROR;
     if (instance_array(c, enter_event_mode, 1, __func__, "enterEventMode")) return (STATUS)STATUS_ERROR;
     if (instance_array(c, terminate, 1, __func__, "terminateSimulation")) return (STATUS)STATUS_ERROR;

@@ -1,6 +1,5 @@
 /* The variables of an instance. */
-#ifndef STICKSLIP_VARIABLES_H
-#define STICKSLIP_VARIABLES_H
+#pragma once
 
 #include "instance.h"
 
@@ -61,5 +60,3 @@ Status variables_directional(Instance *m, const char *function, const uint32_t *
                              const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
 Status variables_adjoint(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
                          const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
-
-#endif

@@ -13,8 +13,7 @@
  *
  * A function with no bound has the largest radius. No operation overflows, divides by zero or makes NaN of numbers.
  */
-#ifndef STICKSLIP_DISCS_H
-#define STICKSLIP_DISCS_H
+#pragma once
 
 #include "model.h"
 #include "rough.h"
@@ -258,5 +257,3 @@ static CALLED void disc_mass_solve(const InertiaSeries *M, const InertiaSeries *
 
 #undef MASS_PLACE
 #undef DISC_MOVED
-
-#endif

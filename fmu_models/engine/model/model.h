@@ -19,8 +19,7 @@
  * plain evaluation; order 1 along an imposed straight line is a directional derivative. The series run in the time
  * since the start of the step, or in its square root (step/taylor.c): t, u and du say how they depend on it.
  */
-#ifndef STICKSLIP_MODEL_H
-#define STICKSLIP_MODEL_H
+#pragma once
 
 /* a function that is never made part of its caller */
 #if defined(__GNUC__)
@@ -181,5 +180,3 @@ double model_rate_magnitude(const double *p, const double *d, const Jets *j, int
 double model_lever(const double *p, const double *d, const Jets *j, int c);
 /* the part of the kinetic energy that is quadratic in the velocities, J; 0 without a body */
 double model_kinetic_energy(const Point *at);
-
-#endif

@@ -3,8 +3,7 @@
  * platform. The bits of a number, read as a whole number, are its logarithm with straight lines between the powers of
  * two; with a parabola upon them it is 0.01 off, which is nothing of a length.
  */
-#ifndef STICKSLIP_ROUGH_H
-#define STICKSLIP_ROUGH_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -30,5 +29,3 @@ static inline double rough_exp2(double x)
     memcpy(&power, &bits, sizeof power);
     return power * (1.0 + f * (0.69589012 + f * (0.22486495 + f * 0.07924493)));
 }
-
-#endif

@@ -1,8 +1,7 @@
 /*
  * One run of a model: its whole state as plain data (no pointers, so that a copy of the struct is a copy of the run).
  */
-#ifndef STICKSLIP_RUN_STATE_H
-#define STICKSLIP_RUN_STATE_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -166,5 +165,3 @@ static inline int contact_is_open(const Run *r, int c)
 {
     return MODEL_IMPACTS > 0 && model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY;
 }
-
-#endif

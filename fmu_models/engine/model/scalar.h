@@ -1,6 +1,5 @@
 /* Names that exist once per kind of number; KIND, set by scalar_real.h or scalar_tangent.h, tells them apart. */
-#ifndef STICKSLIP_SCALAR_H
-#define STICKSLIP_SCALAR_H
+#pragma once
 
 #define Series KIND(Series)
 #define InertiaSeries KIND(InertiaSeries)
@@ -49,5 +48,3 @@
 #define jet_square KIND(jet_square)
 #define jet_tanh KIND(jet_tanh)
 #define jet_turns KIND(jet_turns)
-
-#endif

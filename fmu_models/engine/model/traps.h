@@ -7,8 +7,7 @@
  *
  * Without a compiler that runs a function at the end of a scope, or a processor that traps, nothing is done.
  */
-#ifndef STICKSLIP_TRAPS_H
-#define STICKSLIP_TRAPS_H
+#pragma once
 
 #if defined(__GNUC__) && (defined(__SSE2__) || defined(__x86_64__))
 
@@ -50,7 +49,5 @@ static inline void traps_return(const fenv_t *before) { fesetenv(before); }
 #else
 
 #define TRAPS_REST (void)0
-
-#endif
 
 #endif

@@ -1,6 +1,5 @@
 /* Where indicators fall to zero on a step. */
-#ifndef STICKSLIP_EVENT_LOCATION_H
-#define STICKSLIP_EVENT_LOCATION_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -9,5 +8,3 @@ int location_indicator(const Run *r, int c, Slot slot);
 /* cut a step of length h at the first fall of an indicator and note all that fall there; gaps are exact up to a shorter
    length */
 double location_cut(Run *r, int order, double h, double exact);
-
-#endif

@@ -1,6 +1,5 @@
 /* How far a step may reach, where functions may be flat at its start and not beyond. */
-#ifndef STICKSLIP_REACH_H
-#define STICKSLIP_REACH_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -17,5 +16,3 @@ typedef struct {
    tolerance of that; 0 if it is no longer than `least`. order: to which the states are known; uses
    r->scratch */
 double reach_of_step(Run *r, const Neighbour *neighbour, int order, double h, double least);
-
-#endif

@@ -1,6 +1,5 @@
 /* First fall of a polynomial to zero on an interval. */
-#ifndef STICKSLIP_ROOTS_H
-#define STICKSLIP_ROOTS_H
+#pragma once
 
 enum { POLYNOMIAL_TERMS = 33 };
 
@@ -16,5 +15,3 @@ double signed_first_fall(const double *c, int n, double sign, double h);
 /* a length, at most h, up to which sign times the polynomial certainly stays above slack > 0, and near the largest; 0 if
    it does not start there */
 double safe_length(const double *c, int n, double sign, double h, double slack);
-
-#endif

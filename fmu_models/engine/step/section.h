@@ -1,6 +1,5 @@
 /* Crossings of a level by a state. */
-#ifndef STICKSLIP_SECTION_H
-#define STICKSLIP_SECTION_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -8,5 +7,3 @@
 void section_watch(Run *r, int state, double level, int direction);
 /* where the step in use next crosses the section, up to a place, in the variable of its series; -1 if it does not */
 double section_next(Run *r, double to);
-
-#endif

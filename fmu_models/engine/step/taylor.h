@@ -1,6 +1,5 @@
 /* One step by Taylor series, and series at one instant. */
-#ifndef STICKSLIP_TAYLOR_H
-#define STICKSLIP_TAYLOR_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -26,5 +25,3 @@ RunStatus taylor_step(Run *r, double limit);
 void taylor_complete(Run *r);
 /* end it, if it is longer than that */
 RunStatus taylor_shorten(Run *r, double length);
-
-#endif

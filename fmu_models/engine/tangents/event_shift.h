@@ -1,6 +1,5 @@
 /* By how much an event comes later for a neighbour (event_shift.c). */
-#ifndef STICKSLIP_EVENT_SHIFT_H
-#define STICKSLIP_EVENT_SHIFT_H
+#pragma once
 
 #include "variation.h"
 
@@ -14,5 +13,3 @@ typedef struct {
 /* of the event at s, the end of the step in use, where the variable of the variations is `at`, along one of the two
    directions; 0 where it has no derivative */
 int event_shift(const Run *r, const Variation *l, int lane, double s, double at, Shift *shift);
-
-#endif

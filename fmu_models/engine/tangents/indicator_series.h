@@ -1,6 +1,5 @@
 /* The series of an indicator over a step, and of its derivative along a direction (indicator_series.c). */
-#ifndef STICKSLIP_INDICATOR_SERIES_H
-#define STICKSLIP_INDICATOR_SERIES_H
+#pragma once
 
 #include "../step/roots.h"
 #include "variation.h"
@@ -19,5 +18,3 @@ int indicator_is_margin(const Run *r, int c, int slot);
 /* slope at s of a series of that order, and its second derivative */
 double indicator_slope(const double *series, int order, double s);
 double indicator_bend(const double *series, int order, double s);
-
-#endif

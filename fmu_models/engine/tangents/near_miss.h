@@ -1,6 +1,5 @@
 /* Where a pending indicator comes nearest to zero without an event (near_miss.c). */
-#ifndef STICKSLIP_NEAR_MISS_H
-#define STICKSLIP_NEAR_MISS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -28,5 +27,3 @@ typedef struct {
 
 /* those on the step in use up to a time; beyond the room they are counted only */
 void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses *misses);
-
-#endif

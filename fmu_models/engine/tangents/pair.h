@@ -1,6 +1,5 @@
 /* Numbers along two directions, side by side. */
-#ifndef STICKSLIP_PAIR_H
-#define STICKSLIP_PAIR_H
+#pragma once
 
 #include "../model/run_state.h"
 
@@ -11,5 +10,3 @@ enum { PAIR = 2 };
 
 typedef Pair PairSeries[MODEL_TERMS + 1];
 typedef Pair InertiaPairs[MODEL_INERTIA_TERMS];
-
-#endif

@@ -7,8 +7,7 @@
  *
  * Source: Griewank and Walther, Evaluating Derivatives (2008), chapter 13.
  */
-#ifndef STICKSLIP_PAIR_JETS_H
-#define STICKSLIP_PAIR_JETS_H
+#pragma once
 
 #include "pair.h"
 
@@ -205,5 +204,3 @@ static inline __attribute__((unused)) void pair_mass_solve(const InertiaSeries *
             X[c * stride + k] -= factor[MASS_PLACE(i, c)] * X[i * stride + k];
 #undef MASS_PLACE
 }
-
-#endif

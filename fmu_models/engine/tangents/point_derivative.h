@@ -1,6 +1,5 @@
 /* Derivatives of the rates of a point and of its outputs along a direction (point_derivative.c). */
-#ifndef STICKSLIP_POINT_DERIVATIVE_H
-#define STICKSLIP_POINT_DERIVATIVE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -20,5 +19,3 @@ typedef struct {
 size_t point_derivative_room(void);
 /* in the present contact states: of the rates (MODEL_NX) and of the outputs (MODEL_NY) */
 void point_derivative(const Run *r, const Direction *along, void *room, double *dx, double *dy);
-
-#endif

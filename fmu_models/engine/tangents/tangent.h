@@ -1,6 +1,5 @@
 /* Derivatives of a motion along directions in start state, parameters and inputs (tangent.c). */
-#ifndef STICKSLIP_TANGENT_H
-#define STICKSLIP_TANGENT_H
+#pragma once
 
 #include <stddef.h>
 
@@ -37,5 +36,3 @@ double tangents_event(const Tangents *tangents, int k);
 /* the speed at which the indicator of the last event fell, in its unit per second, and the derivative of that; NAN as
    above */
 double tangents_event_speed(const Tangents *tangents, int k, double *derivative);
-
-#endif

@@ -1,6 +1,5 @@
 /* States and outputs of a motion within its step, and their derivatives (tangent_output.c). */
-#ifndef STICKSLIP_TANGENT_OUTPUT_H
-#define STICKSLIP_TANGENT_OUTPUT_H
+#pragma once
 
 #include "tangent.h"
 
@@ -12,5 +11,3 @@ double tangents_value(const Tangents *tangents, Of what, int index);
 double tangents_derivative(Tangents *tangents, int k, Of what, int index);
 /* rates of the states at a time within the step, later than its start */
 void tangents_rates(const Run *r, Tangents *tangents, double time, double *rates);
-
-#endif

@@ -2,8 +2,7 @@
  * Variations: the series of a step differentiated along directions, two at a time, side by side. Everything that the
  * model computes is linear in them once the series of the motion are there, which all directions share.
  */
-#ifndef STICKSLIP_VARIATION_H
-#define STICKSLIP_VARIATION_H
+#pragma once
 
 #include "pair.h"
 
@@ -51,5 +50,3 @@ void variation_series(const Run *r, Variation *l, int order, HeldVariation held,
 double variation_ending(Run *r, int order, double (*rate)[MODEL_TERMS + 1]);
 /* the variable of the series at a time since the start of the step */
 double variation_variable(const Run *r, const Variation *l, double length);
-
-#endif

@@ -1,6 +1,5 @@
 /* An instance for whole runs, without an interface of FMI, and its way back to a start. */
-#ifndef STICKSLIP_RESTART_H
-#define STICKSLIP_RESTART_H
+#pragma once
 
 #include "../fmi/instance.h"
 
@@ -40,5 +39,3 @@ WHOLE_RUN_EXPORT int stickslip_restart(void *instance, const RunStart *start);
 
 /* the same up to the initialization, for what has to be prepared before contact states are chosen */
 Status whole_run_enter_initialization(Instance *m, const char *function, const RunStart *start);
-
-#endif

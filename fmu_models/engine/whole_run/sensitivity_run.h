@@ -1,6 +1,5 @@
 /* A whole run with its derivatives in one call. */
-#ifndef STICKSLIP_SENSITIVITY_RUN_H
-#define STICKSLIP_SENSITIVITY_RUN_H
+#pragma once
 
 #include "whole_run.h"
 
@@ -32,5 +31,3 @@ typedef struct {
 
 WHOLE_RUN_EXPORT int64_t stickslip_sensitivity_room(int64_t n_directions);
 WHOLE_RUN_EXPORT int stickslip_sensitivity(void *instance, SensitivityRun *s);
-
-#endif

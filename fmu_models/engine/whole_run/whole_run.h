@@ -1,7 +1,6 @@
 /* A whole run of an instance in one call: the contract with the program that asks for it, which reads these structures
    here. */
-#ifndef STICKSLIP_WHOLE_RUN_H
-#define STICKSLIP_WHOLE_RUN_H
+#pragma once
 
 #include "restart.h"
 
@@ -50,5 +49,3 @@ Status whole_run_check_event_room(Instance *m, const WholeRun *run);
 int whole_run_engine_failed(Instance *m);
 /* the counters of the engine into those of the run */
 void whole_run_count(const Instance *m, WholeRun *run);
-
-#endif

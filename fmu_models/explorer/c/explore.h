@@ -1,6 +1,5 @@
 /* What a page, and its twin in a program, calls; the numbers are read there from here. */
-#ifndef STICKSLIP_EXPLORE_H
-#define STICKSLIP_EXPLORE_H
+#pragma once
 
 #include "explore_period.h" /* generated: EXPLORE_PERIOD, of the forcing by p and d, s; 0.0: nothing forces the motion */
 
@@ -41,5 +40,3 @@ EXPLORE_EXPORT(explore_ask) void explore_ask(int n_times, int crossing_state, do
 EXPLORE_EXPORT(explore_continue) int explore_continue(int allowance);
 EXPLORE_EXPORT(explore_count) int explore_count(int what);
 EXPLORE_EXPORT(explore_period) double explore_period(void);
-
-#endif

@@ -3,8 +3,7 @@
  * a C library, of which each rounds in its own way. Sums, products, quotients, roots and rint are exact to the last digit
  * everywhere and stay.
  */
-#ifndef STICKSLIP_MATHEMATICS_H
-#define STICKSLIP_MATHEMATICS_H
+#pragma once
 
 #include <math.h>
 
@@ -42,5 +41,3 @@ static inline double same_fmax(double a, double b) { return b > a || a != a ? b 
 #define fma same_fma
 #define fmin same_fmin
 #define fmax same_fmax
-
-#endif

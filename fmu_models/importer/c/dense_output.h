@@ -1,9 +1,6 @@
 /* The dense output of all methods. */
-#ifndef STICKSLIP_DENSE_OUTPUT_H
-#define STICKSLIP_DENSE_OUTPUT_H
+#pragma once
 
 #include "master_state.h"
 
 void dense_value(const Master *m, double theta, double *x);
-
-#endif

@@ -1,6 +1,5 @@
 /* Events of the indicators within a step, and event mode. */
-#ifndef STICKSLIP_EVENTS_H
-#define STICKSLIP_EVENTS_H
+#pragma once
 
 #include "master_state.h"
 
@@ -9,5 +8,3 @@ Outcome events_sides(Master *m); /* sides of all indicators where the run is */
    shorter one */
 Outcome events_locate(Master *m, double latest, double *theta);
 Outcome events_update(Master *m, int enter, int jump); /* event mode, iterated; jump: inputs jump there */
-
-#endif

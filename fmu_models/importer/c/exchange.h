@@ -6,8 +6,7 @@
  * ones only. The outputs of a stage that is a loop depend on its own inputs without a state between; they are found by
  * Newton's method.
  */
-#ifndef STICKSLIP_EXCHANGE_H
-#define STICKSLIP_EXCHANGE_H
+#pragma once
 
 #include "fmi_calls.h"
 
@@ -57,5 +56,3 @@ typedef struct {
 /* event: discrete values too. Status of FMI */
 int32_t coupling_exchange(Coupling *c, int32_t event);
 int coupling_failed(Coupling *c, int64_t unit, int status); /* notes the unit; returns the status */
-
-#endif

@@ -1,6 +1,5 @@
 /* The FMU at a time and a state with its inputs, and what its statuses mean for a run. */
-#ifndef STICKSLIP_FIELD_H
-#define STICKSLIP_FIELD_H
+#pragma once
 
 #include "master_state.h"
 
@@ -14,5 +13,3 @@ Outcome field_fail(Master *m, Function function, int status); /* what a status o
 Outcome field_report(Master *m, RunStatus status, double t, int64_t index, double value);
 double field_norm(const Master *m, const double *v, const double *x,
                   const double *y); /* root mean square in units of the tolerance */
-
-#endif

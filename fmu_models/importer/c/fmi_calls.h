@@ -1,7 +1,6 @@
 /* FMI 2 and FMI 3 as one set of calls over raw function pointers. Each returns the status of FMI: 0 OK, 1 warning, 2
    discard, 3 error. */
-#ifndef STICKSLIP_FMI_CALLS_H
-#define STICKSLIP_FMI_CALLS_H
+#pragma once
 
 #include "master.h"
 
@@ -43,5 +42,3 @@ typedef struct {
     double reached;
 } Stepped;
 int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped);
-
-#endif

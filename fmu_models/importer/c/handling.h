@@ -1,6 +1,5 @@
 /* Events of whatever kind (handling.c). */
-#ifndef STICKSLIP_HANDLING_H
-#define STICKSLIP_HANDLING_H
+#pragma once
 
 #include "master_state.h"
 
@@ -13,5 +12,3 @@ typedef struct {
 void handling_log(Master *m, EventKind kind, int indicator, double before, double after);
 /* event mode where the run is, and what follows from it; the FMU has been put there */
 Outcome handling_event(Master *m, const Causes *causes);
-
-#endif

@@ -1,6 +1,5 @@
 /* Real and complex linear systems, n x n by rows; complex numbers are pairs. */
-#ifndef STICKSLIP_LINEAR_H
-#define STICKSLIP_LINEAR_H
+#pragma once
 
 /* a becomes its factors, rows exchanged as pivot says; 0 if it is singular */
 int linear_real_factor(double *a, int n, int *pivot);
@@ -8,5 +7,3 @@ int linear_complex_factor(double *a, int n, int *pivot);
 /* b becomes the solution */
 void linear_real_solve(const double *a, int n, const int *pivot, double *b);
 void linear_complex_solve(const double *a, int n, const int *pivot, double *b);
-
-#endif

@@ -2,8 +2,7 @@
  * The contract between the master and Python: what a loaded FMU looks like, what a run is asked for, what it reports.
  * Only numbers and pointers of fixed size, for Python reads these structures here.
  */
-#ifndef STICKSLIP_MASTER_H
-#define STICKSLIP_MASTER_H
+#pragma once
 
 #include <stdint.h>
 
@@ -238,5 +237,3 @@ typedef struct {
     int64_t report_other;    /* second indicator; the state that does not rest, or -1 */
     double *report_gradient; /* (n_states): how the indicator depends on the states, scaled by their nominals */
 } Run;
-
-#endif

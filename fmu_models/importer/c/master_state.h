@@ -2,8 +2,7 @@
  * The master's own state, shared by its parts. A step is a curve on [t, t + length]: the methods of integration make
  * it, the rest evaluates it.
  */
-#ifndef STICKSLIP_MASTER_STATE_H
-#define STICKSLIP_MASTER_STATE_H
+#pragma once
 
 #include "fmi_calls.h"
 #include "tableau.h"
@@ -103,5 +102,3 @@ typedef struct {
     int64_t pace_steps; /* tried since pace_time */
     double pace_time;
 } Master;
-
-#endif

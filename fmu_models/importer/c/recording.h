@@ -1,6 +1,5 @@
 /* What is recorded (recording.c). */
-#ifndef STICKSLIP_RECORDING_H
-#define STICKSLIP_RECORDING_H
+#pragma once
 
 #include "master_state.h"
 
@@ -9,5 +8,3 @@ RunStatus recording_here(Master *m); /* rows of all output times that are reache
 void recording_at(Master *m, double t, const double *x, Outcome *outcome); /* the next row */
 Outcome recording_within(Master *m, double t1); /* rows of output times before the end of the step at t1 */
 Outcome recording_reached(Master *m);           /* rows of output times that the run has reached */
-
-#endif

@@ -1,9 +1,6 @@
 /* A run of an FMU by Scheduled Execution. */
-#ifndef STICKSLIP_SCHEDULED_H
-#define STICKSLIP_SCHEDULED_H
+#pragma once
 
 #include "master_state.h"
 
 RunStatus scheduled_run(Master *m);
-
-#endif

@@ -1,6 +1,5 @@
 /* Zeros of the indicators on a part of a step; places are fractions of the step throughout. */
-#ifndef STICKSLIP_SEARCH_H
-#define STICKSLIP_SEARCH_H
+#pragma once
 
 #include "master_state.h"
 
@@ -14,5 +13,3 @@ Outcome search_interval(Master *m, double from, double width, int may_halve, Fin
 Outcome search_lowest(Master *m, double from, double width, double to); /* of an interval that was searched, up to */
 Outcome search_close(Master *m, int i, double *low,
                      double *high); /* the bracket of indicator i, down to the resolution of time */
-
-#endif

@@ -1,6 +1,5 @@
 /* Sliding along the surfaces of indicators. */
-#ifndef STICKSLIP_SLIDE_H
-#define STICKSLIP_SLIDE_H
+#pragma once
 
 #include "master_state.h"
 
@@ -13,5 +12,3 @@ Outcome slide_leave(Master *m, int indicator); /* to the side on which its share
 /* after an event during a sliding motion: it goes on, or the surface of the indicator left was left (-1: none) */
 Outcome slide_resume(Master *m, int *left);
 Outcome slide_values(Master *m, double t, const double *x, double *values);
-
-#endif

@@ -1,6 +1,5 @@
 /* Lengths of steps, and the method that makes them. */
-#ifndef STICKSLIP_STEP_H
-#define STICKSLIP_STEP_H
+#pragma once
 
 #include "master_state.h"
 
@@ -10,5 +9,3 @@ double step_growth(Master *m, double error);               /* by which the next 
 int step_choose(Master *m);         /* automatic choice, after an accepted step: 1 if the method is to change */
 void step_change_method(Master *m); /* once the polynomial of the step is no longer asked for */
 void step_careful(Master *m);
-
-#endif

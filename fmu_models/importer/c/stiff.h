@@ -1,11 +1,8 @@
 /* A step of the given length from (t, x, f) by an implicit method: x1, f1 and its error in units of the tolerance. */
-#ifndef STICKSLIP_STIFF_H
-#define STICKSLIP_STIFF_H
+#pragma once
 
 #include "master_state.h"
 
 Outcome stiff_try(Master *m, double length, double *error);
 Outcome stiff_dense(Master *m);
 double stiff_rate(const Master *m); /* bound of the rates of the linearized motion */
-
-#endif

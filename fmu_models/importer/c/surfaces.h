@@ -1,6 +1,5 @@
 /* The fields of a foreign FMU on all sides of the surfaces it slides along, and their mean. */
-#ifndef STICKSLIP_SURFACES_H
-#define STICKSLIP_SURFACES_H
+#pragma once
 
 #include "master_state.h"
 
@@ -16,5 +15,3 @@ double surfaces_weight(const Slide *s, int sides);
 int surfaces_attract(const Slide *s);   /* what leaves the surfaces is led back */
 int surfaces_inside(const Slide *s);    /* all shares are between 0 and 1 */
 int surfaces_additive(const Master *m); /* the field is a sum with one term for each surface */
-
-#endif

@@ -1,6 +1,5 @@
 /* Explicit Runge-Kutta methods as tables. */
-#ifndef STICKSLIP_TABLEAU_H
-#define STICKSLIP_TABLEAU_H
+#pragma once
 
 typedef struct {
     int stages, order;
@@ -17,5 +16,3 @@ typedef struct {
 extern const Tableau tableau_dopri5, tableau_dop853;
 
 enum { TABLEAU_STAGES = 16 }; /* the most a method needs, dense output included */
-
-#endif

@@ -1,6 +1,5 @@
 /* The clocks of an FMU (FMI 3): when they tick, and the discrete states at an event. */
-#ifndef STICKSLIP_TICKING_H
-#define STICKSLIP_TICKING_H
+#pragma once
 
 #include "master_state.h"
 
@@ -17,5 +16,3 @@ double ticking_next(const Master *m); /* infinity: none is known */
 void ticking_record(Master *m);
 /* whether the buffer might not hold what one more instant brings */
 int ticking_full(const Master *m);
-
-#endif

@@ -1,6 +1,5 @@
 /* The tolerances of the master. */
-#ifndef STICKSLIP_TOLERANCES_H
-#define STICKSLIP_TOLERANCES_H
+#pragma once
 
 /* every tolerance of the master, with its reason */
 typedef struct {
@@ -29,5 +28,3 @@ typedef struct {
 } MasterTolerances;
 
 extern const MasterTolerances master_tolerances;
-
-#endif

@@ -1,6 +1,5 @@
 /* Too many events. */
-#ifndef STICKSLIP_ZENO_H
-#define STICKSLIP_ZENO_H
+#pragma once
 
 #include "master_state.h"
 
@@ -12,5 +11,3 @@ int zeno_at_once(const Master *m, double time); /* so soon before now that it is
 /* infinity but where the next event of a sequence that shrinks is due */
 double zeno_longest_step(const Master *m);
 Outcome zeno_stalled(Master *m);
-
-#endif

@@ -1,6 +1,5 @@
 /* What happens to one lane where a guard has fallen, and at the ends of a period. */
-#ifndef STICKSLIP_LANE_EVENT_H
-#define STICKSLIP_LANE_EVENT_H
+#pragma once
 
 #include "pool.h"
 
@@ -19,5 +18,3 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time);
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion);
 /* hand it back; done: it is at the end of the period */
 void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done);
-
-#endif

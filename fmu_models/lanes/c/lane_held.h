@@ -1,6 +1,5 @@
 /* Contacts that forces hold: these forces as rows over the states, and the field with them. */
-#ifndef STICKSLIP_LANE_HELD_H
-#define STICKSLIP_LANE_HELD_H
+#pragma once
 
 #include "lane_table.h"
 
@@ -19,5 +18,3 @@ double row_value(const double *row, const double *z);
 double row_size(const double *row, const double *z);
 /* the rate of guard g along the flow of a mode, and the sum of the magnitudes of its terms */
 double guard_rate(const LaneTable *t, const LaneMode *m, const double *z, int g, double *size);
-
-#endif

@@ -1,6 +1,5 @@
 /* The modes of the contacts of one motion, made when it comes to them. */
-#ifndef STICKSLIP_LANE_MODES_H
-#define STICKSLIP_LANE_MODES_H
+#pragma once
 
 #include "lane_table.h"
 
@@ -15,5 +14,3 @@ int mode_is_away(int mode);
 double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound);
 /* rows of exp(A h) of the states, over z and 1 */
 void flow_over(const LaneTable *t, const Full *f, double h, double (*whole)[LANES_Z + 1]);
-
-#endif

@@ -8,8 +8,7 @@
  * In a mode with a stop that touches, the origin of the states is moved onto its wall ("shift"): the force of a stiff
  * stop would otherwise be the difference of two large numbers.
  */
-#ifndef STICKSLIP_LANE_TABLE_H
-#define STICKSLIP_LANE_TABLE_H
+#pragma once
 
 #include <math.h>
 #include <stdlib.h>
@@ -106,5 +105,3 @@ static inline int lane_holds(const signed char *state, int c)
 {
     return lanes_impulsive[c] ? state[c] == CONTACT_TOUCHING : state[c] == CONTACT_STICK;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Differences of neighbours along the motion of one lane: its steps at home, and its events (lane_tangents.c). */
-#ifndef STICKSLIP_LANE_TANGENTS_H
-#define STICKSLIP_LANE_TANGENTS_H
+#pragma once
 
 #include "pool.h"
 
@@ -17,5 +16,3 @@ void tangents_end(const Pool *pool, int64_t slot);
 void tangents_bring(const Pool *pool, int64_t slot, int k);
 /* through the event of guard g, from the fall to z */
 void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const double *z, int g, int64_t directions);
-
-#endif

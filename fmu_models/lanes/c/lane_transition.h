@@ -1,6 +1,5 @@
 /* What held, rubbing and striking contacts of one lane do at an event. */
-#ifndef STICKSLIP_LANE_TRANSITION_H
-#define STICKSLIP_LANE_TRANSITION_H
+#pragma once
 
 #include "pool.h"
 
@@ -11,5 +10,3 @@ int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, int
 void lane_change_mode(LaneTable *t, Lane *lane, double *z);
 /* whether another rigid contact is at its wall as well, or feels an impact by its force */
 int lane_is_alone(const LaneTable *t, const Lane *lane, const double *z, int c);
-
-#endif

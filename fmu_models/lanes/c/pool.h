@@ -1,6 +1,5 @@
 /* Motions that are stepped together, as every target sees them (lane_code.h). */
-#ifndef STICKSLIP_POOL_H
-#define STICKSLIP_POOL_H
+#pragma once
 
 #include "lane_table.h"
 
@@ -60,5 +59,3 @@ static inline int64_t pool_reserve(int64_t *used, int64_t bytes)
     *used += (bytes + 63) / 64 * 64;
     return at;
 }
-
-#endif

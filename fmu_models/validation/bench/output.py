@@ -13,7 +13,7 @@ from typing import Any
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
 from fmu_models.base.record import record
-from fmu_models.base.table import Cell, Column, Table, table
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, table
 from fmu_models.validation.bench.run import MethodComparison, MethodRow
 
 CAPTION = (
@@ -35,12 +35,27 @@ def machine() -> str:
     return f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
-def comparison_table(comparison: MethodComparison) -> Table:
+def comparison_table(comparison: MethodComparison) -> PrintedTable:
     """A row for each method and tolerance."""
     columns = (
-        *("method", "tolerance", "error", "missed", Column("right-hand sides", spare=1), Column("time", "s")),
-        *(Column("of ours", spare=2), Column("event time error", "s", spare=4), Column("extra", spare=7)),
-        *(Column("spread", "s", spare=6), Column("runs", spare=8), Column("memory", "kB", spare=5)),
+        *(
+            "method",
+            "tolerance",
+            "error",
+            "missed",
+            PrintedColumn("right-hand sides", spare=1),
+            PrintedColumn("time", "s"),
+        ),
+        *(
+            PrintedColumn("of ours", spare=2),
+            PrintedColumn("event time error", "s", spare=4),
+            PrintedColumn("extra", spare=7),
+        ),
+        *(
+            PrintedColumn("spread", "s", spare=6),
+            PrintedColumn("runs", spare=8),
+            PrintedColumn("memory", "kB", spare=5),
+        ),
     )
     return table(f"{comparison.title} ({comparison.stop_time:g} s)", columns, map(_cells, comparison.rows))
 

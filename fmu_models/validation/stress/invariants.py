@@ -9,7 +9,7 @@ import sympy
 from fmu_models.language.contact_kinds import AWAY
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.validation.stress.equations import StressEquations, StressFindings
 from fmu_models.validation.stress.roles import Model, roles

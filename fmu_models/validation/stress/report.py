@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.record import record
-from fmu_models.base.table import Table, number, table
+from fmu_models.base.table import PrintedTable, number, table
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, StressCell
 from fmu_models.validation.stress.random_cases import RANDOM, command_line
 
@@ -77,7 +77,7 @@ def print_report(cells: Sequence[StressCell], requested: int, out: Console, *, e
     )
 
 
-def groups_table(model: str, cells: Sequence[StressCell]) -> Table:
+def groups_table(model: str, cells: Sequence[StressCell]) -> PrintedTable:
     """A row for each group of a model's cases: how many got which verdict, and the largest error."""
     rows = []
     for about in dict.fromkeys(map(group, cells)):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from fmu_models import oscillators
 from fmu_models.base.child_process import IsolatedFailure, Limits
-from fmu_models.base.processes import Pool
+from fmu_models.base.processes import ProcessPool
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.validation.stress.cases import Case, grid
@@ -34,12 +34,14 @@ def drawn(name: str, count: int, seed: int, until: float | None = None) -> list[
     return random_cases(name, model, Fmu.open(built(name)), StressEquations(model), count, seed, until=until)
 
 
-def judges(processes: int | None = None, patience: float = PATIENCE) -> Pool[StressCell]:
+def judges(processes: int | None = None, patience: float = PATIENCE) -> ProcessPool[StressCell]:
     """Children for ``judged``, one per core if no number is given; they start now."""
-    return Pool(_Judge().judged, processes=processes or os.cpu_count() or 1, limits=Limits(patience), threads=1)
+    return ProcessPool(_Judge().judged, processes=processes or os.cpu_count() or 1, limits=Limits(patience), threads=1)
 
 
-def judged(cases: Sequence[Case], progress: Callable[[float], None], pool: Pool[StressCell]) -> Iterator[StressCell]:
+def judged(
+    cases: Sequence[Case], progress: Callable[[float], None], pool: ProcessPool[StressCell]
+) -> Iterator[StressCell]:
     """The cells of the cases as they are finished by ``judges``; ``progress`` is told the fraction done."""
     outcomes = pool.run([(case,) for case in cases], group=operator.attrgetter("model"))
     for done, (number, outcome) in enumerate(outcomes, 1):

@@ -18,7 +18,7 @@ import pytest
 from fmu_models.base import child_process
 from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import Pool, in_processes, isolated
+from fmu_models.base.processes import ProcessPool, in_processes, isolated
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
@@ -215,7 +215,7 @@ def test_the_time_of_a_job_given_ahead_begins_when_the_job_does(monkeypatch: pyt
 
 
 def test_a_pool_serves_several_times_and_ends() -> None:
-    with Pool(functions.Keeper().ask, processes=1) as pool:
+    with ProcessPool(functions.Keeper().ask, processes=1) as pool:
         (first,), (second,) = ([outcome for _, outcome in pool.run([(name,)])] for name in ("a", "b"))
         assert not isinstance(first, Exception)
         assert second == (first[0], ["a", "b"])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from fmu_models.base import console
-from fmu_models.base.table import Cell, Column, interval, known_to, measured, number, sd, table, verdict
+from fmu_models.base.table import Cell, PrintedColumn, interval, known_to, measured, number, sd, table, verdict
 
 WIDTHS = (60, 80, 200)
 
@@ -24,8 +24,8 @@ def printed(made, width: int) -> str:
 
 def parameters():
     columns = (
-        *("parameter", "value", "sd, noise", "sd, rig constants", Column("95 %, noise", spare=1)),
-        *("unit", Column("meaning", spare=2)),
+        *("parameter", "value", "sd, noise", "sd, rig constants", PrintedColumn("95 %, noise", spare=1)),
+        *("unit", PrintedColumn("meaning", spare=2)),
     )
     words = "limit of the friction coefficient as the slip speed goes to zero"
     rows = [

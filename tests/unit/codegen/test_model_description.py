@@ -10,7 +10,7 @@ import sympy
 from lxml import etree  # type: ignore[attr-defined]  # compiled, without types
 
 from fmu_models.codegen.model_description import model_description
-from fmu_models.codegen.model_structure import ModelStructure, Unknown
+from fmu_models.codegen.model_structure import ModelStructure, ModelUnknown
 from fmu_models.codegen.package import variant
 from fmu_models.codegen.rights import Rights
 from fmu_models.codegen.variables import base_unit
@@ -69,7 +69,7 @@ def test_dependencies_follow_the_equations(rig: ModelStructure) -> None:
 def test_how_unknowns_depend_is_said(rig: ModelStructure) -> None:
     names = {v.reference: v.name for v in rig.variables.listed}
 
-    def said(unknowns: list[Unknown]) -> dict[str, dict[str, str] | None]:
+    def said(unknowns: list[ModelUnknown]) -> dict[str, dict[str, str] | None]:
         return {
             u.variable.name: None
             if u.dependencies is None

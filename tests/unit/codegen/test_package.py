@@ -18,7 +18,7 @@ from fmu_models.codegen import package
 from fmu_models.codegen.package import built, export, variant
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 from fmu_models.toolchain.platforms import this_platform
 
 

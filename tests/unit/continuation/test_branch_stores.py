@@ -17,7 +17,7 @@ from fmu_models import Execution, StickslipError, Strobe, load
 from fmu_models.continuation import begin as begins
 from fmu_models.continuation.branches import Branches, branch, branches
 from fmu_models.continuation.problem.flow import FlowProblem
-from fmu_models.families.store import Log
+from fmu_models.families.store import RunLog
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
@@ -48,7 +48,7 @@ def whole(tmp_path_factory) -> Path:
 def links(store: Path) -> int:
     """Pieces that are there."""
     logs = [*store.glob("links/*.log"), *store.glob("links/*/c/0")]
-    return sum(len(Log(path).numbers) for path in logs)
+    return sum(len(RunLog(path).numbers) for path in logs)
 
 
 def test_a_store_holds_what_is_found_without_it(whole):

@@ -26,7 +26,7 @@ from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Execution
-from fmu_models.families.store import Log, stored_runs
+from fmu_models.families.store import RunLog, stored_runs
 from fmu_models.fmu.load import load
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.iteration import Iteration
@@ -125,21 +125,21 @@ def test_a_log_that_is_cut_keeps_what_was_whole(numbers, cut, seed, tmp_path_fac
     path, draw = tmp_path_factory.mktemp("log") / "0.log", random.Random(seed)
     records = [(number, draw.randbytes(draw.randrange(50))) for number in numbers]
     tail = draw.randbytes(draw.randrange(40))
-    ends, log = [0], Log(path)
+    ends, log = [0], RunLog(path)
     for number, text in records:
         log.put(number, text)
         ends.append(path.stat().st_size)
     length = int(cut * ends[-1])
     kept = dict(records[: sum(end <= length for end in ends) - 1])
     path.write_bytes(path.read_bytes()[:length] + tail)
-    again = Log(path)
+    again = RunLog(path)
     assert {number: again.get(number) for number in again.numbers} == kept
     again.put(3, b"next")
     kept[3] = b"next"
     again.sort()
-    sorted_log = Log(path)
+    sorted_log = RunLog(path)
     assert [(number, sorted_log.get(number)) for number in sorted_log.numbers] == sorted(kept.items())
-    assert path.stat().st_size == sum(Log.HEAD.size + len(text) for text in kept.values())
+    assert path.stat().st_size == sum(RunLog.HEAD.size + len(text) for text in kept.values())
 
 
 def test_what_is_killed_as_it_finishes_is_finished_later(whole, tmp_path, monkeypatch):
@@ -226,7 +226,7 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(whole, tmp_pa
 def finished(store: Path) -> int:
     """Chunks that are there."""
     logs = [*store.glob("runs/*.log"), *store.glob("runs/*/c/0")]
-    return sum(len(Log(path).numbers) - 1 for path in logs)
+    return sum(len(RunLog(path).numbers) - 1 for path in logs)
 
 
 def test_a_full_disk_is_said_and_left_behind_when_there_is_room(whole, tmp_path):

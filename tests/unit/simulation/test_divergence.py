@@ -16,7 +16,7 @@ from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 SUPPORT = load("discontinuous_support")
 VALUES = {"ks": 300.0, "cs": 0.6, "g": 1.6, "omega": 0.94}

@@ -28,7 +28,7 @@ from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import crossings
-from fmu_models.simulation.tangent import flow_derivative
+from fmu_models.simulation.sensitivity import flow_derivative
 
 SUPPORT, HINGE, BALL = load("discontinuous_support"), load("hinge_clearance"), load("bouncing_ball")
 T = 2.0 * math.pi

@@ -25,7 +25,7 @@ from identification.laws import find_law
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
 from rig_io.bench.emulator import emulate, standard_set
-from rig_io.logs.log import Quantity, RigLog
+from rig_io.logs.log import RigLog, StatedQuantity
 
 pytestmark = pytest.mark.digits
 
@@ -219,7 +219,7 @@ def test_an_interrupted_search_returns_the_first_values_with_a_warning(ready: Po
 def test_what_cannot_be_estimated_or_simulated_is_said(ready: Pool, logs: list[RigLog]) -> None:
     with pytest.raises(StickslipError, match=r"'zerro' cannot be estimated beside the law\. Known are: J, .*zero"):
         fit_friction(ready, options=Options(nuisance=("zerro",)))
-    certain = [replace(log, rig=replace(log.rig, N0=Quantity(4.905, "N"))) for log in logs]
+    certain = [replace(log, rig=replace(log.rig, N0=StatedQuantity(4.905, "N"))) for log in logs]
     with pytest.raises(StickslipError, match="N is stated without uncertainty"):
         fit_friction(certain, options=Options(nuisance=("N",)))
     with pytest.raises(shooting.Unmodelled, match="mu_s >= mu_k"):

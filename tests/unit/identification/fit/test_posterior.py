@@ -18,15 +18,15 @@ from identification.commands.application import app
 from identification.fit.fit import fit_friction
 from identification.fit.posterior import target_of
 from identification.fit.result import FrictionFit
-from identification.inference.adjustment import Reading
+from identification.inference.adjustment import ConstantReading
 from identification.inference.posterior import QUANTILES, Marginal, Posterior, Target, sample
-from identification.inference.problem import Prior, Problem, Unknown, solve
+from identification.inference.problem import FitProblem, Prior, Unknown, solve
 from identification.measurement.pooling import pool
 from identification.report.posterior_figure import posterior_figure
 from rig_io.bench.emulator import emulate, standard_set
 
 
-def posterior(problem: Problem, **how: object) -> np.ndarray:
+def posterior(problem: FitProblem, **how: object) -> np.ndarray:
     """Samples (n, m)."""
     found = sample(Target(problem, solve(problem), **how), seed=3)  # type: ignore[reportArgumentType]
     assert found.samples is not None and found.independent > 1000
@@ -48,7 +48,7 @@ def test_priors_readings_and_colour_are_in_it():
     prior = Prior("b", 3.0, "1", 0.05, "known")
     unknowns = (Unknown("a", "1", -10, 10), Unknown("b", "1", 0.1, 10, prior=prior))
     problem = linear(design, measured, unknowns=unknowns)
-    asked, reading = 0.3, Reading("b again", {"b": 1}, 3.0, 0.02)
+    asked, reading = 0.3, ConstantReading("b again", {"b": 1}, 3.0, 0.02)
     samples = posterior(problem, covariance=np.array([[asked**2]]), readings=[reading])
     curvature = design.T @ design
     # a stretched about its ridge: its deviation at a given b is the one asked for

@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 from linear_problem import linear
 
-from identification.inference.adjustment import Pull, Reading, adjusted, contradiction, pull, widened
+from identification.inference.adjustment import ConstantReading, Pull, adjusted, contradiction, pull, widened
 
 pytestmark = pytest.mark.digits
 
 NAMES = ("J", "k", "c")
 AT = np.array([1.0, 48.0, 1.0])
-READINGS = (Reading("J", {"J": 1}, 1.0, 0.006), Reading("k", {"k": 1}, 48.0, 0.008), Reading("c", {"c": 1}, 1.0, 0.02))
+READINGS = (
+    ConstantReading("J", {"J": 1}, 1.0, 0.006),
+    ConstantReading("k", {"k": 1}, 48.0, 0.008),
+    ConstantReading("c", {"c": 1}, 1.0, 0.02),
+)
 
 
 def ratio(off: float, deviation: float = 1e-6) -> Pull:
@@ -35,7 +39,7 @@ def test_an_exact_ratio_shares_its_error_by_the_deviations() -> None:
 
 
 def test_a_ratio_as_a_reading_says_the_same_as_one_of_residuals() -> None:
-    tied = (*READINGS, Reading("k/J", {"k": 1, "J": -1}, 48.0 * np.exp(0.01), 1e-6))
+    tied = (*READINGS, ConstantReading("k/J", {"k": 1, "J": -1}, 48.0 * np.exp(0.01), 1e-6))
     by_reading, by_residuals = (adjusted(NAMES, AT, READINGS, ratio(0.01)), adjusted(NAMES, AT, tied, Pull.nothing(3)))
     assert by_reading.step == pytest.approx(by_residuals.step, rel=1e-4)
     assert by_reading.covariance == pytest.approx(by_residuals.covariance, rel=1e-4)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from identification.inference.levenberg import levenberg
-from identification.inference.problem import SOFT, Evaluation, Prior, Problem, Unknown, solve
+from identification.inference.problem import SOFT, Evaluation, FitProblem, Prior, Unknown, solve
 
 Function = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(eq=False)
-class Counted(Problem):
+class Counted(FitProblem):
     """Residuals of functions, which count how often they are called."""
 
     function: Function
@@ -37,7 +37,7 @@ class Counted(Problem):
         log = np.zeros(len(rows), dtype=int)
         return Evaluation(rows, self.slopes(x), log, log, np.full(len(rows), np.nan))
 
-    def resampled(self, clusters: np.ndarray) -> Problem:
+    def resampled(self, clusters: np.ndarray) -> FitProblem:
         raise NotImplementedError
 
 

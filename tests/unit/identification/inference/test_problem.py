@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.problem import Evaluation, Prior, Problem, Solution, Unknown, information, solve
+from identification.inference.problem import Evaluation, FitProblem, Prior, Solution, Unknown, information, solve
 
 pytestmark = pytest.mark.digits
 
@@ -19,7 +19,7 @@ PLAIN = (Unknown("a", "1"), Unknown("b", "1"), Unknown("c/d", "1"))
 
 
 @dataclass(frozen=True, eq=False)
-class Line(Problem):
+class Line(FitProblem):
     """residual = DESIGN x - VALUES, in clusters of ten."""
 
     unknowns: tuple[Unknown, ...] = PLAIN

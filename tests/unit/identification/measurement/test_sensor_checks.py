@@ -15,9 +15,9 @@ from identification.measurement.disc_motion import disc_motion
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
-from identification.model_check.measured import measured_motions
+from identification.model_check.processing import measured_motions
 from rig_io.bench.emulation import RIG
-from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog
+from rig_io.logs.log import EncoderCalibration, Experiment, InstrumentCalibrations, LaserCalibration, RigLog
 from rig_io.packages.datapackage import read_package
 
 DATA = ROOT / "data" / "rigs" / "paper_rubber"
@@ -83,7 +83,7 @@ def test_jitter_is_kept_in_time_and_said() -> None:
 
     def swinging(time: np.ndarray) -> RigLog:
         seen = {"angle": 0.1 * np.sin(7 * time), "drive0_speed": np.full(len(time), 0.8)}
-        return RigLog("x", time, seen, {}, RIG, Calibration(), Experiment())
+        return RigLog("x", time, seen, {}, RIG, InstrumentCalibrations(), Experiment())
 
     motion = disc_motion(swinging(ticks + jitter))
     assert motion.step == pytest.approx(1e-3, rel=1e-9) and not motion.filled.any()
@@ -251,7 +251,9 @@ def test_friction_that_rises_with_speed_is_said_to_need_another_law() -> None:
 
     angle = solve_ivp(rate, (0, 5), (0.08, 0.0), t_eval=time, rtol=1e-9, atol=1e-9).y[0]
     noise = np.random.default_rng(0).normal(0, 1e-5, len(time))
-    log = RigLog("x", time, {"angle": angle + noise, "drive0_speed": drive}, {}, RIG, Calibration(), Experiment())
+    log = RigLog(
+        "x", time, {"angle": angle + noise, "drive0_speed": drive}, {}, RIG, InstrumentCalibrations(), Experiment()
+    )
     found = fit_friction(pool([log], allow_no_stick=True), estimator="weak-form")
     assert found["mu_s"].value < found["mu_k"].value
     (warning,) = [warning for warning in found.warnings if "is less than mu_k" in warning]

@@ -13,20 +13,20 @@ from identification.measurement.motion import odd_count
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import TRIM, long_enough, slip_segments, stretches
 from rig_io.logs.log import (
-    Calibration,
     EncoderCalibration,
     Experiment,
+    InstrumentCalibrations,
     LaserCalibration,
-    Quantity,
     RigConstants,
     RigLog,
+    StatedQuantity,
 )
 
 PERIOD = 0.9
 TICKS = np.arange(10_000) / 1000
 RIG = RigConstants(
     *(
-        Quantity(value, unit)
+        StatedQuantity(value, unit)
         for value, unit in (
             (0.0548, "kg*m^2"),
             (2.62, "N*m/rad"),
@@ -43,7 +43,7 @@ DRIVE = 0.5  # rad/s
 def log_of(angle: np.ndarray, **changes: object) -> RigLog:
     """A log with converted angle and drive speed."""
     columns = {"angle": angle, "drive0_speed": np.full(len(angle), DRIVE)}
-    return replace(RigLog("x", TICKS, columns, {}, RIG, Calibration(), Experiment()), **changes)
+    return replace(RigLog("x", TICKS, columns, {}, RIG, InstrumentCalibrations(), Experiment()), **changes)
 
 
 def saw(stick: float = 0.4) -> np.ndarray:
@@ -143,7 +143,7 @@ def sensed(gain: float, delay: float, *, seed: int = 0) -> RigLog:
         "encoder_edge_time": fine[last[::20]],
         "drive0_speed": np.full(len(TICKS), DRIVE),
     }
-    calibration = Calibration(laser=LaserCalibration(gain=0.01), encoder=EncoderCalibration(2000))
+    calibration = InstrumentCalibrations(laser=LaserCalibration(gain=0.01), encoder=EncoderCalibration(2000))
     return RigLog("x", TICKS, columns, {}, RIG, calibration, Experiment())
 
 
@@ -172,7 +172,7 @@ def test_logs_of_different_rates_are_not_pooled() -> None:
 
 
 def test_logs_of_different_rigs_are_not_pooled() -> None:
-    heavier = replace(RIG, J=Quantity(0.06, "kg*m^2"))
+    heavier = replace(RIG, J=StatedQuantity(0.06, "kg*m^2"))
     with pytest.raises(StickslipError, match=r"different rigs: J = 0\.0548 and 0\.06 kg"):
         pool([log_of(saw()), log_of(saw(), rig=heavier, name="y")])
 
@@ -183,7 +183,7 @@ def test_logs_of_different_rigs_are_not_pooled() -> None:
         ({"experiment": Experiment(contacts=("disc0", "disc1"))}, "rig constant N1 .* is needed"),
         ({"experiment": Experiment(kind="free-decay")}, "no stick-slip log"),
         ({"rig": replace(RIG, N0=None)}, "rig constant N0 .* is needed"),
-        ({"rig": replace(RIG, J=Quantity(-1.0, "kg*m^2"))}, "J is -1"),
+        ({"rig": replace(RIG, J=StatedQuantity(-1.0, "kg*m^2"))}, "J is -1"),
     ],
 )
 def test_logs_that_cannot_be_fitted_are_refused(changes: dict, said: str) -> None:

@@ -21,7 +21,7 @@ from rig_io.bench.emulation import RIG, Disc, Emulation
 from rig_io.bench.emulator import emulate
 from rig_io.bench.materials import MATERIALS
 from rig_io.logs.arrangement import Arrangement
-from rig_io.logs.log import Experiment, Quantity, RigLog
+from rig_io.logs.log import Experiment, RigLog, StatedQuantity
 from rig_io.packages import sidecar
 from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors import Laser, laser_angle
@@ -93,8 +93,8 @@ def period(log: RigLog) -> float:
 
 
 def test_the_emulator_has_the_reference_cycles_of_one_disc_at_a_time_and_of_overlapping_ones() -> None:
-    force = Quantity(3.0, "N")
-    rig = replace(RIG, N0=force, N1=force, c=Quantity(0.0055, "N*m*s/rad"))
+    force = StatedQuantity(3.0, "N")
+    rig = replace(RIG, N0=force, N1=force, c=StatedQuantity(0.0055, "N*m*s/rad"))
     pair = (Disc(LINER, 0.9), Disc(LINER, 1.15))
     log = emulate(Emulation("c", pair, rig, "sequential", 0.0, start_angle=0.14, transient=25.0, duration=4.0, **CLEAN))
     assert period(log) == pytest.approx(0.928719259537, abs=5e-5)

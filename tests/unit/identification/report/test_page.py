@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from identification.report.page import Findings, Section, page
+from identification.report.page import Findings, PageSection, page
 
 EVIL = "<img src=x onerror=alert(1)></script>"
 
@@ -25,7 +25,7 @@ class Named(Findings):
     def values(self) -> list[str]:
         return []
 
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[PageSection]:
         return []
 
     def citations(self) -> list[str]:

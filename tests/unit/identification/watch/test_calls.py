@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from identification.watch.logs import RATIO, called
-from identification.watch.state import FITTED, REFUSED, Entry, State
+from identification.watch.state import FITTED, REFUSED, Entry, WatchState
 
 
 def entry(number: int, mu: float = 0.6, ratio: float = 1.0, silent: tuple[str, ...] = ()) -> Entry:
@@ -15,12 +15,12 @@ def refused(reason: str, silent: tuple[str, ...] = ()) -> Entry:
     return Entry("run4.csv", {}, "4", 240.0, REFUSED, reason, silent=silent)
 
 
-USUAL = State("Conti", "shooting", tuple(entry(number) for number in range(4)))
+USUAL = WatchState("Conti", "shooting", tuple(entry(number) for number in range(4)))
 
 
 def test_a_log_like_those_before_calls_nothing() -> None:
     assert called(USUAL, entry(4)) == ()
-    assert called(State("Conti", "shooting"), entry(0, ratio=0.5)) == ()  # the first says what is usual
+    assert called(WatchState("Conti", "shooting"), entry(0, ratio=0.5)) == ()  # the first says what is usual
 
 
 def test_a_drive_that_slips_is_called_with_how_much() -> None:
@@ -39,6 +39,6 @@ def test_a_sensor_that_showed_something_and_shows_nothing_is_lost() -> None:
     assert called(USUAL, refused("it lacks 'laser'")) == ("lost sensor: it lacks 'laser'",)
     assert called(USUAL, refused("the disc hardly moved")) == ()
     # one that never showed anything is not lost, and the first log cannot tell
-    quiet = State("Conti", "shooting", tuple(entry(number, silent=("laser",)) for number in range(4)))
+    quiet = WatchState("Conti", "shooting", tuple(entry(number, silent=("laser",)) for number in range(4)))
     assert called(quiet, entry(4, silent=("laser",))) == ()
-    assert called(State("Conti", "shooting"), refused("it lacks 'laser'", ("laser",))) == ()
+    assert called(WatchState("Conti", "shooting"), refused("it lacks 'laser'", ("laser",))) == ()

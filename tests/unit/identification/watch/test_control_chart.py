@@ -7,8 +7,8 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from identification.watch.chart import FIRST, control_chart
-from identification.watch.logs import Seen, rested
-from identification.watch.state import FITTED, Entry, State, read_state, write_state
+from identification.watch.logs import FileStates, rested
+from identification.watch.state import FITTED, Entry, WatchState, read_state, write_state
 
 
 def series(rng: np.random.Generator, length: int, begin: int, change: float) -> np.ndarray:
@@ -40,23 +40,23 @@ def test_a_bench_in_order_is_seldom_called_and_a_changed_one_soon() -> None:
 
 def test_a_file_counts_once_it_rests() -> None:
     small, grown = {"a.csv": (10, 1)}, {"a.csv": (20, 2)}
-    ready, since = rested([Seen("a.csv", small)], {}, 0.0, 3.0)
+    ready, since = rested([FileStates("a.csv", small)], {}, 0.0, 3.0)
     assert ready == []
-    ready, since = rested([Seen("a.csv", grown)], since, 2.9, 3.0)
-    ready, since = rested([Seen("a.csv", grown)], since, 5.0, 3.0)
+    ready, since = rested([FileStates("a.csv", grown)], since, 2.9, 3.0)
+    ready, since = rested([FileStates("a.csv", grown)], since, 5.0, 3.0)
     assert ready == []
-    ready, since = rested([Seen("a.csv", grown)], since, 6.0, 3.0)
+    ready, since = rested([FileStates("a.csv", grown)], since, 6.0, 3.0)
     assert [one.name for one in ready] == ["a.csv"]
     # gone and back is new
     _, since = rested([], since, 7.0, 3.0)
-    assert rested([Seen("a.csv", grown)], since, 8.0, 3.0)[0] == []
+    assert rested([FileStates("a.csv", grown)], since, 8.0, 3.0)[0] == []
 
 
 def test_a_state_survives_its_file(tmp_path) -> None:
     entry = Entry(
         "a.csv", {"a.csv": (10, 12345678901234567)}, "x", 1.5, FITTED, "", {"mu_s": (0.6, 0.1)}, ("laser",), ("w",)
     )
-    state = State("Conti", "shooting").with_entry(entry)
+    state = WatchState("Conti", "shooting").with_entry(entry)
     write_state(tmp_path / "s.json", state)
     assert read_state(tmp_path / "s.json") == state and state.knows({"a.csv": (10, 12345678901234567)})
     assert not state.knows({"a.csv": (11, 12345678901234567)}) and state.twin("x") is entry

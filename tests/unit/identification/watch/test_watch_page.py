@@ -11,7 +11,7 @@ from matplotlib.dates import date2num
 
 from identification.watch.chart import control_chart
 from identification.watch.page import watch_figure, watch_table, write_page
-from identification.watch.state import FITTED, REFUSED, Entry, State
+from identification.watch.state import FITTED, REFUSED, Entry, WatchState
 
 MU = (0.60, 0.61, 0.59, 0.60, 0.70)
 BEGIN = datetime.datetime(2024, 5, 6, 7, 8, 9, tzinfo=datetime.UTC).timestamp()
@@ -24,13 +24,15 @@ def entry(number: int, **other: object) -> Entry:
 
 
 @pytest.fixture
-def state() -> State:
+def state() -> WatchState:
     """Five fitted logs, the last of which is called, known in another order than they were recorded; one refused."""
     refused = Entry("bad.csv", {}, "x", BEGIN + 30, REFUSED, "no angle")
-    return State("Conti", "shooting", (entry(4, calls=(CALL,)), refused, *(entry(number) for number in (0, 2, 1, 3))))
+    return WatchState(
+        "Conti", "shooting", (entry(4, calls=(CALL,)), refused, *(entry(number) for number in (0, 2, 1, 3)))
+    )
 
 
-def test_the_figure_has_a_panel_a_value_over_the_time_of_its_logs(state: State) -> None:
+def test_the_figure_has_a_panel_a_value_over_the_time_of_its_logs(state: WatchState) -> None:
     panels = watch_figure(state).axes
     assert [panel.get_ylabel() for panel in panels] == ["mu_s", "mu_k", "p"]
     # the time is shared, and named once, below all of them
@@ -43,7 +45,7 @@ def test_the_figure_has_a_panel_a_value_over_the_time_of_its_logs(state: State) 
     assert ends == pytest.approx(np.array([(mu - 0.0196, mu + 0.0196) for mu in MU]))
 
 
-def test_the_figure_marks_the_log_that_left_its_limits(state: State) -> None:
+def test_the_figure_marks_the_log_that_left_its_limits(state: WatchState) -> None:
     chart = control_chart(MU, [0.01] * 5)
     assert list(np.flatnonzero(chart.out)) == [4]  # 10 deviations from the mean of the four before it
     mu_s, mu_k, _ = watch_figure(state).axes
@@ -57,7 +59,7 @@ def test_the_figure_marks_the_log_that_left_its_limits(state: State) -> None:
     assert [str(line.get_label()) for line in mu_k.lines].count("out") == 1
 
 
-def test_the_table_has_the_latest_log_first_and_what_was_called_or_refused(state: State) -> None:
+def test_the_table_has_the_latest_log_first_and_what_was_called_or_refused(state: WatchState) -> None:
     table = watch_table(state)
     rows = [[cell.words for cell in row] for row in table.rows]
     assert [row[1] for row in rows] == ["run4.csv", "run3.csv", "run2.csv", "run1.csv", "bad.csv", "run0.csv"]
@@ -67,12 +69,12 @@ def test_the_table_has_the_latest_log_first_and_what_was_called_or_refused(state
     assert [row[1].words for row in watch_table(state, 2).rows] == ["run4.csv", "run3.csv"]
 
 
-def test_the_page_is_loaded_anew_and_holds_what_was_called_as_text(state: State, tmp_path: Path) -> None:
+def test_the_page_is_loaded_anew_and_holds_what_was_called_as_text(state: WatchState, tmp_path: Path) -> None:
     write_page(tmp_path / "watch.html", state, tmp_path, 0.2)
     text = (tmp_path / "watch.html").read_text("utf-8")
     assert 'content="1"' in text  # s, at least one
     assert "beyond &lt;its&gt; limits" in text and "<its>" not in text
     assert "Conti" in text and text.count("<svg") == 1
-    write_page(tmp_path / "watch.html", State("Conti", "shooting"), tmp_path, 12.4)
+    write_page(tmp_path / "watch.html", WatchState("Conti", "shooting"), tmp_path, 12.4)
     text = (tmp_path / "watch.html").read_text("utf-8")
     assert 'content="12"' in text and "<svg" not in text

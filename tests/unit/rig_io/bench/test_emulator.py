@@ -14,7 +14,7 @@ from rig_io.bench.emulation import RIG, Disc, Emulation, MicroSlip
 from rig_io.bench.emulator import emulate, emulate_set, free_decay, standard_set
 from rig_io.bench.materials import MATERIALS, material
 from rig_io.bench.oscillator import simulated
-from rig_io.logs.log import Quantity
+from rig_io.logs.log import StatedQuantity
 from rig_io.packages.datapackage import read_package
 from rig_io.sensors import (
     Encoder,
@@ -221,7 +221,7 @@ def test_settings_that_make_no_log_are_refused() -> None:
         emulate(Emulation("a"), seed=-1)
     with pytest.raises(StickslipError, match=re.escape("no material 'paper/ruber'. Did you mean 'paper/rubber'?")):
         material("paper/ruber")
-    wrong = replace(RIG, J=Quantity(-0.05, "kg*m^2"))
+    wrong = replace(RIG, J=StatedQuantity(-0.05, "kg*m^2"))
     with pytest.raises(StickslipError, match="J"):
         emulate(Emulation("a", rig=wrong))
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog
+from rig_io.logs.log import Experiment, InstrumentCalibrations, RigConstants, RigLog
 from rig_io.sensors import (
     Encoder,
     drive_speed,
@@ -41,7 +41,9 @@ def seen(motion: Motion, encoder: Encoder, seed: int = 3) -> RigLog:
     """The log of a motion seen by one specimen of an encoder."""
     count, edge_time = encoder.ruled(np.random.default_rng(seed)).read(motion, TICKS)
     columns = {"encoder_count": count, "encoder_edge_time": edge_time}
-    return RigLog("x", TICKS, columns, {}, RigConstants(), Calibration(encoder=encoder.calibration), Experiment())
+    return RigLog(
+        "x", TICKS, columns, {}, RigConstants(), InstrumentCalibrations(encoder=encoder.calibration), Experiment()
+    )
 
 
 def test_hermite_interpolation_and_turning_points_of_a_harmonic() -> None:
@@ -153,7 +155,13 @@ def test_an_edge_passed_and_passed_back_within_a_tick_joins_nothing() -> None:
     count[30:], stamps[30:] = 2, 0.0295
     columns = {"encoder_count": count, "encoder_edge_time": stamps}
     log = RigLog(
-        "x", 1e-3 * np.arange(40), columns, {}, RigConstants(), Calibration(encoder=encoder.calibration), Experiment()
+        "x",
+        1e-3 * np.arange(40),
+        columns,
+        {},
+        RigConstants(),
+        InstrumentCalibrations(encoder=encoder.calibration),
+        Experiment(),
     )
     assert velocity_mid_interval(log)[0].size == 0
     np.testing.assert_array_equal(edges(log).time, [0.0095, 0.0295])
@@ -171,10 +179,12 @@ def test_without_edge_times_an_edge_lies_between_its_ticks() -> None:
 def test_drive_speed_from_encoder_or_column_or_a_clear_error() -> None:
     seen_drive = seen(turning(0.83), Encoder(line_error=0.0))
     columns = {name.replace("encoder", "drive0"): values for name, values in seen_drive.columns.items()}
-    calibration = Calibration(drive0=Encoder().calibration)
+    calibration = InstrumentCalibrations(drive0=Encoder().calibration)
     log = RigLog("x", TICKS, columns, {}, RigConstants(), calibration, Experiment())
     np.testing.assert_allclose(drive_speed(log)[1], 0.83, rtol=3e-4)
-    with_column = RigLog("x", TICKS, {"drive0_speed": TICKS}, {}, RigConstants(), Calibration(), Experiment())
+    with_column = RigLog(
+        "x", TICKS, {"drive0_speed": TICKS}, {}, RigConstants(), InstrumentCalibrations(), Experiment()
+    )
     np.testing.assert_array_equal(drive_speed(with_column)[1], TICKS)
     with pytest.raises(StickslipError, match="how disc 1 turned"):
         drive_speed(log, 1)

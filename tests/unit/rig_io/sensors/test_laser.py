@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import Calibration, Experiment, Quantity, RigConstants, RigLog
+from rig_io.logs.log import Experiment, InstrumentCalibrations, RigConstants, RigLog, StatedQuantity
 from rig_io.sensors import Laser, disc_angle, laser_angle, laser_clipped
 from rig_io.sensors.motion import Motion
 
@@ -20,8 +20,8 @@ IDEAL = Laser(noise=0.0, resolution=0.0, gain_error=0.0)
 
 def seen(laser: Laser, motion: Motion = SWING, seed: int = 2) -> RigLog:
     volts = laser.read(motion, TICKS, 0.125, np.random.default_rng(seed), np.random.default_rng(seed + 1))
-    rig = RigConstants(R=Quantity(0.125, "m"))
-    return RigLog("x", TICKS, {"laser": volts}, {}, rig, Calibration(laser=laser.calibration), Experiment())
+    rig = RigConstants(R=StatedQuantity(0.125, "m"))
+    return RigLog("x", TICKS, {"laser": volts}, {}, rig, InstrumentCalibrations(laser=laser.calibration), Experiment())
 
 
 def test_an_ideal_laser_gives_the_angle_back() -> None:
@@ -74,13 +74,13 @@ def test_readings_that_pile_up_at_an_end_are_clipped_even_where_no_range_is_stat
     for laser, share in ((replace(fine, range=0.02), beyond), (fine, 0.0)):
         log = seen(laser)
         unstated = replace(laser.calibration, lowest=-np.inf, highest=np.inf)
-        clipped = laser_clipped(replace(log, calibration=Calibration(laser=unstated)))
+        clipped = laser_clipped(replace(log, calibration=InstrumentCalibrations(laser=unstated)))
         np.testing.assert_array_equal(clipped, laser_clipped(log))
         assert clipped.mean() == pytest.approx(share, abs=0.02)
 
 
 def test_a_wrong_gain_is_named() -> None:
     log = seen(IDEAL)
-    wrong = replace(log, calibration=Calibration(laser=replace(IDEAL.calibration, gain=1.0)))
+    wrong = replace(log, calibration=InstrumentCalibrations(laser=replace(IDEAL.calibration, gain=1.0)))
     with pytest.raises(StickslipError, match=r"exceeds the radius R = 0\.125 m"):
         laser_angle(wrong)

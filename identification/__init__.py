@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     __version__: str
 
     from identification.calibration.calibrate import calibrate as calibrate
-    from identification.calibration.course import Course as Course
     from identification.calibration.log import model_log as model_log
     from identification.calibration.pose import Settings as Settings
     from identification.calibration.problem import Sensor as Sensor
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration
+    from identification.calibration.track import Course as Course
     from identification.calibration.track import track as track
     from identification.disturbances.disturbance import Disturbance as Disturbance
     from identification.disturbances.term import DisturbanceTerm as DisturbanceTerm

@@ -16,9 +16,9 @@ from fmu_models.scene.check import KEYS as SCENE
 from fmu_models.scene.check_compute import AXES
 from fmu_models.scene.check_compute import KEYS as COMPUTE
 from fmu_models.scene.kinds import KINDS
-from identification.machines.axis_terms import FRICTION_KEYS, TERM_KEYS
-from identification.machines.axis_terms import KINDS as TERMS
-from identification.machines.force_law import comparable
+from identification.machines.axis import FRICTION_KEYS, TERM_KEYS
+from identification.machines.axis import KINDS as TERMS
+from identification.machines.joint_laws import comparable
 from identification.measurement.recipe import (
     FILTER_KEYS,
     IMPLIED,

@@ -8,6 +8,8 @@
     "multiplier{}=multipliers"  one column for each of k numbers, counted from 1
     "{axes}=axes"               the values along the axes of a grid by name: one column each, one row per node
     "[time]=times"              the index
+    "[name]=rows.*"             all fields of the dataclasses in ``rows``, indexed by that field
+    "limit=rows.limit"          of each of them one attribute
 
 Complex numbers become two columns, "_real" and "_imag". What is None makes no column.
 """
@@ -16,6 +18,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
@@ -38,8 +41,11 @@ def frame_of(value: Any) -> pandas.DataFrame:
     index, columns = None, {}
     for entry in type(value).COLUMNS:
         name, _, attribute = entry.partition("=")
+        if attribute.endswith(".*"):
+            rows = [asdict(row) for row in getattr(value, attribute.removesuffix(".*"))]
+            return pandas.DataFrame(rows).set_index(name.strip("[]"))
         if name.startswith("["):
-            index = pandas.Index(getattr(value, attribute), name=name.strip("[]"))
+            index = pandas.Index(_entries(value, attribute), name=name.strip("[]"))
         else:
             columns |= dict(_columns(value, name, attribute or name))
     return pandas.DataFrame(columns, index=index)
@@ -47,12 +53,9 @@ def frame_of(value: Any) -> pandas.DataFrame:
 
 def _columns(value: Any, name: str, attribute: str) -> Iterator[tuple[str, Any]]:
     """Names and entries of the columns that one attribute makes."""
-    attribute, _, index = attribute.partition(".")
-    numbers: Any = getattr(value, attribute)
+    numbers = _entries(value, attribute)
     if numbers is None:
         return
-    if index:
-        numbers = numbers[:, int(index)]
     field = re.search(r"\{(\w*)\}", name)
     names = getattr(value, field[1]) if field and field[1] else None
     if isinstance(numbers, Mapping):
@@ -63,6 +66,15 @@ def _columns(value: Any, name: str, attribute: str) -> Iterator[tuple[str, Any]]
     else:
         for i, label in enumerate(range(1, numbers.shape[1] + 1) if names is None else names):
             yield from _parts(name.replace(field[0], str(label)), numbers[:, i])
+
+
+def _entries(value: Any, attribute: str) -> Any:
+    """What an attribute holds, at a place along its second axis, or an attribute of each of its rows."""
+    attribute, _, part = attribute.partition(".")
+    entries = getattr(value, attribute)
+    if not part or entries is None:
+        return entries
+    return entries[:, int(part)] if part.isdigit() else [getattr(entry, part) for entry in entries]
 
 
 def _parts(name: str, numbers: Any) -> Iterator[tuple[str, Any]]:

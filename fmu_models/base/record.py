@@ -1,7 +1,8 @@
-"""Results as JSON has them: what a class names in ``RECORD``, or all fields of a dataclass, as plain values."""
+"""Results as JSON has them: what a class names in ``RECORD``, or the fields of a dataclass, as plain values."""
 
 import dataclasses
 import math
+import operator
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,8 +10,9 @@ from typing import Any
 def record(value: Any) -> Any:
     """A value in dictionaries, lists, texts and numbers, which JSON can hold.
 
-    ``RECORD`` lists attributes of a class: "name", or "key=name" where the key is another. Arrays become lists, complex
-    numbers pairs, numbers that are not finite None.
+    ``RECORD`` lists attributes of a class: "name", or "key=name" where the key is another, and "key=part.name" of one
+    inside. A field that no comparison sees (what is behind a result) is left out. Arrays become lists, complex numbers
+    pairs, numbers that are not finite None.
     """
     names = getattr(type(value), "RECORD", None)
     if names is not None:
@@ -19,7 +21,7 @@ def record(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): record(inner) for key, inner in value.items()}
     if dataclasses.is_dataclass(value):
-        return {field.name: record(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {field.name: record(getattr(value, field.name)) for field in dataclasses.fields(value) if field.compare}
     if hasattr(value, "tolist"):  # arrays and scalars of numpy, which need not be imported for this
         return record(value.tolist())
     if isinstance(value, list | tuple | set | frozenset):
@@ -32,5 +34,13 @@ def record(value: Any) -> Any:
 
 
 def _attribute(value: Any, name: str) -> Any:
-    member = getattr(value, name)
+    member = operator.attrgetter(name)(value)
     return member() if callable(member) else member
+
+
+class Recorded:
+    """A value with its plain form as a method."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values for JSON; see `record`."""
+        return record(self)

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.calibration.grown import signs_of
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes
 from identification.calibration.problem import Segment, SegmentProblem
-from identification.calibration.unknowns import Scaled
+from identification.calibration.unknowns import Scaled, signs_of
 from identification.calibration.untold import CERTAIN, column_norms
 from identification.inference.levenberg import levenberg
 from identification.inference.problem import SOFT, FitProblem, Solution, Unknown
@@ -191,14 +190,9 @@ def _across(problem: FitProblem, soft: Solution) -> np.ndarray:
 
 def begun(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
     """The unknowns of the free run that begins as the segments do."""
-    return np.concatenate([x[: problem.shared], _first_starts(problem, x)])
-
-
-def _first_starts(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
-    """Start states of the logs, as far as they are unknown."""
     begins = [n for n, one in enumerate(problem.segments) if n == 0 or problem.segments[n - 1].log != one.log]
     places = problem.starts[begins]
-    return x[places[places >= 0]]
+    return np.concatenate([x[: problem.shared], x[places[places >= 0]]])
 
 
 def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:

@@ -4,14 +4,13 @@ A free run over the whole log; of a chaotic motion one run after another, each n
 start of its own, since noise at the start decides what comes later. No window joins the next.
 """
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Shown
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
@@ -32,10 +31,12 @@ EVALUATIONS = 60
 
 
 @dataclass(frozen=True, eq=False)
-class FollowedLog(Shown):
+class FollowedLog(Shown, Recorded):
     """log: as it was compared; modelled: (n,) by variable, as its sensor would show the model, NaN where that is not
     compared; begins: s, of the runs; starts: states at the begin of the first; residuals: by series; notes: where the
     model could not be run."""
+
+    RECORD = ("log=log.name", "begins", "starts", "residuals", "notes")
 
     log: ModelLog
     modelled: Mapping[str, np.ndarray]
@@ -43,16 +44,6 @@ class FollowedLog(Shown):
     starts: Mapping[str, float]
     residuals: tuple[SeriesResidual, ...]
     notes: tuple[str, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain values, without the motion."""
-        return {
-            "log": self.log.name,
-            "begins": list(self.begins),
-            "starts": dict(self.starts),
-            "residuals": [dataclasses.asdict(line) for line in self.residuals],
-            "notes": list(self.notes),
-        }
 
 
 @one_blas_thread()

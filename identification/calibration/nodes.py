@@ -105,10 +105,8 @@ def nodes_of(
 
 
 def _count(log: ModelLog) -> int:
-    crossings = 0
-    for values in log.measured.values():
-        side = np.sign(values - np.mean(values))
-        crossings = max(crossings, int(np.count_nonzero(np.diff(side[side != 0]))))
+    sides = (np.sign(values - np.mean(values)) for values in log.measured.values())
+    crossings = max((int(np.count_nonzero(np.diff(side[side != 0]))) for side in sides), default=0)
     return int(np.clip(2 * crossings, FEWEST, MOST))
 
 

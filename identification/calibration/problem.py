@@ -125,31 +125,29 @@ class SegmentProblem(FitProblem):
         return self._evaluated(x, slopes=True)
 
     def _evaluated(self, x: np.ndarray, *, slopes: bool) -> Evaluation:
-        series, states = self.series, len(self.subject.states)
+        series, states, width = self.series, len(self.subject.states), len(x) if slopes else 0
         kept = {key: self.kept(*key) for key in series}
         ends = np.cumsum([0, *(int(kept[key].sum()) for key in series)])
         joints = np.flatnonzero([not segment.last for segment in self.segments])
         count = int(ends[-1]) + states * len(joints)
-        residual, gradient = np.zeros(count), np.zeros((count, len(x) if slopes else 0))
+        residual, gradient = np.zeros(count), np.zeros((count, width))
         row = dict(zip(joints.tolist(), ends[-1] + states * np.arange(len(joints)), strict=True))
         for number, segment in enumerate(self.segments):
-            names = list(self.logs[segment.log].measured)
-            sensors = {name: self.sensor(name, x) for name in names}
+            sensors = {name: self.sensor(name, x) for name in self.logs[segment.log].measured}
             readings = self._readings(segment, sensors, kept)
             times = np.unique(np.concatenate([*(time for _, time in readings.values()), [segment.end]]))
             run = self._response(number, x, times, slopes)
             for name, (rows, time) in readings.items():
                 place = int(ends[series.index((segment.log, name))])
-                at = np.searchsorted(times, time)
-                seen = rows - int(np.argmax(kept[segment.log, name])) + place
-                self._compare(number, x, name, sensors[name], rows, seen, run, at, residual, gradient)
+                at, seen = np.searchsorted(times, time), rows - int(np.argmax(kept[segment.log, name])) + place
+                residual[seen], gradient[seen] = self._compared(number, name, sensors[name], rows, run, at, width)
             for name, measured in self.logs[segment.log].events.items():
                 place = int(ends[series.index((segment.log, name))])
                 rows = np.flatnonzero(segment.holds(measured))
-                self._time(number, name, measured[rows], rows + place, run, residual, gradient)
+                residual[rows + place], gradient[rows + place] = self._timed(number, name, measured[rows], run, width)
             if number in row:
                 where = slice(row[number], row[number] + states)
-                self._join(number, x, run, where, residual, gradient)
+                residual[where], gradient[where] = self._joined(number, x, run, width)
         log = np.concatenate([np.repeat(np.arange(len(series)), np.diff(ends)), np.full(count - ends[-1], len(series))])
         return Evaluation(residual, gradient, log, log, np.full(count, np.nan))
 
@@ -176,69 +174,52 @@ class SegmentProblem(FitProblem):
             return None
         return run if np.isfinite(run.values).all() and np.isfinite(run.slopes).all() else None
 
-    def _compare(
-        self,
-        number: int,
-        x: np.ndarray,
-        name: str,
-        sensor: Sensor,
-        rows: np.ndarray,
-        seen: np.ndarray,
-        run: Response | None,
-        at: np.ndarray,
-        residual: np.ndarray,
-        gradient: np.ndarray,
-    ) -> None:
-        """Write the residuals of one variable over one segment, in rows ``seen``."""
+    def _compared(
+        self, number: int, name: str, sensor: Sensor, rows: np.ndarray, run: Response | None, at: np.ndarray, width: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (k,) of samples (k,) of one variable over one segment, and their slopes (k, width)."""
         log = self.segments[number].log
         noise, measured = self.noise[log, name], self.logs[log].measured[name]
+        gradient = np.zeros((len(rows), width))
         if run is None:
-            residual[seen] = FAILED * float(np.std(measured)) / noise
-            return
+            return np.full(len(rows), FAILED * float(np.std(measured)) / noise), gradient
         column, at, later = self.subject.recorded.index(name), at[: len(rows)], at[len(rows) :]
         value = run.values[at, column]
         modelled = sensor.gain * value + sensor.offset
         low, high = sensor.clip
-        inside = (modelled > low) & (modelled < high)
-        residual[seen] = (np.clip(modelled, low, high) - measured[rows]) / noise
-        if not gradient.size:
-            return
-        weight = np.where(inside, 1 / noise, 0.0)[:, None]
+        residual = (np.clip(modelled, low, high) - measured[rows]) / noise
+        if not width:
+            return residual, gradient
+        weight = np.where((modelled > low) & (modelled < high), 1 / noise, 0.0)[:, None]
         places, used = self.columns(number)
-        gradient[np.ix_(seen, places)] = weight * sensor.gain * run.slopes[at, column][:, used]
+        gradient[:, places] = weight * sensor.gain * run.slopes[at, column][:, used]
         step = NEAR * float(np.median(np.diff(self.logs[log].time)))
         by = {"gain": value, "offset": np.ones(len(rows))}
         if len(later):
             by["delay"] = -sensor.gain * (run.values[later, column] - value) / step
         for key, slope in by.items():
             if (name, key) in self.sensed:
-                gradient[seen, self.sensed[name, key]] = weight[:, 0] * slope
+                gradient[:, self.sensed[name, key]] = weight[:, 0] * slope
+        return residual, gradient
 
-    def _time(
-        self,
-        number: int,
-        name: str,
-        measured: np.ndarray,
-        seen: np.ndarray,
-        run: Response | None,
-        residual: np.ndarray,
-        gradient: np.ndarray,
-    ) -> None:
-        """Write the residuals of the event times of one contact over one segment, paired in their order."""
+    def _timed(
+        self, number: int, name: str, measured: np.ndarray, run: Response | None, width: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same of the event times (k,) of one contact over one segment, paired in their order."""
         log, noise = self.segments[number].log, self.noise[self.segments[number].log, name]
         apart = float(np.median(np.diff(self.logs[log].events[name])))
-        residual[seen] = FAILED * apart / noise
+        residual, gradient = np.full(len(measured), FAILED * apart / noise), np.zeros((len(measured), width))
         if run is None:
-            return
+            return residual, gradient
         times, slopes = run.hits[name]
         count = min(len(times), len(measured))
-        residual[seen[:count]] = np.clip((times[:count] - measured[:count]) / apart, -FAILED, FAILED) * apart / noise
-        if not gradient.size:
-            return
-        places, used = self.columns(number)
-        told = np.isfinite(slopes[:count]).all(axis=1)
-        near = told & (np.abs(times[:count] - measured[:count]) < FAILED * apart)
-        gradient[np.ix_(seen[:count][near], places)] = slopes[:count][near][:, used] / noise
+        residual[:count] = np.clip((times[:count] - measured[:count]) / apart, -FAILED, FAILED) * apart / noise
+        if width:
+            places, used = self.columns(number)
+            told = np.isfinite(slopes[:count]).all(axis=1)
+            near = np.flatnonzero(told & (np.abs(times[:count] - measured[:count]) < FAILED * apart))
+            gradient[np.ix_(near, places)] = slopes[near][:, used] / noise
+        return residual, gradient
 
     def columns(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Places of the unknowns that a segment is differentiated by, and which columns of its slopes these are."""
@@ -248,22 +229,17 @@ class SegmentProblem(FitProblem):
         used = np.flatnonzero(places >= 0)
         return places[used], used
 
-    def _join(
-        self, number: int, x: np.ndarray, run: Response | None, where: slice, residual: np.ndarray, gradient: np.ndarray
-    ) -> None:
-        """Write how far a segment ends from where the next begins."""
+    def _joined(self, number: int, x: np.ndarray, run: Response | None, width: int) -> tuple[np.ndarray, np.ndarray]:
+        """How far a segment ends from where the next begins (states,), and its slopes (states, width)."""
         following, states = self.starts[number + 1], len(self.subject.states)
-        weight = self.weight / self.scale
+        weight, gradient = self.weight / self.scale, np.zeros((states, width))
         if run is None:
-            residual[where] = self.weight
-            return
-        residual[where] = weight * (run.values[-1, :states] - x[following])
-        if not gradient.size:
-            return
-        places, used = self.columns(number)
-        rows = np.arange(where.start, where.stop)
-        gradient[np.ix_(rows, places)] = weight[:, None] * run.slopes[-1, :states][:, used]
-        gradient[rows, following] = -weight
+            return np.full(states, self.weight), gradient
+        if width:
+            places, used = self.columns(number)
+            gradient[:, places] = weight[:, None] * run.slopes[-1, :states][:, used]
+            gradient[np.arange(states), following] = -weight
+        return weight * (run.values[-1, :states] - x[following]), gradient
 
     def tangents(self, x: np.ndarray) -> list[np.ndarray]:
         """(states, states) derivative of each segment's end by its start, in units of ``scale``.

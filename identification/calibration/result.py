@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
+from fmu_models.base.record import record
 from fmu_models.base.shown import Pictured
 from fmu_models.base.trust import admit
 from fmu_models.fmu.fmu import Fmu
@@ -31,7 +31,6 @@ from identification.inference.profile import Interval, profile
 from identification.inference.uncertainty import student
 
 if TYPE_CHECKING:
-    import pandas
     from lmfit import Minimizer
 
 KIND = "stickslip calibration"
@@ -94,6 +93,8 @@ class Calibration(Pictured):
     calibration that was read back.
     """
 
+    COLUMNS = ("[name]=all_values.*",)
+
     model: str
     title: str
     method: str
@@ -122,7 +123,7 @@ class Calibration(Pictured):
         Raises:
             StickslipError: there is none.
         """
-        values = {one.name: one for one in (*self.parameters, *self.starts)}
+        values = {one.name: one for one in self.all_values}
         refuse_unknown(name, values, f"{self.model} was calibrated without '{name}'.")
         return values[name]
 
@@ -146,12 +147,9 @@ class Calibration(Pictured):
         return {line.name.removesuffix(f" [{own}]"): line.value for line in lines if not line.name.endswith(others)}
 
     @property
-    def frame(self) -> pandas.DataFrame:
-        """A row for each parameter and start state."""
-        import pandas
-
-        rows = [dataclasses.asdict(one) for one in (*self.parameters, *self.starts)]
-        return pandas.DataFrame(rows).set_index("name")
+    def all_values(self) -> tuple[CalibratedValue, ...]:
+        """Parameters, then start states."""
+        return (*self.parameters, *self.starts)
 
     def _heading(self) -> str:
         return f"Calibration: {self.title}, {len(self.parameters)} values from {', '.join(self.logs)} ({self.method})"
@@ -210,11 +208,7 @@ class Calibration(Pictured):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `read_calibration`."""
-        plain = dataclasses.asdict(dataclasses.replace(self, solved=None))
-        del plain["solved"]
-        for sensor in plain["sensors"].values():
-            sensor["clip"] = tuple(end if np.isfinite(end) else None for end in sensor["clip"])
-        return {"type": KIND, **plain}
+        return {"type": KIND, **record(self)}
 
 
 def is_calibration(path: str | os.PathLike[str]) -> bool:

@@ -4,6 +4,11 @@ run.
 A free run from a guess falls into the nearest of many minima, and a robust loss with continuity in weights does so far
 less often; what decides is the scan: guesses in a box about the first values are scored by the segments' own
 predictions from nodes of the data, without any optimization (Bock's multiple shooting begins at the best of these).
+
+Where only times of events are known, as a microphone hears them, no sample shows a state that a segment could begin
+with. So the first events are met from guesses of the parameters and start states, held near their first values by weak
+priors that fade as more events are taken, a third more each time: what the events so far have told predicts the next
+ones far better than any guess, also where the motion is chaotic.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,12 +21,13 @@ from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows
 from identification.calibration.descent import ALIKE, LEFT, Minimum, Progress, begun, best_first
-from identification.calibration.grown import grown
 from identification.calibration.nodes import local_motion, nodes_of, rolled
-from identification.calibration.problem import SegmentProblem
+from identification.calibration.problem import SegmentProblem, whole
 from identification.calibration.trials import Trials
-from identification.calibration.unknowns import FreeParameter
+from identification.calibration.unknowns import BOX, FreeParameter, Scaled, signs_of
 from identification.calibration.untold import telling
+from identification.inference.levenberg import levenberg
+from identification.inference.problem import SOFT, Prior, Unknown
 
 GUESSES = 24
 DENSITY = 4.0  # points of a line for each change of the prediction by as much as the measured motion
@@ -36,6 +42,13 @@ TIMED = 1e-3  # of the time between events: their noise, until residuals show it
 SCORED = 8  # guesses, at a time
 HERE = Execution(workers=1)  # in this process
 SAME = 0.05  # relative: guesses whose parameters differ less are one
+FIRST = 4  # events, at the begin
+GROWTH = 1.3
+DRAWN = 20  # times as many guesses as of measured series: one costs a run over few events
+SEARCHED = 16  # times as many starts
+EVALUATIONS = 15
+LOST = 0.1  # of the time between events: root mean square of a part at which a start is given up
+ROUGH = 1e-6  # relative
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,3 +228,67 @@ def rates_of(problem: SegmentProblem) -> dict[str, str]:
         return problem.subject.rates(stretch)
     except StickslipError:
         return {}
+
+
+def grown(
+    free_run: SegmentProblem, free: Sequence[FreeParameter], count: int, starts: int, generator: np.random.Generator
+) -> list[tuple[SegmentProblem, np.ndarray]]:
+    """Free runs with unknowns that meet all events, from the best of ``count`` guesses, up to ``starts`` of them; those
+    that come furthest where none meets all."""
+    most = max(times.size for log in free_run.logs for times in log.events.values())
+    counts = [FIRST]
+    while counts[-1] < most:
+        counts.append(min(max(int(counts[-1] * GROWTH), counts[-1] + 1), most))
+    guesses = [free_run.first, *(_draw(free_run, free, generator) for _ in range(DRAWN * count - 1))]
+    first = _part(free_run, counts[min(2, len(counts) - 1)])
+    guesses.sort(key=lambda x: float(np.sum(np.log1p((first.evaluate(x).residual / SOFT) ** 2))))
+    ended: list[tuple[int, np.ndarray]] = []
+    for x in guesses[: SEARCHED * starts]:
+        reached = 0
+        for reached in counts:
+            part = _part(free_run, reached)
+            scaled = Scaled(part, signs_of(part))
+            x = scaled.natural(levenberg(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=EVALUATIONS).values)
+            if _missed(part, x) > LOST:
+                break
+        else:
+            reached = most + 1
+        ended.append((reached, x))
+        if sum(end > most for end, _ in ended) == starts:
+            break
+    ended.sort(key=lambda one: -one[0])
+    return [(free_run, x) for _, x in ended[:starts]]
+
+
+def _draw(problem: SegmentProblem, free: Sequence[FreeParameter], generator: np.random.Generator) -> np.ndarray:
+    guess = problem.first.copy()
+    guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
+    guess[len(free) :] *= np.exp(BOX / 2 * generator.uniform(-1, 1, len(guess) - len(free)))
+    return guess
+
+
+def _part(problem: SegmentProblem, count: int) -> SegmentProblem:
+    """The first ``count`` events of each log, with weak priors."""
+    logs = []
+    for log in problem.logs:
+        times = np.sort(np.concatenate(list(log.events.values())))
+        end = float(times[count - 1] + times[count]) / 2 if count < times.size else float(log.time[-1])
+        logs.append(log.until(end))
+    unknowns = tuple(_weak(one, value) for one, value in zip(problem.unknowns, problem.first, strict=True))
+    return replace(problem, logs=tuple(logs), segments=whole(logs), unknowns=unknowns)
+
+
+def _weak(unknown: Unknown, value: float) -> Unknown:
+    if unknown.prior is not None:
+        return unknown
+    size = BOX if unknown.unit == "rad" else BOX * max(abs(value), 1e-3)
+    return replace(unknown, prior=Prior(unknown.name, float(value), unknown.unit, size, "first value"))
+
+
+def _missed(problem: SegmentProblem, x: np.ndarray) -> float:
+    """Root mean square of the residuals, relative to the time between events."""
+    here, squares = problem.evaluate(x), []
+    for number, (log, name) in enumerate(problem.series):
+        apart = float(np.median(np.diff(problem.logs[log].events[name])))
+        squares.append(float(np.mean((here.residual[here.log == number] * problem.noise[log, name] / apart) ** 2)))
+    return float(np.sqrt(np.mean(squares)))

@@ -1,7 +1,7 @@
 """What is calibrated: a model that is run over stretches of logs, with the derivatives of what it shows.
 
 An FMU of this suite carries exact tangents through its events (fmu_models.simulation.sensitivity); runs of any other
-model are differenced (`differenced`).
+model are differenced (`systems`).
 """
 
 from abc import ABC, abstractmethod

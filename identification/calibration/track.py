@@ -7,17 +7,19 @@ print(course.summary())
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.record import record
+from fmu_models.base.shown import Pictured
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from identification.calibration.course import Course, Drift, Path
-from identification.calibration.descent import Progress, over_segments
+from identification.calibration.descent import STAGES, Progress, over_segments
 from identification.calibration.drifting import CHANCE, DriftProblem
 from identification.calibration.follow import residuals_of
 from identification.calibration.log import LogLike, ModelLog, model_log
@@ -28,16 +30,109 @@ from identification.calibration.result import SeriesResidual
 from identification.calibration.search import rates_of
 from identification.calibration.systems import opened, subject_of
 from identification.inference.problem import Evaluation, solve
+from identification.inference.whiteness import COLOURED
 
 if TYPE_CHECKING:
+    import pandas
+
     from fmu_models.codegen.package import Model
     from fmu_models.coupling.system import CoupledSystem
     from fmu_models.language.maps import Map
 
-STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))  # loss, weight, steps
+KIND = "stickslip track"
 FIRST = 0.2  # of a parameter: its walk over the log, before anything is known
 ROUGH, FINE = 1e-4, 1e-8  # relative
 TOLERANCES = (ROUGH, ROUGH, ROUGH, FINE)  # of rounds of solution, noise and rates
+
+
+@dataclass(frozen=True)
+class Path:
+    """A quantity over time. values, deviations: (n,), in its unit."""
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+    deviations: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Drift(Path):
+    """A parameter, one value from each node on. rate: of its walk, in its unit per root of a second, 0 of one that
+    stays; gain: of -2 ln likelihood over one that stays, beyond 2.71 in one of twenty that do."""
+
+    rate: float = 0.0
+    gain: float = 0.0
+
+    @property
+    def constant(self) -> bool:
+        """Whether the log shows no drift."""
+        return self.rate == 0.0
+
+    @property
+    def sentence(self) -> str:
+        """What became of it."""
+        first, last = (value_with_sd(self.values[n], self.deviations[n], self.unit) for n in (0, -1))
+        if self.constant:
+            return f"'{self.name}' stays: {first}; a drift gains {self.gain:.1f} of -2 ln likelihood, as chance does."
+        low, high = min(self.values), max(self.values)
+        return (
+            f"'{self.name}' drifts from {first} to {last}, between {low:.4g} and {high:.4g}; that gains "
+            f"{self.gain:.1f} of -2 ln likelihood over one that stays."
+        )
+
+
+@dataclass(frozen=True)
+class Course(Pictured):
+    """States and parameters along a log. times: (n,) s, of the states; nodes: (k,) s, from which on values of the
+    parameters hold; measured: (n,) by variable, empty in a course that is compared."""
+
+    model: str
+    title: str
+    log: str
+    times: tuple[float, ...]
+    states: tuple[Path, ...]
+    nodes: tuple[float, ...]
+    parameters: tuple[Drift, ...]
+    residuals: tuple[SeriesResidual, ...]
+    measured: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each sample: states and parameters, and their deviations as "sd ..."."""
+        import pandas
+
+        columns: dict[str, Any] = {"time": self.times}
+        for path in self.states:
+            columns |= {path.name: path.values, f"sd {path.name}": path.deviations}
+        at = np.searchsorted(self.nodes, self.times, side="right") - 1
+        for path in self.parameters:
+            columns |= {path.name: np.take(path.values, at), f"sd {path.name}": np.take(path.deviations, at)}
+        return pandas.DataFrame(columns)
+
+    @property
+    def sentences(self) -> list[str]:
+        """What became of each parameter, and what is left."""
+        coloured = [line.variable for line in self.residuals if line.chance < COLOURED]
+        sentences = [path.sentence for path in self.parameters]
+        if coloured:
+            sentences.append(
+                f"What is left of {', '.join(coloured)} is coloured: the model misses something, or the noise is not "
+                "white, and deviations are too small."
+            )
+        return sentences
+
+    def _heading(self) -> str:
+        return f"Track: {self.title} along {self.log}, {len(self.nodes)} segments"
+
+    def _contents(self) -> Mapping[str, Any]:
+        ends = {
+            path.name: (path.values[-1], path.deviations[-1], path.unit) for path in (*self.parameters, *self.states)
+        }
+        return {f"{name} at the end": value_with_sd(*end) for name, end in ends.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only."""
+        return {"type": KIND, **record(self), "sentences": self.sentences}
 
 
 @one_blas_thread()

@@ -163,6 +163,13 @@ class Scaled(FitProblem):
         return replace(self, problem=self.problem.resampled(clusters))
 
 
+def signs_of(problem: FitProblem) -> np.ndarray:
+    """(m,) sign of the unknowns that are sought by their logarithms: those whose bounds lie on one side of zero."""
+    low, high = problem.limits
+    one_sided = np.isfinite(low) & np.isfinite(high) & (np.sign(low) * np.sign(high) > 0)
+    return np.where(one_sided, np.sign(low), 0.0)
+
+
 def _scaled(unknown: Unknown, sign: float) -> Unknown:
     if not sign:
         return unknown

@@ -18,9 +18,8 @@ from identification.fit.causes import causes_of, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages
-from identification.free_friction.basis import BENDS, COEFFICIENTS
 from identification.free_friction.contest import contest
-from identification.free_friction.result import FreeFriction
+from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction
 from identification.inference.choice import Inference
 from identification.inference.problem import Solution, at_bounds
 from identification.inference.uncertainty import correlation

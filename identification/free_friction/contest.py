@@ -23,10 +23,9 @@ import numpy as np
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.basis import COEFFICIENTS
 from identification.free_friction.curve import OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
 from identification.free_friction.evidence import Evidence
-from identification.free_friction.result import FreeFriction
+from identification.free_friction.result import COEFFICIENTS, FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
 from identification.inference.uncertainty import autocorrelation
 from identification.measurement.pooled import Pool
@@ -72,13 +71,9 @@ def contest(
     ready: Pool, segments: Sequence[ShootingSegment], noise_known: bool, named: Sequence[str] | None = None
 ) -> Verdict | None:
     """The verdict on slips; None where they do not tell friction without a law: those of two discs, of an encoder
-    alone, of drives whose speed was not recorded, or such as no torque follows.
-
-    Args:
-        ready: logs of one rig.
-        segments: their slips.
-        noise_known: whether the noise of their sensors is known; otherwise its size is what no friction follows.
-        named: disturbances that are taken for granted, and no others; None: those that the slips show.
+    alone, of drives whose speed was not recorded, or such as no torque follows. ready: logs of one rig; segments: their
+    slips; noise_known: whether the noise of their sensors is known; otherwise its size is what no friction follows;
+    named: disturbances that are taken for granted, and no others; None: those that the slips show.
 
     Raises:
         StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.

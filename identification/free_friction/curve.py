@@ -1,6 +1,6 @@
 """Friction over slip speed without any law, with bands that hold.
 
-The slips of all logs are followed by a curve of the slip speed (`basis`), each with a start of its own and with
+The slips of all logs are followed by a curve of the slip speed (`SpeedBasis`), each with a start of its own and with
 torques that no term explains (`slips`), normal with deviation tau in units of the friction coefficient. The search
 goes by steps of Gauss and Newton from friction by inverse dynamics; tau has the greatest marginal likelihood among
 `TAUS`,
@@ -23,8 +23,7 @@ from identification.disturbances.terms import terms_of
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.at_rest import Releases
-from identification.free_friction.basis import BENDS, COEFFICIENTS, SpeedBasis
-from identification.free_friction.result import FreeFriction
+from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction, SpeedBasis
 from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, SlipRows, Slips
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING

@@ -14,8 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.curve import Gram, Known
+from identification.free_friction.result import COEFFICIENTS, SpeedBasis
 from identification.free_friction.slips import Guess, Slips
 from identification.laws import FittableLaw
 

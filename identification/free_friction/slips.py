@@ -29,7 +29,7 @@ from identification.disturbances.term import (
 )
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.basis import SpeedBasis
+from identification.free_friction.result import SpeedBasis
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values
 from rig_io.sensors.motion import Motion

@@ -27,15 +27,9 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class LoopLaw:
-    """A law as it is fitted to loops.
-
-    Attributes:
-        name: as the command takes it.
-        law: with its parameters.
-        first: first values of its parameters, from the sliders.
-        guesses: starts of the search that are scored; 1: the first values are near.
-        bounds: of the search, by parameter, for first values.
-    """
+    """A law as it is fitted to loops. name: as the command takes it; law: with its parameters; first: first values of
+    its parameters, from the sliders; guesses: starts of the search that are scored; 1: the first values are near;
+    bounds: of the search, by parameter, for first values."""
 
     name: str
     law: HysteresisLaw
@@ -111,25 +105,10 @@ def _merged(spectrum: SliderSpectrum, count: int) -> dict[str, float]:
     return values
 
 
-def _slip(spectrum: SliderSpectrum) -> tuple[float, float]:
-    """Stiffness at rest, N/m, and sliding force, N."""
-    return spectrum.stiffness_at_rest(), spectrum.sliding_force()
-
-
-def _dahl(spectrum: SliderSpectrum) -> dict[str, float]:
-    stiffness, force = _slip(spectrum)
-    return {"sigma": stiffness, "F_c": force}
-
-
-def _iwan(spectrum: SliderSpectrum) -> dict[str, float]:
-    stiffness, force = _slip(spectrum)
-    return {"F_S": force, "K_T": stiffness, "chi": -0.3, "beta_S": 0.5}
-
-
 def _bouc_wen(n: int) -> Callable[[SliderSpectrum], dict[str, float]]:
     def first(spectrum: SliderSpectrum) -> dict[str, float]:
-        stiffness, force = _slip(spectrum)
-        half = (stiffness / force) ** n / 2
+        stiffness = spectrum.stiffness_at_rest()
+        half = (stiffness / spectrum.sliding_force()) ** n / 2
         return {"k": stiffness, "beta": half, "gamma": half}
 
     return first
@@ -192,7 +171,9 @@ LAWS: dict[str, LoopLaw] = {
         _sliders(2),
         _sliders(4),
         LoopLaw(
-            "Dahl", Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)), _dahl
+            "Dahl",
+            Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)),
+            lambda spectrum: {"sigma": spectrum.stiffness_at_rest(), "F_c": spectrum.sliding_force()},
         ),
         LoopLaw(
             "Iwan4",
@@ -203,7 +184,7 @@ LAWS: dict[str, LoopLaw] = {
                 beta=Parameter("beta_S", 0.5, "1", "share of what lets go at once", positive=True),
                 sliders=FREED,
             ),
-            _iwan,
+            lambda s: {"F_S": s.sliding_force(), "K_T": s.stiffness_at_rest(), "chi": -0.3, "beta_S": 0.5},
         ),
         *(
             LoopLaw(f"BoucWen-{n}", _of_bouc_wen(n), _bouc_wen(n), bounds=partial(_either_gamma, _bouc_wen(n)))

@@ -37,13 +37,9 @@ def read_loop(
     units: Mapping[str, str] | None = None,
     reader: str | None = None,
 ) -> LoopLog:
-    """A log of force against displacement.
-
-    Args:
-        path: of a file of any kind that is read.
-        columns: by role (way, force, time, load) where names do not tell.
-        units: by role, where the file does not state them and they are not m, N and s.
-        reader: of the user, for a kind of file of his own.
+    """A log of force against displacement. path: of a file of any kind that is read; columns: by role (way, force,
+    time, load) where names do not tell; units: by role, where the file does not state them and they are not m, N and s;
+    reader: of the user, for a kind of file of his own.
 
     Raises:
         StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run backwards.
@@ -82,13 +78,9 @@ def columns_by_role(
     needed: Sequence[str],
     nameless: Mapping[int, Sequence[str]],
 ) -> dict[str, str]:
-    """Columns of a table by role.
-
-    Args:
-        given: by role, as the user says.
-        roles: patterns of names, in small letters, by role.
-        needed: roles that a table must have.
-        nameless: roles of the columns of a table without names, by their number.
+    """Columns of a table by role. given: by role, as the user says; roles: patterns of names, in small letters, by
+    role; needed: roles that a table must have; nameless: roles of the columns of a table without names, by their
+    number.
 
     Raises:
         StickslipError: an unknown role or column, or a needed one that no name tells.
@@ -121,11 +113,7 @@ def numbers_by_role(
     table: Table, named: Mapping[str, str], units: Mapping[str, str], expected: Mapping[str, str]
 ) -> tuple[dict[str, np.ndarray], list[str]]:
     """Columns (n,) in the units ``expected`` by role, of the rows that have numbers in all of them; and the roles that
-    are taken to be in them, for want of a unit.
-
-    Args:
-        named: columns by role.
-        units: by role, as the user says.
+    are taken to be in them, for want of a unit. named: columns by role; units: by role, as the user says.
 
     Raises:
         StickslipError: a unit that cannot be converted, or times that do not rise.

@@ -38,17 +38,10 @@ class LoopCycle:
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """A law and how well it tells the force.
-
-    Attributes:
-        name: as `laws.LAWS` has it.
-        parameters: with standard deviations that allow for colour.
-        left: by log, root mean square of what is left over the standard deviation of the force.
-        held_out: the same of logs that took no part.
-        notes: what the logs leave open.
-        why: it could not be fitted; empty if it was.
-        calibration: behind it, None in a result that was read back.
-    """
+    """A law and how well it tells the force. name: as `laws.LAWS` has it; parameters: with standard deviations that
+    allow for colour; left: by log, root mean square of what is left over the standard deviation of the force; held_out:
+    the same of logs that took no part; notes: what the logs leave open; why: it could not be fitted; empty if it was;
+    calibration: behind it, None in a result that was read back."""
 
     RECORD: ClassVar = ("name", "parameters", "left", "held_out", "notes", "why")
 
@@ -73,18 +66,10 @@ class FittedLaw:
 
 @dataclass(frozen=True, eq=False)
 class HysteresisFit(Pictured):
-    """Loops, as sliders and by laws.
-
-    Attributes:
-        logs: as they were fitted.
-        held_out: logs that took no part.
-        spectrum: the sliders.
-        left, left_out: by log, what the sliders leave of the force over its standard deviation.
-        cycles: by amplitude.
-        laws: the best first.
-        load: N, of which the laws' force is; None without a load.
-        notes: what was done and what the logs leave open.
-    """
+    """Loops, as sliders and by laws. logs: as they were fitted; held_out: logs that took no part; spectrum: the
+    sliders; left, left_out: by log, what the sliders leave of the force over its standard deviation; cycles: by
+    amplitude; laws: the best first; load: N, of which the laws' force is; None without a load; notes: what was done and
+    what the logs leave open."""
 
     RECORD: ClassVar = (
         *("names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside", "bounds", "stiffnesses"),

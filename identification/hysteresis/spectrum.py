@@ -96,12 +96,9 @@ class SliderSpectrum:
 
 
 def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> SliderSpectrum:
-    """The sliders of logs together.
-
-    Args:
-        logs: all with a load or none, all with the conditions ``factors``.
-        factors: conditions by which stiffnesses and damping grow.
-        rate: whether speeds are asked too; as all logs have times where None.
+    """The sliders of logs together. logs: all with a load or none, all with the conditions ``factors``; factors:
+    conditions by which stiffnesses and damping grow; rate: whether speeds are asked too; as all logs have times where
+    None.
 
     Raises:
         StickslipError: no log, a condition that a log lacks, or loads of some of them alone.

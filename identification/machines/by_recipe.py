@@ -1,8 +1,9 @@
-"""The machine that a recipe declares, its logs with the recipe's filters, and its inverse dynamics."""
+"""A machine to be identified, with what reads its logs; one that a recipe declares, with the recipe's filters."""
 
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,16 +18,13 @@ from fmu_models.base.registry import Reference
 from fmu_models.language.mechanism import Mechanism
 from identification.inference.lmfit_exchange import NOTHING
 from identification.inference.problem import identifier
-from identification.machines.axis import CARRIED, declared_axis
-from identification.machines.axis_terms import Model, Term, check_terms, read_model
-from identification.machines.base_parameters import base_parameters
+from identification.machines.axis import CARRIED, Model, Term, check_terms, declared_axis, read_model
 from identification.machines.identify import METHODS, solve_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.joint_laws import with_laws
-from identification.machines.machine import Machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import Cutoffs, JointMotion, MachineLog
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.verdicts import BIASED
 from identification.measurement.recipe import ACCELERATION, EFFORT, POSITION, TIME, VELOCITY, WEIGHT, Recipe
 from identification.measurement.signals import Piece, Prepared, decimated, decimating, prepare, turning_of
@@ -36,6 +34,34 @@ if TYPE_CHECKING:
     from lmfit import Parameters
 
 CHECKED = 10.0  # Hz
+
+
+class Machine(ABC):
+    """mechanism: as `identify_machine` takes it."""
+
+    mechanism: Mechanism
+
+    @abstractmethod
+    def logs(
+        self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
+    ) -> list[MachineLog]:
+        """Logs as `identify_machine` takes them. reader, repair: as in `rig_io.read_log`.
+
+        Raises:
+            StickslipError: a log cannot be read or is not one of this machine.
+        """
+
+    def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
+        """The fit with friction laws: those that the machine's recipe asks for, else these.
+
+        Raises:
+            StickslipError: as in `with_laws`.
+        """
+        return with_laws(self.mechanism, fit, logs, laws)
+
+    def known(self, cutoff: float | None) -> dict[str, float]:
+        """Parameters that are not to be found, beside those that the user knows. cutoff: as in `identify_machine`."""
+        return {}
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
-from identification.machines.base_parameters import base_parameters
-from identification.machines.regressor import Regressor, effort_inputs, regressor_of
+from identification.machines.regressor import Regressor, base_parameters, effort_inputs, regressor_of
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +35,7 @@ NOISE = 0.01  # of the usual effort, per sample, for the deviations that are for
 
 
 @dataclass(frozen=True)
-class Excitation(Tabular):
+class Excitation(Tabular, Recorded):
     """Coefficients of a motion (joints, harmonics), its middle (joints,) and period (s). deviations: foretold, by base
     parameter, for efforts sampled at ``rate`` with noise of ``noise`` of the usual effort; condition: of the columns,
     each scaled to one; gain: of ln det over the best of random motions."""
@@ -73,10 +73,6 @@ class Excitation(Tabular):
 
     def _contents(self) -> Mapping[str, Any]:
         return {name: f"+- {sd:.2g} {self.units.get(name, '')}" for name, sd in self.deviations.items()}
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain values."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
 
 def excite(

@@ -62,8 +62,7 @@ class HyperDual:
     def __pow__(self, power: float) -> HyperDual:
         if isinstance(power, HyperDual):
             raise StickslipError("A motion as an exponent has no place in an energy.")
-        x = self.value
-        return self.mapped(x**power, power * x ** (power - 1), power * (power - 1) * x ** (power - 2))
+        return self.mapped(*_power(self.value, power))
 
     def mapped(self, value: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> HyperDual:
         """A function of the number, from the function's value and first two derivatives there."""
@@ -72,56 +71,27 @@ class HyperDual:
         )
 
 
-def _sin(x: HyperDual) -> HyperDual:
-    s, c = np.sin(x.value), np.cos(x.value)
-    return x.mapped(s, c, -s)
-
-
-def _cos(x: HyperDual) -> HyperDual:
-    s, c = np.sin(x.value), np.cos(x.value)
-    return x.mapped(c, -s, -c)
-
-
-def _tan(x: HyperDual) -> HyperDual:
-    t = np.tan(x.value)
-    return x.mapped(t, 1 + t**2, 2 * t * (1 + t**2))
-
-
-def _exp(x: HyperDual) -> HyperDual:
-    e = np.exp(x.value)
-    return x.mapped(e, e, e)
-
-
-def _log(x: HyperDual) -> HyperDual:
-    return x.mapped(np.log(x.value), 1 / x.value, -1 / x.value**2)
-
-
-def _sqrt(x: HyperDual) -> HyperDual:
-    return x**0.5
-
-
-def _tanh(x: HyperDual) -> HyperDual:
-    t = np.tanh(x.value)
-    return x.mapped(t, 1 - t**2, -2 * t * (1 - t**2))
-
-
-def _atan(x: HyperDual) -> HyperDual:
-    over = 1 / (1 + x.value**2)
-    return x.mapped(np.arctan(x.value), over, -2 * x.value * over**2)
-
-
-def either(plain: Callable[[np.ndarray], np.ndarray], dual: Callable[[HyperDual], HyperDual]) -> Callable[..., object]:
-    """A function of numbers and of hyper-dual numbers."""
-    return lambda x: dual(x) if isinstance(x, HyperDual) else plain(x)
-
-
-FUNCTIONS = {
-    "sin": either(np.sin, _sin),
-    "cos": either(np.cos, _cos),
-    "tan": either(np.tan, _tan),
-    "exp": either(np.exp, _exp),
-    "log": either(np.log, _log),
-    "sqrt": either(np.sqrt, _sqrt),
-    "tanh": either(np.tanh, _tanh),
-    "atan": either(np.arctan, _atan),
+# value, slope and bend of functions of a number
+_BENT: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
+    "sin": lambda x: (s := np.sin(x), np.cos(x), -s),
+    "cos": lambda x: (c := np.cos(x), -np.sin(x), -c),
+    "tan": lambda x: (t := np.tan(x), 1 + t**2, 2 * t * (1 + t**2)),
+    "exp": lambda x: (e := np.exp(x), e, e),
+    "log": lambda x: (np.log(x), 1 / x, -1 / x**2),
+    "sqrt": lambda x: _power(x, 0.5),
+    "tanh": lambda x: (t := np.tanh(x), 1 - t**2, -2 * t * (1 - t**2)),
+    "atan": lambda x: (np.arctan(x), over := 1 / (1 + x**2), -2 * x * over**2),
 }
+
+
+def _power(x: np.ndarray, power: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return x**power, power * x ** (power - 1), power * (power - 1) * x ** (power - 2)
+
+
+def _either(name: str) -> Callable[..., object]:
+    """A function of numbers and of hyper-dual numbers."""
+    plain, bent = getattr(np, {"atan": "arctan"}.get(name, name)), _BENT[name]
+    return lambda x: x.mapped(*bent(x.value)) if isinstance(x, HyperDual) else plain(x)
+
+
+FUNCTIONS = {name: _either(name) for name in _BENT}

@@ -24,11 +24,10 @@ from identification.inference import lmfit_exchange
 from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Solution, among, solve
 from identification.inference.uncertainty import clustered_covariance, newey_west, plain_covariance
-from identification.machines.base_parameters import Base
 from identification.machines.motion import Cutoffs, JointMotion, MachineLog, motions, stacked
 from identification.machines.prefilter import Band, prefilter
 from identification.machines.problem import machine_problem
-from identification.machines.regressor import Regressor
+from identification.machines.regressor import Base, Regressor
 from identification.machines.rows import Rows, balanced, check_excited, rows_of
 from identification.machines.simulated import Stretches, run
 

@@ -13,16 +13,13 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Input
 from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
-from identification.machines.base_parameters import Base, base_parameters
-from identification.machines.delay import effort_delay
+from identification.machines.doubts import effort_delay, moving, on_logs, pulled
 from identification.machines.identify import METHODS, Identified, least_squares, solve_machine
-from identification.machines.log_by_log import on_logs
 from identification.machines.machine_fit import MachineFit, MachineParameter
 from identification.machines.motion import Cutoffs, MachineLog, motions
-from identification.machines.regressor import Regressor, regressor_of
+from identification.machines.regressor import Base, Regressor, base_parameters, regressor_of
 from identification.machines.rows import Rows, rows_of, together
 from identification.machines.scores import joint_scores
-from identification.machines.standstill import moving, pulled
 from identification.machines.verdicts import Quality, verdicts
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 from collections.abc import Mapping
@@ -16,13 +15,13 @@ from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
 from identification.inference.comparison import LawComparison
 from identification.machines.identify import Identified
 from identification.machines.scores import JointScore
 
 if TYPE_CHECKING:
-    import pandas
     from lmfit import Minimizer
 
 
@@ -52,7 +51,7 @@ class MachineParameter:
 
 
 @dataclass(frozen=True)
-class MachineFit(Pictured):
+class MachineFit(Pictured, Recorded):
     """Base parameters of a machine. known: parameters that were taken as given; silent: monomials that no effort shows;
     cutoff, parallel_cutoff: Hz, None where logs were filtered as their recipe says; condition: of the weighted columns,
     each scaled to one; raw_condition: in the units of the parameters; neighbour_correlation: of the residuals;
@@ -61,6 +60,8 @@ class MachineFit(Pictured):
     (empty: nowhere but in the program), read with ``gravity`` (m/s^2; empty: its own); still: as in
     `identify_machine`; columns: of its logs by name of a coordinate or effort, where they differ.
     identified: what is behind it, None in a fit that was read back."""
+
+    COLUMNS = ("[name]=parameters.*",)
 
     machine: str
     title: str
@@ -87,14 +88,6 @@ class MachineFit(Pictured):
     columns: Mapping[str, str] = field(default_factory=dict)
     identified: Identified | None = field(default=None, repr=False, compare=False)
 
-    @property
-    def frame(self) -> pandas.DataFrame:
-        """A row for each base parameter."""
-        import pandas
-
-        rows = [dataclasses.asdict(parameter) for parameter in self.parameters]
-        return pandas.DataFrame(rows).set_index("name")
-
     def __getitem__(self, name: str) -> MachineParameter:
         """A base parameter by the name of its monomial.
 
@@ -117,12 +110,6 @@ class MachineFit(Pictured):
             parameter.name: value_with_sd(parameter.value, parameter.standard_deviation, parameter.unit)
             for parameter in self.parameters
         }
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain values."""
-        plain = dataclasses.asdict(dataclasses.replace(self, identified=None, laws={}))
-        del plain["identified"]
-        return {**plain, "laws": {joint: comparison.to_dict() for joint, comparison in self.laws.items()}}
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.

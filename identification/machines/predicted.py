@@ -7,10 +7,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
-from identification.machines.base_parameters import base_parameters
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import Cutoffs, JointMotion, MachineLog, motions
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.rows import Rows, rows_of
 
 

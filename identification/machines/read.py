@@ -14,8 +14,7 @@ from fmu_models.base.unit_names import conversion_factor
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
 from fmu_models.oscillators import load
-from identification.machines.by_recipe import recipe_machine
-from identification.machines.machine import Machine
+from identification.machines.by_recipe import Machine, recipe_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.regressor import effort_inputs

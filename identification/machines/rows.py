@@ -14,9 +14,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.problem import Unknown
-from identification.machines.base_parameters import Base
 from identification.machines.motion import JointMotion, in_rows, stacked
-from identification.machines.regressor import Regressor
+from identification.machines.regressor import Base, Regressor
 
 WEIGHTS = 3  # rounds
 PARTS = 8  # of a log, left out in turn

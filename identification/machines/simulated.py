@@ -31,19 +31,27 @@ def run(
     """Position, velocity, acceleration (stretches, n, joints). values: (m,) of all monomials; observer: Hz; 0: free."""
     omega = 2 * np.pi * observer
     slow = SMOOTH * np.sqrt(np.mean(stretches.velocity**2, axis=(0, 1)))
-    machine = _Machine(regressor, values, slow)
-    count = stretches.position.shape[1]
+    count, joints = stretches.position.shape[1:]
+    # the same states without acceleration and with a unit one of each joint
+    units = np.concatenate([np.zeros((1, joints)), np.eye(joints)])
     q, v = stretches.position[:, 0].copy(), stretches.velocity[:, 0].copy()
     states = np.empty((3, *stretches.position.shape))
     h = stretches.step
 
+    def acceleration(q: np.ndarray, v: np.ndarray, effort: np.ndarray) -> np.ndarray:
+        """(k, joints), where efforts (k, joints) act."""
+        repeated = (np.tile(q, (joints + 1, 1)), np.tile(v, (joints + 1, 1)), np.repeat(units, len(q), axis=0))
+        tau = (regressor(*repeated, smooth=slow) @ values).reshape(joints + 1, len(q), joints)
+        mass = np.moveaxis(tau[1:] - tau[0], 0, -1)  # (k, joints, joints): columns by unit acceleration
+        return np.linalg.solve(mass, (effort - tau[0])[..., None])[..., 0]
+
     def rate(q: np.ndarray, v: np.ndarray, at: float) -> np.ndarray:
         before, beyond, share = min(int(at), count - 1), min(int(at) + 1, count - 1), at - int(at)
 
-        def between(values: np.ndarray) -> np.ndarray:
-            return (1 - share) * values[:, before] + share * values[:, beyond]
+        def between(signal: np.ndarray) -> np.ndarray:
+            return (1 - share) * signal[:, before] + share * signal[:, beyond]
 
-        a = machine.acceleration(q, v, between(stretches.effort))
+        a = acceleration(q, v, between(stretches.effort))
         if omega:
             a = a + 2 * omega * (between(stretches.velocity) - v) + omega**2 * (between(stretches.position) - q)
         return a
@@ -60,22 +68,3 @@ def run(
         q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
         v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
     return states[0], states[1], states[2]
-
-
-class _Machine:
-    """Accelerations from efforts, for many states at once."""
-
-    def __init__(self, regressor: Regressor, values: np.ndarray, slow: np.ndarray) -> None:
-        self.regressor, self.values, self.slow = regressor, values, slow
-        self.joints = len(regressor.joints)
-
-    def acceleration(self, q: np.ndarray, v: np.ndarray, effort: np.ndarray) -> np.ndarray:
-        """(k, joints), where efforts (k, joints) act."""
-        n, count = self.joints, len(q)
-        # the same states without acceleration and with a unit one of each joint
-        units = np.concatenate([np.zeros((1, n)), np.eye(n)])
-        a = np.repeat(units, count, axis=0)
-        every = self.regressor(np.tile(q, (n + 1, 1)), np.tile(v, (n + 1, 1)), a, smooth=self.slow)
-        tau = (every @ self.values).reshape(n + 1, count, n)
-        mass = np.moveaxis(tau[1:] - tau[0], 0, -1)  # (k, joints, joints): columns by unit acceleration
-        return np.linalg.solve(mass, (effort - tau[0])[..., None])[..., 0]

@@ -66,13 +66,10 @@ class _Link:
     """What one joint moves, with all that is fixed to it. carrier: number of the link that carries it, None for the
     base; turn (3, 3), offset (3,): of the joint's frame in the carrier's."""
 
-    name: str
-    joint: str
-    kind: str
+    joint: _Joint
     carrier: int | None
     turn: np.ndarray
     offset: np.ndarray
-    axis: np.ndarray
     body: _Body
 
 
@@ -111,14 +108,14 @@ def _declared(name: str, links: Sequence[_Link], gravity: np.ndarray, friction: 
     kinetic, potential, dissipation = sympy.S.Zero, sympy.S.Zero, sympy.S.Zero
     coordinates, contacts, applied = [], [], {}
     for number, link in enumerate(links, 1):
-        turns = link.kind != "prismatic"
-        q = Coordinate(f"q{number}", "rad" if turns else "m", link.joint, velocity=f"w{number}")
+        turns = link.joint.kind != "prismatic"
+        q = Coordinate(f"q{number}", "rad" if turns else "m", link.joint.name, velocity=f"w{number}")
         coordinates.append(q)
         v, w, down, height = base if link.carrier is None else motions[link.carrier]
-        axis, turn = sympy.Matrix(link.axis), sympy.Matrix(link.turn)
+        axis, turn = sympy.Matrix(link.joint.axis), sympy.Matrix(link.turn)
         # the frame of the carrier, then what the joint adds
         reach = sympy.Matrix(link.offset) + (zero if turns else turn * axis * q)
-        inverse = (_about(link.axis, q).T if turns else sympy.eye(3)) * turn.T
+        inverse = (_about(link.joint.axis, q).T if turns else sympy.eye(3)) * turn.T
         height = height - down.dot(reach)
         v, w, down = inverse * (v + w.cross(reach)), inverse * w, inverse * down
         v, w = (v, w + axis * q.v) if turns else (v + axis * q.v, w)
@@ -151,7 +148,7 @@ def _declared(name: str, links: Sequence[_Link], gravity: np.ndarray, friction: 
 
 def _parameters(number: int, link: _Link) -> tuple[Parameter, sympy.Matrix, sympy.Matrix]:
     body = link.body
-    m = Parameter(f"m{number}", body.mass, "kg", f"mass of {link.name}")
+    m = Parameter(f"m{number}", body.mass, "kg", f"mass of {link.joint.child}")
     moments = [
         Parameter(f"s{c}{number}", float(value), "kg m", "mass times centre")
         for c, value in zip("xyz", body.moments, strict=True)
@@ -159,7 +156,7 @@ def _parameters(number: int, link: _Link) -> tuple[Parameter, sympy.Matrix, symp
     terms = {}
     for a, b in PAIRS:
         value = float(body.inertia["xyz".index(a), "xyz".index(b)])
-        terms[a + b] = Parameter(f"J{a}{b}{number}", value, "kg m2", f"inertia of {link.name}")
+        terms[a + b] = Parameter(f"J{a}{b}{number}", value, "kg m2", f"inertia of {link.joint.child}")
     inertia = sympy.Matrix([[terms["".join(sorted(a + b))] for b in "xyz"] for a in "xyz"])
     return m, sympy.Matrix(moments), inertia
 
@@ -192,7 +189,7 @@ def _links(path: str, joints: Sequence[_Joint], bodies: dict[str, _Body]) -> lis
                 links[carrier] = replace(links[carrier], body=merged)
             go_on(joint.child, carrier, turn, offset)
         else:
-            links.append(_Link(joint.child, joint.name, joint.kind, carrier, turn, offset, joint.axis, body))
+            links.append(_Link(joint, carrier, turn, offset, body))
             go_on(joint.child, len(links) - 1, np.eye(3), np.zeros(3))
         reached.add(joint.name)
     loose = [joint.name for joint in joints if joint.name not in reached]

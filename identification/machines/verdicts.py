@@ -8,10 +8,10 @@ import numpy as np
 from fmu_models.base.digits import value_with_sd
 from fmu_models.language.mechanism import Mechanism
 from identification.inference.uncertainty import LAG_RULE
+from identification.machines.doubts import STILL
 from identification.machines.identify import Identified
 from identification.machines.machine_fit import MachineParameter
 from identification.machines.scores import FREE_RUN, JointScore, Score
-from identification.machines.standstill import STILL
 
 BIASED = 3.0  # standard deviations between least squares and instruments
 ZERO = 1.96  # standard deviations: a value nearer to zero cannot be told from it
@@ -45,7 +45,7 @@ def verdicts(
     pulled: Mapping[str, tuple[float, float]],
     late: tuple[float, float] | None,
 ) -> list[str]:
-    """All verdicts on a fit. pulled: what `standstill.pulled` gives; late: what `effort_delay` gives."""
+    """All verdicts on a fit. pulled: what `doubts.pulled` gives; late: what `effort_delay` gives."""
     return [
         *_left_open(quality),
         *(on_score for joint in joints for on_score in _on_scores(joint)),

@@ -2,7 +2,7 @@
 
 A recipe is a TOML file without data; the log is named beside it. Every signal is a column (times a gain) or the
 derivative of another signal, then perhaps filtered. What is to be found in them stands in tables that others read:
-[terms] and [friction] (machines.axis_terms), [slips] (slips.statistics). The keys of each table are a mapping beside
+[terms] and [friction] (machines.axis), [slips] (slips.statistics). The keys of each table are a mapping beside
 its reader, to what the reference of the manual says of them.
 """
 

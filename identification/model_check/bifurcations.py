@@ -13,13 +13,14 @@ a threshold: `identification.model_check.portraits.Stick`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, fmu_parameters
 from identification.model_check.portraits import Stick
@@ -48,6 +49,8 @@ class Transition:
     """A drive speed (rad/s, of ``varied``) where the sticking discs change, as it rises, and its standard deviations
     from the noise in the fitted parameters and from the constants of the rig (NaN where not asked for); at_least:
     whether nobody says how well one of these is known."""
+
+    RECORD = ("varied", "speed", "before", "after", "noise_deviation", "scale_deviation", "at_least", "words")
 
     varied: str
     speed: float
@@ -87,7 +90,7 @@ class MeasuredBifurcation:
 
 
 @dataclass(frozen=True)
-class BifurcationComparison:
+class BifurcationComparison(Recorded):
     """Measured against predicted. alike: rad/s, what the model's own motions at the speeds of the logs give by the same
     road as the measured estimate; passed: the prediction and the bracket overlap (None: nothing to judge)."""
 
@@ -95,17 +98,6 @@ class BifurcationComparison:
     predicted: Transition | None
     alike: float | None
     passed: bool | None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON; an open bracket has null as its end."""
-        measured = None if self.measured is None else asdict(self.measured)
-        if measured is not None and not np.isfinite(measured["high"]):
-            measured["high"] = None
-        predicted = None if self.predicted is None else {**asdict(self.predicted), "words": self.predicted.words}
-        for key in ("noise_deviation", "scale_deviation"):
-            if predicted is not None and not np.isfinite(predicted[key]):
-                predicted[key] = None
-        return {"measured": measured, "predicted": predicted, "alike": self.alike, "passed": self.passed}
 
 
 def sticking(

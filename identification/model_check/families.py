@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
 from identification.fit.result import FrictionFit
-from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
+from identification.fitted_model.model import FittedModel, SimulatedMotion, arrangement_of, fitted_model, rig_constants
 from identification.measurement.motion import DiscMotion
 from identification.model_check import bifurcations as bifurcations
 from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
-from identification.model_check.measured import measured_motions
 from identification.model_check.portraits import (
     MEANING,
     Portrait,
@@ -30,7 +30,7 @@ from identification.model_check.portraits import (
     compare_motions,
     sequence_of,
 )
-from identification.model_check.processing import Processing
+from identification.model_check.processing import Processing, measured_motions
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:
@@ -44,9 +44,12 @@ STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
 
 
 @dataclass(frozen=True, eq=False)
-class FamilyComparison(Pictured):
+class FamilyComparison(Pictured, Recorded):
     """A family in order of the drive speed that varies. varied: its disc; hopf: rad/s, predicted speed above which
     steady sliding is stable (None: not one); notes: what was left out, and why."""
+
+    RECORD = ("passed", "varied", "hopf_speed=hopf", "bifurcations", "comparisons=members", "meaning", "notes")
+    meaning = MEANING
 
     members: tuple[PortraitComparison, ...]
     varied: str
@@ -82,18 +85,6 @@ class FamilyComparison(Pictured):
         return all(member.passed for member in self.members) and all(
             bifurcation.passed is not False for bifurcation in self.bifurcations
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON (the curves left out)."""
-        return {
-            "passed": self.passed,
-            "varied": self.varied,
-            "hopf_speed": self.hopf,
-            "bifurcations": [bifurcation.to_dict() for bifurcation in self.bifurcations],
-            "comparisons": [member.to_dict() for member in self.members],
-            "meaning": MEANING,
-            "notes": list(self.notes),
-        }
 
 
 def compare_families(
@@ -178,16 +169,12 @@ def drive_speeds(motion: DiscMotion) -> dict[str, float]:
 def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> PortraitComparison:
     """One log against the model's motion at its drive speeds."""
     speeds = drive_speeds(motion)
-    drives = dict(zip(motion.log.contacts, motion.drives, strict=True))
     settled = processing.settled(motion.time, motion.angle)
     if settled != motion.time[0]:
         return _unsettled(model, processing, motion, settled)
-    measured = processing.motion(motion.time, motion.angle, drives, f"log '{motion.log.name}'")
     length = float(motion.time[-1] - motion.time[0])
     run = model.run(speeds, length, motion.step)
-    steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
-    label = f"the model at the drive speed of '{motion.log.name}'"
-    modelled = processing.motion(run.time, run.angle, steady, label, run.states)
+    measured, modelled = _motions(processing, motion, run, f"the model at the drive speed of '{motion.log.name}'")
     sliding = model.sliding(speeds)
     if not sequence_of(measured) and sequence_of(modelled) and sliding is not None and sliding.damping > 0:
         modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
@@ -206,15 +193,9 @@ def _unsettled(
     length = float(motion.time[-1]) - onset
     run = model.run(speeds, length, motion.step, transient=0.0, start=start)
     runs = processing.settled(run.time, run.angle)
-    late = np.zeros(len(motion.time), dtype=bool) if settled is None else motion.time < settled
-    early = np.zeros(len(run.time), dtype=bool) if settled is None or runs is None else run.time < runs
-    drives = {on: row[~late] for on, row in zip(motion.log.contacts, motion.drives, strict=True)}
-    measured = processing.motion(motion.time[~late], motion.angle[~late], drives, f"log '{motion.log.name}'")
-    steady = {contact: np.full(np.count_nonzero(~early), speed) for contact, speed in speeds.items()}
-    states = {contact: row[~early] for contact, row in run.states.items()}
-    label = f"the model from the first state of '{motion.log.name}'"
-    modelled = processing.motion(run.time[~early], run.angle[~early], steady, label, states)
-    first = float(motion.time[0])
+    begins = (-np.inf if settled is None else settled, -np.inf if settled is None or runs is None else runs)
+    label, first = f"the model from the first state of '{motion.log.name}'", float(motion.time[0])
+    measured, modelled = _motions(processing, motion, run, label, begins)
     settling = Settling(None if settled is None else settled - first, None if runs is None else runs + onset - first)
     verdicts = compare_motions(measured, modelled)
     if settled is None:  # a swing that grows or dies is as large as its begin, which is known but roughly
@@ -222,6 +203,24 @@ def _unsettled(
             verdict if verdict.name in CERTAIN else replace(verdict, limit=None, passed=None) for verdict in verdicts
         )
     return PortraitComparison(motion.log.name, speeds, measured, modelled, verdicts, settling)
+
+
+def _motions(
+    processing: Processing,
+    motion: DiscMotion,
+    run: SimulatedMotion,
+    label: str,
+    begins: tuple[float, float] = (-np.inf, -np.inf),
+) -> tuple[Portrait | Rest, Portrait | Rest]:
+    """A log and its model, processed alike, from a time (s) of each on."""
+    late, later = motion.time >= begins[0], run.time >= begins[1]
+    drives = {on: row[late] for on, row in zip(motion.log.contacts, motion.drives, strict=True)}
+    steady = {contact: np.full(np.count_nonzero(later), speed) for contact, speed in drive_speeds(motion).items()}
+    states = {contact: row[later] for contact, row in run.states.items()}
+    return (
+        processing.motion(motion.time[late], motion.angle[late], drives, f"log '{motion.log.name}'"),
+        processing.motion(run.time[later], run.angle[later], steady, label, states),
+    )
 
 
 def _varied(motions: Sequence[DiscMotion]) -> str:

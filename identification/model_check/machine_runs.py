@@ -7,11 +7,12 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Shown
 from fmu_models.language.mechanism import Mechanism
 from identification.fitted_model.machine import machine_with
@@ -41,9 +42,11 @@ class JointRun:
 
 
 @dataclass(frozen=True, eq=False)
-class MachineRun(Shown):
+class MachineRun(Shown, Recorded):
     """A log beside the machine. time: (n,) s; measured, simulated: (n, joints), NaN where a run was given up; ends: of
     windows, among the samples; window: s; joints: how far they are apart; given_up: why runs ended early."""
+
+    RECORD = ("log", "window", "joints", "given_up")
 
     log: str
     window: float
@@ -53,15 +56,6 @@ class MachineRun(Shown):
     ends: np.ndarray
     joints: tuple[JointRun, ...]
     given_up: tuple[str, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The run as plain values, without the motion."""
-        return {
-            "log": self.log,
-            "window": self.window,
-            "joints": [dataclasses.asdict(joint) for joint in self.joints],
-            "given_up": list(self.given_up),
-        }
 
 
 def machine_runs(

@@ -14,16 +14,13 @@ differ, whatever their curves.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured, Shown
-
-if TYPE_CHECKING:
-    import pandas
 
 PHASES = 400  # points of a mean cycle
 SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself
@@ -52,10 +49,11 @@ class Stick(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Portrait(Shown):
+class Portrait(Shown, Recorded):
     """A mean cycle. angle: (PHASES,) rad; speed: (PHASES,) rad/s; period s and its deviation from cycle to cycle;
-    amplitude: rad, half range; sticks: by contact; cycles averaged.
-    """
+    amplitude: rad, half range; sticks: by contact; cycles averaged."""
+
+    RECORD = ("motion=words", "period", "amplitude", "stick_fraction", "sequence", "cycles")
 
     angle: np.ndarray
     speed: np.ndarray
@@ -83,29 +81,21 @@ class Portrait(Shown):
         discs = ("{" + ", ".join(contact[-1] for contact in group) + "}" for group in self.sequence)
         return "stick on " + " -> ".join(discs) if self.sequence else "a cycle without stick"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON (the curves left out)."""
-        return {
-            "motion": self.words,
-            "period": self.period,
-            "amplitude": self.amplitude,
-            "stick_fraction": {name: stick.fraction for name, stick in self.sticks.items()},
-            "sequence": [list(group) for group in self.sequence],
-            "cycles": self.cycles,
-        }
+    @property
+    def stick_fraction(self) -> dict[str, float]:
+        """Share of time in stick, by contact."""
+        return {name: stick.fraction for name, stick in self.sticks.items()}
 
 
 @dataclass(frozen=True)
-class Rest:
+class Rest(Recorded):
     """Steady sliding: the mean angle, and half the range in which it stays, rad."""
+
+    RECORD = ("motion=words", "angle", "swing")
 
     angle: float
     swing: float
     words: str = "steady sliding"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return {"motion": self.words, "angle": self.angle, "swing": self.swing}
 
 
 @dataclass(frozen=True)
@@ -141,10 +131,14 @@ class Settling(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class PortraitComparison(Pictured):
+class PortraitComparison(Pictured, Recorded):
     """A measured motion, the model's, and the verdicts. drive_speeds: rad/s by contact, at which the model ran;
     settling: of a log that begins before its motion has settled; length, step: s, of the record and between its
     samples, with which the model ran (nan: not said)."""
+
+    RECORD = ("log", "drive_speeds", "passed", "measured", "model", "metrics=verdicts", "settling", "meaning")
+    COLUMNS = ("[metric]=verdicts.name", "value=verdicts.value", "limit=verdicts.limit", "passed=verdicts.passed")
+    meaning = MEANING
 
     log: str
     drive_speeds: Mapping[str, float]
@@ -154,14 +148,6 @@ class PortraitComparison(Pictured):
     settling: Settling | None = None
     length: float = np.nan
     step: float = np.nan
-
-    @property
-    def frame(self) -> pandas.DataFrame:
-        """A row for each metric: value, limit, whether it is kept."""
-        import pandas
-
-        rows = [{"value": verdict.value, "limit": verdict.limit, "passed": verdict.passed} for verdict in self.verdicts]
-        return pandas.DataFrame(rows, index=pandas.Index([verdict.name for verdict in self.verdicts], name="metric"))
 
     @property
     def passed(self) -> bool:
@@ -176,19 +162,6 @@ class PortraitComparison(Pictured):
     def __getitem__(self, name: str) -> MetricVerdict:
         """A verdict by the name of its metric."""
         return next(verdict for verdict in self.verdicts if verdict.name == name)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON (the curves left out)."""
-        return {
-            "log": self.log,
-            "drive_speeds": dict(self.drive_speeds),
-            "passed": self.passed,
-            "measured": self.measured.to_dict(),
-            "model": self.model.to_dict(),
-            "metrics": [asdict(verdict) for verdict in self.verdicts],
-            "settling": None if self.settling is None else asdict(self.settling),
-            "meaning": MEANING,
-        }
 
 
 def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[MetricVerdict, ...]:

@@ -1,16 +1,21 @@
-"""From a recorded or simulated motion to its portrait: smoothed, cut into cycles, averaged; when it has settled."""
+"""Motions on the way to portraits: fused, smoothed, cut into cycles, averaged; and when they have settled."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.motion import SMOOTHING, savitzky_golay
+from identification.measurement.disc_motion import fuse
+from identification.measurement.free_decay import fit_free_decay
+from identification.measurement.motion import SMOOTHING, DiscMotion, savitzky_golay
+from identification.measurement.pooling import at_rest, check_same_rig, motions_in_pieces
 from identification.measurement.slip_segments import THRESHOLD, stretches
 from identification.model_check.portraits import LIMITS, PHASES, Portrait, Rest, Stick
+from rig_io.logs.log import RigLog
 
+CYCLES = 5  # natural periods: a shorter piece of a log with gaps shows no portrait
 HYSTERESIS = 0.25  # of the half range, that the angle must fall below the middle before it counts as rising through it
 LEAST_CYCLES = 2
 LATE = 2.0  # periods from the begin of a motion to its first cycle, beyond which others were too small to count
@@ -18,6 +23,35 @@ RESTING = 1e-3  # rad, half range below which there is no cycle
 ZERO = 0.25  # of the threshold of slip speed, below which a disc sticks: ten times the noise of the smoothed speed
 DYING = 0.8  # second half of a motion without stick over its first half: below that the motion is no cycle
 IRREGULAR = 0.2  # of the mean period, spread of the periods of a motion without stick from which on it is no cycle
+
+
+def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tuple[str, ...], list[DiscMotion]]:
+    """Motions of the stick-slip logs of one rig, by the discs in contact. Unlike the logs of a fit these need no stick:
+    above the bifurcation the disc slides steadily, and that is a result.
+
+    logs: a free decay among them gives the zero of the angle; natural_period: s, scale of the smoothing.
+
+    Raises:
+        StickslipError: no such log, different rigs, a log without disc, or one that cannot be read as a motion.
+    """
+    decays = [log for log in logs if log.kind == "free-decay"]
+    sliding = [log for log in logs if log.kind != "free-decay"]
+    if not sliding:
+        raise StickslipError("There is no stick-slip log among those given. Give those to compare with.")
+    check_same_rig([*sliding, *decays])
+    for log in sliding:
+        if not log.contacts:
+            raise StickslipError(
+                f"Log '{log.name}' is of kind '{log.kind}', but has no disc in contact. Say which one touches, "
+                '"contacts": ["disc0"], or call it a "free-decay".'
+            )
+    raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
+    if decays:
+        raw = at_rest(raw, fit_free_decay(decays[0]))
+    families: dict[tuple[str, ...], list[DiscMotion]] = {}
+    for motion in fuse(raw, SMOOTHING * natural_period)[0]:
+        families.setdefault(motion.log.contacts, []).append(motion)
+    return families
 
 
 @dataclass(frozen=True)

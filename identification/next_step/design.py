@@ -18,13 +18,14 @@ Fedorov (1972), Theory of Optimal Experiments, chapter 2.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Shown, Tabular
 from identification.estimators.shooting_problem import ZERO_UNCERTAINTY
 from identification.estimators.shooting_segments import STARTS
@@ -65,7 +66,7 @@ class Candidate(Shown):
 
 
 @dataclass(frozen=True)
-class Design(Tabular):
+class Design(Tabular, Recorded):
     """Candidates, the best first, those refused last; what is known now: deviations and collinearity index predicted
     for the fitted logs; duration: s, of each candidate; advice: what to do."""
 
@@ -89,10 +90,6 @@ class Design(Tabular):
 
     def _heading(self) -> str:
         return f"Design: {self.advice}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values only."""
-        return asdict(self)
 
 
 def design(

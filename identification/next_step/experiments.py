@@ -14,12 +14,13 @@ Source: Fedorov (1972), Theory of Optimal Experiments, chapter 2.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Tabular
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
@@ -51,7 +52,7 @@ class CandidateExperiment:
 
 
 @dataclass(frozen=True)
-class Experiments(Tabular):
+class Experiments(Tabular, Recorded):
     """Candidates, the best first, those refused last. deviations: as they are now; duration: s, of each."""
 
     candidates: tuple[CandidateExperiment, ...]
@@ -70,10 +71,6 @@ class Experiments(Tabular):
 
     def _heading(self) -> str:
         return f"Experiments: {len(self.candidates)} candidates of {self.duration:g} s"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values only."""
-        return asdict(self)
 
 
 @one_blas_thread()

@@ -9,7 +9,7 @@ import numpy as np
 
 from fmu_models.base.console import plain
 from fmu_models.base.table import PrintedTable, known_to, sd, table
-from identification.calibration.course import Course, Path
+from identification.calibration.track import Course, Path
 from identification.report.calibration_summary import residuals_table
 
 if TYPE_CHECKING:

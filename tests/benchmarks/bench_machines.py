@@ -21,10 +21,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 from emulated_arm import ARM, log
 
 from fmu_models.oscillators import load
-from identification.machines.base_parameters import base_parameters
 from identification.machines.inverse import identify_machine
 from identification.machines.motion import MachineLog
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 
 MODEL = load(Path(__file__).parents[2] / "data" / "machines" / "two_link_arm.py")
 KNOWN = {"g": ARM["g"], "l1": ARM["l1"]}

@@ -12,10 +12,9 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
-from identification.calibration.differenced import SOLVER
 from identification.calibration.log import ModelLog
 from identification.calibration.subject import Stretch
-from identification.calibration.systems import subject_of
+from identification.calibration.systems import SOLVER, subject_of
 
 bench = benchmark_script("bench_calibrate")
 

@@ -35,7 +35,7 @@ from fmu_models.scene.scene import Scene
 from fmu_models.simulation.results import read_trajectory
 from fmu_models.validation.scene_savings.left_out import left_out
 from identification.fit.result import read_fit
-from identification.machines.axis_terms import read_model
+from identification.machines.axis import read_model
 from identification.measurement.recipe import read_recipe, recipes
 from identification.slips.statistics import read_slips
 from rig_io.packages.datapackage import read_package

@@ -15,13 +15,12 @@ import sympy
 from dfki_double_pendulum import MODEL
 
 from fmu_models import Coulomb, Friction, Mechanism, Parameter
-from identification.machines.base_parameters import base_parameters
 from identification.machines.identify import least_squares
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import Cutoffs, MachineLog, motions
 from identification.machines.read import read_machine_log
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.rows import balanced, rows_of
 from identification.machines.urdf import mechanism_from_urdf
 

@@ -16,9 +16,9 @@ from identification.disturbances.terms import terms_of
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from identification.free_friction.basis import COEFFICIENTS
 from identification.free_friction.contest import contest
 from identification.free_friction.curve import begun, slips_of
+from identification.free_friction.result import COEFFICIENTS
 from identification.free_friction.slips import MODES, STARTS, Guess
 from identification.measurement.pooling import pool
 from rig_io.logs.log import RigLog

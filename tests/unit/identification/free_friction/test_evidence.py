@@ -11,9 +11,9 @@ from identification.estimators import shooting
 from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.law_spread import by_curve, by_residuals
-from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.contest import contest
 from identification.free_friction.evidence import Evidence
+from identification.free_friction.result import COEFFICIENTS, SpeedBasis
 from identification.laws import find_law
 from identification.measurement.pooling import pool
 

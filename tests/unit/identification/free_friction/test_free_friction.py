@@ -15,8 +15,8 @@ from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
-from identification.free_friction.basis import COEFFICIENTS, SpeedBasis
 from identification.free_friction.contest import contest
+from identification.free_friction.result import COEFFICIENTS, SpeedBasis
 from identification.free_friction.slips import MODES, STARTS, Guess, Slips
 from identification.laws import find_law
 from identification.report.fit_summary import fit_summary

@@ -18,8 +18,7 @@ from fmu_models.base.errors import StickslipError
 from identification.commands.application import app
 from identification.fitted_model.machine import machine_with
 from identification.inference.problem import identifier
-from identification.machines.axis import declared_axis
-from identification.machines.axis_terms import KINDS, Term
+from identification.machines.axis import KINDS, Term, declared_axis
 from identification.machines.by_recipe import inverse_dynamics, recipe_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import read_machine_fit

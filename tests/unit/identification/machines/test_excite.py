@@ -15,9 +15,8 @@ from typer.testing import CliRunner
 from fmu_models import Mechanism, StickslipError
 from fmu_models.oscillators import load
 from identification.commands.application import app
-from identification.machines.base_parameters import base_parameters
 from identification.machines.excite import Excitation, excite
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 
 MODEL = ROOT / "data" / "machines" / "two_link_arm.py"
 KNOWN = {"g": ARM["g"], "l1": ARM["l1"]}

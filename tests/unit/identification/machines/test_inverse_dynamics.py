@@ -16,11 +16,10 @@ from fmu_models.base.errors import StickslipError
 from identification.inference.choice import coloured_covariance
 from identification.inference.problem import solve
 from identification.inference.uncertainty import plain_covariance
-from identification.machines.base_parameters import base_parameters
 from identification.machines.by_recipe import inverse_dynamics, motions_of, recipe_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.problem import machine_problem
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.rows import rows_of
 from identification.measurement.recipe import Filter, Recipe, read_recipe
 from identification.measurement.signals import filtered, prepare

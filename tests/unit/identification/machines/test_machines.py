@@ -20,14 +20,13 @@ from typer.testing import CliRunner
 from fmu_models import Coordinate, Input, KelvinVoigt, Mechanism, Parameter, StickslipError, Stop
 from fmu_models.oscillators import load
 from identification.commands.application import app
-from identification.machines.base_parameters import base_parameters
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.predicted import predict_efforts
 from identification.machines.prefilter import Band, prefilter
 from identification.machines.read import read_machine_log
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.report.machine_figures import machine_fit_figure
 
 pytestmark = pytest.mark.digits

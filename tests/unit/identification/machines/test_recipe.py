@@ -16,11 +16,10 @@ from made import formats
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.toml_document import Document
 from identification.inference.problem import Solution, solve
-from identification.machines.axis_terms import read_model
-from identification.machines.base_parameters import base_parameters
+from identification.machines.axis import read_model
 from identification.machines.by_recipe import inverse_dynamics, motions_of, recipe_machine
 from identification.machines.problem import machine_problem
-from identification.machines.regressor import regressor_of
+from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.rows import rows_of
 from identification.measurement import recipe as recipe_room
 from identification.measurement.recipe import Recipe, read_recipe, recipes

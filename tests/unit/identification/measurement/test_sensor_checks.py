@@ -15,7 +15,7 @@ from identification.measurement.disc_motion import disc_motion
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
-from identification.model_check.measured import measured_motions
+from identification.model_check.processing import measured_motions
 from rig_io.bench.emulation import RIG
 from rig_io.logs.log import EncoderCalibration, Experiment, InstrumentCalibrations, LaserCalibration, RigLog
 from rig_io.packages.datapackage import read_package

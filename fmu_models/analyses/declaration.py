@@ -15,7 +15,8 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from fmu_models.base.registry import Registry
 from fmu_models.base.shown import Pictured
 
-VALUES, RANGE, PARAMETERS, STATES = "values", "range", "parameters", "states"  # what the axes of an analysis may be
+# what the axes of an analysis may be
+VALUES, RANGE, PARAMETERS, STATE, STATES = "values", "range", "parameters", "one state", "states"
 SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analysis may be of
 
 Range = tuple[str, float, float]  # a parameter, its least and its largest value
@@ -79,7 +80,7 @@ class Analysis:
         results: names of these numbers, for the manual.
         example: arguments of the command.
         label: of the progress bar.
-        axes: VALUES of one parameter, its RANGE, two PARAMETERS, STATES, or "".
+        axes: VALUES of one parameter, its RANGE, two PARAMETERS, values of one STATE or of several STATES, or "".
         subject: a SECTION system, an OSCILLATOR with values of its ``parameters``, or EITHER.
         without: options of a section that the analysis does not take.
         page: whether a click in its interactive page runs a motion.
@@ -121,7 +122,7 @@ class Analysis:
         """The result over axes by name; ``progress`` is left out where the function takes none."""
         if "progress" not in inspect.signature(self.function).parameters:
             arguments.pop("progress", None)
-        if not self.sweeps:
+        if not self.sweeps and self.axes != STATE:
             return self.function(subject, **arguments, **axes)
         ((over, values),) = axes.items()
         return self.function(subject, over, values, **arguments)

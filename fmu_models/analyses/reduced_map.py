@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fmu_models.analyses.declaration import STATE, Analysis
 from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -69,7 +70,7 @@ def reduced_map(
     *,
     start: Mapping[str, float] | Sequence[float] | None = None,
 ) -> ReducedMap:
-    """The section of the map of a system over a state.
+    """Take the section of a map over one state, all others the same after a step as before, and its fixed points.
 
     Args:
         system: at its section; ``every`` of a strobe says how many periods are a step.
@@ -103,6 +104,32 @@ def reduced_map(
         np.array([point[0] for point in fixed]).reshape(-1, points.shape[1]), np.array([point[2] for point in fixed]),
         {name: system.unit_of(name) for name in system.states},
     )  # fmt: skip
+
+
+def _numbers(result: ReducedMap) -> dict[str, float]:
+    top = result.images.argmax()
+    numbers = {
+        "fixed_points": float(len(result.fixed)),
+        "peak": float(result.images[top]),
+        "peak_at": float(result.values[top]),
+    }
+    for i, (point, slope) in enumerate(zip(result.fixed, result.fixed_slopes, strict=True), 1):
+        numbers |= {f"{name}_{i}": float(coordinate) for name, coordinate in zip(result.states, point, strict=True)}
+        numbers[f"slope_{i}"] = float(slope)
+    return numbers
+
+
+ANALYSIS = Analysis(
+    function=reduced_map,
+    numbers=_numbers,
+    results="`fixed_points`, how many; `<state>_1` and `slope_1` of the first; `peak` and `peak_at`, the largest value",
+    example="forced_stick_slip --forcing omega --every 2 --set omega=1.67587 --start x=1.6528 --start v=-0.8359 "
+    "--over x=1.2:2.3:221 --figure map.png",
+    label="reduced map",
+    axes=STATE,
+    without=("level", "down", "impacts"),
+    page=False,
+)
 
 
 _Place = tuple[Vector, float, float]  # a point (n,), x after the step, the slope there

@@ -196,9 +196,7 @@ def converted(text: str, unit: str, label: str) -> float:
     Raises:
         StickslipError: no number, an unknown unit, or a unit of something else; begins with ``label``.
     """
-    from pint import DimensionalityError, PintError
-
-    from fmu_models.base.unit_names import known_units, parse_unit
+    from fmu_models.base.unit_names import OtherDimensionError, conversion_factor, known_units
 
     match = _NUMBER.match(text)
     if not match:
@@ -207,16 +205,15 @@ def converted(text: str, unit: str, label: str) -> float:
     if not source or source == unit:
         return number
     try:
-        scale = parse_unit(source).to(parse_unit(unit).units)
-    except DimensionalityError as error:
+        return number * conversion_factor(source, unit)
+    except OtherDimensionError as error:
         raise StickslipError(f'{label} = "{text}" cannot be converted to {unit}, its unit.') from error
-    except (PintError, ValueError) as error:
+    except ValueError as error:
         unknown = _unknown(source)
         close = difflib.get_close_matches(unknown, known_units(), n=1, cutoff=0.6)
         hint = f"Did you mean '{close[0]}'?" if close else f"Its unit is {unit}."
         wrong = f"'{unknown}' is not a unit" if unknown else str(error)
         raise StickslipError(f'{label} = "{text}": {wrong}. {hint}') from error
-    return number * float(scale.magnitude)
 
 
 def _unknown(unit: str) -> str:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from itertools import accumulate, groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 # characters of the statements of one function
 _MANY = 3000
@@ -51,6 +51,11 @@ def split(name: str, lines: list[str], head: str) -> str:
         ]
         lines = [f"{callee}({_names(parameters)});" for callee in names]
     return "\n".join([*texts, _definition(head, parameters, lines)])
+
+
+def table(kind: str, name: str, size: str, values: Iterable[Any], none: str = "0") -> str:
+    """An array of the model; ``none`` stands where there are no values."""
+    return f"{kind} model_{name}[{size}] = {{{', '.join(map(str, values)) or none}}};"
 
 
 def by_case(head: str, cases: Sequence[str], *end: str) -> str:

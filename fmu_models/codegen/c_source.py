@@ -12,22 +12,20 @@ from typing import Any
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
-from fmu_models.codegen.c_function import DISC, SERIES, VARIATION, FunctionKind, by_case, split
+from fmu_models.codegen.c_function import DISC, SERIES, VARIATION, FunctionKind, by_case, split, table
 from fmu_models.codegen.constants import Constants
 from fmu_models.codegen.discs import states_read
-from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
+from fmu_models.codegen.inertia import assign_inertia, solve
 from fmu_models.codegen.jets import Recurrences, Slots
 from fmu_models.codegen.map_rule import rule_functions
+from fmu_models.codegen.tables import facts, head_of, legend, sizes_of
 from fmu_models.codegen.variations import read_by
-from fmu_models.language import contact_kinds
 from fmu_models.language.contact_dynamics import ContactDynamics, terms
-from fmu_models.language.declaration import Output
-from fmu_models.language.quantities import TIME, Quantity
+from fmu_models.language.quantities import TIME
 from fmu_models.language.values import bounds
 from fmu_models.lowering.hybrid_system import HybridSystem, acting
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
-_HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
 
 
 def sources(system: HybridSystem) -> dict[str, str]:
@@ -49,7 +47,6 @@ def instantiation_token(system: HybridSystem) -> str:
 def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
     functions, variations, discs = _functions(system, names)
-    facts = _facts(system)
     guards = [
         _violation(system, names),
         *(_magnitude(system, names, quantity) for quantity in ("slip", "depth", "rate")),
@@ -59,11 +56,11 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     # the constants in d are collected while the other functions are made
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
     arithmetic.insert(0, _prepare(names))
-    head = _HEAD.format(name=system.name) + _legend(system)
+    head = head_of(system) + legend(system)
     model = "\n".join(
         [
             head + '#include "model/model.h"\n\n#include <float.h>\n#include <math.h>\n#include <stddef.h>\n',
-            *facts,
+            *facts(system),
             *guards,
             rule_functions(system),
         ]
@@ -72,8 +69,9 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     variation = "\n".join([head + "/* included by tangents/variation.c */\n", *variations])
     disc = "\n".join([head + "/* included by step/reach.c */\n", *discs])
-    sizes = _sizes(system, names, reach=bool(discs))
-    variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))
+    sizes = sizes_of(system, len(names.constants.derived), names.slots, reach=bool(discs))
+    quantities = (*system.parameters, *system.inputs, *system.states, *system.outputs)
+    variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in quantities)
     token = f"{{{uuid.uuid5(_NAMESPACE, model + kind + sizes + variables)}}}"
     sizes = sizes.replace("@TOKEN@", token)
     texts = {"model.c": model, "model_kind.c": kind, "model_variation.c": variation, "model_discs.c": disc}
@@ -209,9 +207,8 @@ def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurren
     read = read_by(body.discs.lines for body in bodies)
     reads = states_read(text for body in bodies for text in body.discs.statements(read))
 
-    def table(name: str, size: str, values: Iterable[bool]) -> str:
-        numbers = ", ".join(str(int(value)) for value in values) or "0"
-        return f"static const unsigned char model_{name}[MODEL_ROOM({size})] = {{{numbers}}};"
+    def flags(name: str, size: str, values: Iterable[bool]) -> str:
+        return table("static const unsigned char", name, f"MODEL_ROOM({size})", map(int, values))
 
     def by_name(name: str) -> list[Recurrences]:
         return _bodies([functions[name]])
@@ -223,8 +220,8 @@ def _discs(system: HybridSystem, names: _Names, functions: Mapping[str, Recurren
     }
     rates = any(body.discs.unseen for name in ("acceleration", "internal") for body in by_name(name))
     return [
-        table("disc_states", "MODEL_NX", (i in reads for i in range(len(system.states)))),
-        *(table(f"{name}_unseen", "MODEL_NC", values) for name, values in unseen.items()),
+        flags("disc_states", "MODEL_NX", (i in reads for i in range(len(system.states)))),
+        *(flags(f"{name}_unseen", "MODEL_NC", values) for name, values in unseen.items()),
         f"enum {{ MODEL_RATES_UNSEEN = {int(rates)} }};\n",
         *_texts(DISC, functions, lambda body: body.discs.statements(read)),
     ]
@@ -361,91 +358,3 @@ def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
         )
         for kind, values in kinds.items()
     ]
-
-
-def _facts(system: HybridSystem) -> list[str]:
-    def numbers(name: str, size: str, values: Iterable[float]) -> str:
-        text = ", ".join(c_number(value) for value in values) or "0.0"
-        return f"const double model_start_{name}[MODEL_ROOM({size})] = {{{text}}};"
-
-    contact_names = ", ".join(c_string(c.name) for c in system.contacts) or '""'
-    tables = {
-        "sticks": (c.sticks for c in system.contacts),
-        "compliant": (c.kind.compliant for c in system.contacts),
-        "bounded": (c.depth is not None for c in system.contacts),
-        "releases": (c.release is not None for c in system.contacts),
-        "remembers": (c.remembers for c in system.contacts),
-        "rooted": (c.rooted for c in system.contacts),
-        "resets": (c.reset_sides for c in system.contacts),
-        "impulsive": (c.kind.impulsive for c in system.contacts),
-        "tangential": (not c.kind.normal for c in system.contacts),
-        "rubs": (c.kind.rubs for c in system.contacts),
-        "poisson": (c.poisson for c in system.contacts),
-        "clocks": (sum(contact_kinds.TICK_BITS[name] for name in c.clocks) for c in system.contacts),
-    }
-    partners = ", ".join(str(-1 if c.partner is None else c.partner) for c in system.contacts) or "-1"
-    return [
-        numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
-        numbers("inputs", "MODEL_NU", (q.value for q in system.inputs)),
-        numbers("states", "MODEL_NX", (q.start for q in system.states)),
-        f"const char *const model_contact_names[MODEL_ROOM(MODEL_NC)] = {{{contact_names}}};",
-        *(
-            f"const unsigned char model_contact_{name}[MODEL_ROOM(MODEL_NC)] = "
-            f"{{{', '.join(str(int(value)) for value in values) or '0'}}};"
-            for name, values in tables.items()
-        ),
-        f"const short model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
-        *sparsity(system),
-    ]
-
-
-def _sizes(system: HybridSystem, names: _Names, *, reach: bool) -> str:
-    sizes = {
-        "NQ": len(system.coordinates),
-        "NV": len(system.driven),
-        "NZ": len(system.internal_states),
-        "NC": len(system.contacts),
-        "NI": system.indicator_count,
-        "NP": len(system.parameters),
-        "NU": len(system.inputs),
-        "NY": len(system.outputs),
-        "ND": len(names.constants.derived),
-        "NW": names.slots.used,
-        "NR": names.slots.reciprocals,
-        "NM": len(envelope(system)),
-        "CONSTANT_INERTIA": int(system.constant_inertia),
-        "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
-        "DIRECTED": int(system.directed),
-        "YIELDS": int(any(contact.kind.yields for contact in system.contacts)),
-        "RESTS": int(any(contact.reset_sides & 8 for contact in system.contacts)),
-        "IS_MAP": int(bool(system.rule)),
-        "REACH": int(reach),
-        "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
-        "IMPACTS": sum(contact.kind.impulsive for contact in system.contacts),
-    }
-    lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
-    lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]
-    lines += ["", "/* states of a contact, and the ticks of its clocks: language/contact_kinds.py */"]
-    lines.append(_enumeration("ContactState", "CONTACT", contact_kinds.STATES))
-    lines.append(_enumeration("Tick", "TICK", contact_kinds.TICK_BITS))
-    body = "\n".join(lines)
-    guard = "STICKSLIP_MODEL_SIZES_H"
-    return f"{_HEAD.format(name=system.name)}#ifndef {guard}\n#define {guard}\n\n{body}\n\n#endif\n"
-
-
-def _enumeration(name: str, prefix: str, values: Mapping[str, int]) -> str:
-    return f"typedef enum {{ {', '.join(f'{prefix}_{key.upper()} = {n}' for key, n in values.items())} }} {name};"
-
-
-def _legend(system: HybridSystem) -> str:
-    """A comment that says which quantity is which index."""
-    rows = {"p": system.parameters, "u": system.inputs, "x": system.states, "y": system.outputs}
-    lines = [
-        f" * {letter}: " + ", ".join(q.name for q in quantities) for letter, quantities in rows.items() if quantities
-    ]
-    lines += [f" * slip of {c.name}: {c.slip}" for c in system.contacts]
-    return "\n".join(["/*", *lines, " */", ""])
-
-
-def _variables(system: HybridSystem) -> list[Quantity | Output]:
-    return [*system.parameters, *system.inputs, *system.states, *system.outputs]

@@ -16,7 +16,6 @@ from fmu_models.lowering.equations import Line, of_contact, outputs, rates, stat
 from fmu_models.toolchain.compiler import compiler_for
 
 if TYPE_CHECKING:
-    from fmu_models.codegen.map_structure import MapStructure
     from fmu_models.codegen.model_structure import ModelStructure
     from fmu_models.lowering.hybrid_system import HybridSystem
 
@@ -26,7 +25,7 @@ PICTURES = "terminalsAndIcons"
 
 
 def documents(
-    structure: ModelStructure | MapStructure, fmi_version: str, token: str, tool: str, rights: Rights
+    structure: ModelStructure, fmi_version: str, token: str, tool: str, rights: Rights
 ) -> dict[str, bytes | str]:
     """The files for people by their names in the archive."""
     system, variables = structure.system, structure.variables
@@ -69,7 +68,7 @@ def _contact(system: HybridSystem, i: int) -> dict[str, Any]:
     }
 
 
-def _terminals(structure: ModelStructure | MapStructure) -> list[tuple[Any, list[tuple[str, str]]]]:
+def _terminals(structure: ModelStructure) -> list[tuple[Any, list[tuple[str, str]]]]:
     """Per contact its variables: name in the terminal, and in the FMU."""
     variables = structure.variables
     listed = {v.name for v in variables.listed}

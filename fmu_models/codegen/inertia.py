@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 
 import sympy
 
+from fmu_models.codegen.c_function import table
 from fmu_models.codegen.jets import Recurrences
 from fmu_models.lowering.hybrid_system import HybridSystem, acting, joined, only_parameters
 
@@ -80,23 +81,20 @@ def sparsity(system: HybridSystem) -> list[str]:
     moves = [not only_parameters([system.inertia.get(entry, sympy.S.Zero)]) for entry in entries]
     n = len(system.driven)
 
-    def table(kind: str, name: str, size: str, values: Iterable[int]) -> str:
-        return f"const {kind} model_{name}[{size}] = {{{', '.join(map(str, map(int, values))) or '0'}}};"
-
     def rows(name: str, count: int, size: str, entries: Iterable[tuple[int, int]]) -> list[str]:
         columns: list[list[int]] = [[] for _ in range(count)]
         for row, column in sorted(entries):
             columns[row].append(column)
         starts = [sum(map(len, columns[:row])) for row in range(count + 1)]
         return [
-            table("int", f"{name}_first", f"{size} + 1", starts),
-            table("int", name, "", [column for row in columns for column in row]),
+            table("const int", f"{name}_first", f"{size} + 1", starts),
+            table("const int", name, "", [column for row in columns for column in row]),
         ]
 
     return [
-        table("int", "mass_first", "MODEL_ROOM(MODEL_NV)", (first.get(row, 0) for row in range(n))),
-        table("int", "mass_row", "MODEL_ROOM(MODEL_NV)", (start.get(row, 0) for row in range(n))),
-        table("unsigned char", "mass_moves", "MODEL_ROOM(MODEL_NM)", moves),
+        table("const int", "mass_first", "MODEL_ROOM(MODEL_NV)", (first.get(row, 0) for row in range(n))),
+        table("const int", "mass_row", "MODEL_ROOM(MODEL_NV)", (start.get(row, 0) for row in range(n))),
+        table("const unsigned char", "mass_moves", "MODEL_ROOM(MODEL_NM)", map(int, moves)),
         *rows("acting", n, "MODEL_NV", acting(system)),
         *rows("joined", len(system.contacts), "MODEL_NC", joined(system)),
         "",

@@ -4,7 +4,6 @@ from typing import Any
 
 from fmu_models.base.printable import printable
 from fmu_models.codegen.c_structures import declarations
-from fmu_models.codegen.map_structure import MapStructure
 from fmu_models.codegen.model_structure import ModelStructure
 from fmu_models.codegen.rights import Rights
 
@@ -32,9 +31,7 @@ def render(template: str, **values: Any) -> str:
     return environment.get_template(template).render(**values)
 
 
-def model_description(
-    structure: ModelStructure | MapStructure, token: str, fmi_version: str, tool: str, rights: Rights
-) -> str:
+def model_description(structure: ModelStructure, token: str, fmi_version: str, tool: str, rights: Rights) -> str:
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
     values: dict[str, Any] = {"structure": structure, "variables": structure.variables, "system": structure.system}
     values |= {"token": token, "tool": tool, "rights": rights.attributes}

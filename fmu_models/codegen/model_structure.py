@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.codegen.variables import SystemVariables, Variable
+from fmu_models.codegen.variables import Variable, Variables
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State
 from fmu_models.lowering.hybrid_system import acting
@@ -45,11 +45,17 @@ class ModelStructure:
 
     def __init__(self, system: HybridSystem) -> None:
         self.system = system
-        self.variables = SystemVariables(system)
+        self.variables = Variables(system)
+        # the states of a map jump, and none of them is integrated
+        velocities = [q.v for q in system.coordinates]
+        self._rates = [] if system.rule else [*velocities, *system.rate_symbols, *system.internal_rates]
 
     @property
     def output_unknowns(self) -> list[ModelUnknown]:
-        """Outputs, and the contact states among them, which depend on everything through the events."""
+        """Outputs, and the contact states among them, which depend on everything through the events; of a map its
+        states, which depend on all by its steps."""
+        if self.system.rule:
+            return [ModelUnknown(v) for v in self.variables.states]
         unknowns = [
             self._unknown(v, self._symbols([o.expression]), o.expression)
             for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
@@ -59,14 +65,10 @@ class ModelStructure:
     @property
     def derivative_unknowns(self) -> list[ModelUnknown]:
         """Derivatives of the states."""
-        system = self.system
-        sources = [
-            *({q.v} for q in system.coordinates),
-            *(self._accelerations[a] for a in system.rate_symbols),
-            *(self._symbols([rate]) for rate in system.internal_rates),
+        return [
+            self._unknown(v, self._symbols([rate]), rate)
+            for v, rate in zip(self.variables.derivatives, self._rates, strict=True)
         ]
-        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
-        return [self._unknown(v, s, e) for v, s, e in zip(self.variables.derivatives, sources, rates, strict=True)]
 
     @property
     def indicator_unknowns(self) -> list[ModelUnknown]:
@@ -89,9 +91,7 @@ class ModelStructure:
 
         It chooses the states of the contacts, by everything, and lets bodies bounce that move into a wall.
         """
-        system = self.system
-        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
-        sources = [*rates, *(o.expression for o in system.outputs)]
+        sources = [*self._rates, *(o.expression for o in self.system.outputs)]
         variables = (*self.variables.derivatives, *self.variables.outputs)
         unknowns = [
             self._unknown(v, behind, e, initial=True)

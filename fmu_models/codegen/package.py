@@ -348,7 +348,6 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> Mapping[st
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.documentation import documents
     from fmu_models.codegen.lane_tables import lane_tables
-    from fmu_models.codegen.map_structure import MapStructure
     from fmu_models.codegen.model_description import model_description, render
     from fmu_models.codegen.model_structure import ModelStructure
 
@@ -357,7 +356,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> Mapping[st
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
-    structure = MapStructure(system) if system.rule else ModelStructure(system)
+    structure = ModelStructure(system)
     tables = lane_tables(system)
     lanes = {LANE_TABLES: tables} if tables else {}
     c_files = {**_engine(fmi_version), **generated, **lanes, "all.c": _all_c(system, fmi_version)}

@@ -113,13 +113,43 @@ class Variable:
 
 
 class Variables:
-    """A list of variables in the order of their references, and the units that they are in."""
+    """The variables of one lowered system, in the order of their references, and the units that they are in.
 
-    def __init__(self) -> None:
+    The states of a map are discrete outputs, which change at its time events alone; their rates are not listed.
+
+    Attributes:
+        references: of what can be set beside parameters, and of the time.
+        parameters: references of the parameters.
+    """
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.system = system
         self.listed: list[Variable] = []
-        self.indicators: list[Variable] = []
-        self.clocks: list[Variable] = []
-        self.types: dict[str, str] = {}
+        self._add("time", "time", "time", unit="s")
+        self.references: dict[sympy.Basic, int] = {TIME: 1}
+        self.parameters: dict[sympy.Basic, int] = {p: self._add_parameter(p).reference for p in system.parameters}
+        for symbol in (*system.inputs, *(u.rate for u in system.inputs)):
+            variable = self._add("input", symbol.name, symbol.description, start=symbol.value, unit=symbol.unit)
+            self.references[symbol] = variable.reference
+        self.states = [self._add_state(state) for state in system.states]
+        self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
+        self.derivatives = [] if system.rule else [self._add_derivative(state) for state in self.states]
+        self.outputs: list[Variable] = []
+        for output in system.outputs:
+            self.outputs.append(self._add_output(output))
+        self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
+        kinds = sorted({contact.kind for contact in system.contacts}, key=lambda kind: kind.name)
+        self.types = {kind.type_name: kind.meaning for kind in kinds}
+        self.indicators = [
+            self._add(
+                "indicator",
+                f"{contact.name}_{contact_kinds.INDICATORS[indicator][0]}",
+                f"{contact.description}: falls to zero where the contact changes its state",
+            )
+            for contact in system.contacts
+            for indicator in contact.indicators
+        ]
+        self.clocks = list(self._clocks())
 
     def _add(self, role: str, name: str, description: str, **attributes: Any) -> Variable:
         """A variable of a role; ``attributes`` go before those of the role."""
@@ -127,9 +157,6 @@ class Variables:
         variable = Variable(reference=reference, name=name, description=description, **{**ROLES[role], **attributes})
         self.listed.append(variable)
         return variable
-
-    def _add_time(self) -> None:
-        self._add("time", "time", "time", unit="s")
 
     def _add_parameter(self, p: Parameter) -> Variable:
         values = {"start": p.value, "unit": p.unit, "minimum": p.minimum, "maximum": p.maximum}
@@ -150,53 +177,12 @@ class Variables:
                 units.setdefault(v.unit, {})[v.display_unit] = conversion_factor(v.unit, v.display_unit)
         return units
 
-
-class SystemVariables(Variables):
-    """The variables of one lowered system.
-
-    Attributes:
-        references: of what can be set beside parameters, and of the time.
-        parameters: references of the parameters.
-    """
-
-    def __init__(self, system: HybridSystem) -> None:
-        super().__init__()
-        self.system = system
-        self.references: dict[sympy.Basic, int] = {TIME: 1}
-        self.parameters: dict[sympy.Basic, int] = {}
-        self._add_time()
-        self._add_values()
-        self.states = [self._add_state(state) for state in system.states]
-        self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
-        self.derivatives = [self._add_derivative(state) for state in self.states]
-        self.outputs: list[Variable] = []
-        for output in system.outputs:
-            self.outputs.append(self._add_output(output))
-        self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
-        kinds = sorted({contact.kind for contact in system.contacts}, key=lambda kind: kind.name)
-        self.types = {kind.type_name: kind.meaning for kind in kinds}
-        self.indicators = [
-            self._add(
-                "indicator",
-                f"{contact.name}_{contact_kinds.INDICATORS[indicator][0]}",
-                f"{contact.description}: falls to zero where the contact changes its state",
-            )
-            for contact in system.contacts
-            for indicator in contact.indicators
-        ]
-        self.clocks = list(self._clocks())
-
-    def _add_values(self) -> None:
-        for p in self.system.parameters:
-            self.parameters[p] = self._add_parameter(p).reference
-        for symbol in (*self.system.inputs, *(u.rate for u in self.system.inputs)):
-            self.references[symbol] = len(self.listed) + 1
-            self._add("input", symbol.name, symbol.description, start=symbol.value, unit=symbol.unit)
-
     def _add_state(self, state: State) -> Variable:
-        self.references[state] = len(self.listed) + 1
-        values = {"start": state.start, "unit": state.unit, "nominal": state.nominal}
-        return self._add("state", state.name, state.description, **values)
+        role, nominal = ("state of a map", None) if self.system.rule else ("state", state.nominal)
+        values = {"start": state.start, "unit": state.unit, "nominal": nominal}
+        variable = self._add(role, state.name, state.description, **values)
+        self.references[state] = variable.reference
+        return variable
 
     def _add_derivative(self, state: Variable) -> Variable:
         attributes = {"unit": per_second(state.unit or "1"), "derivative": state.reference}

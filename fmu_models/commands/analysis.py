@@ -10,13 +10,13 @@ from typing import Annotated, Any
 
 import typer
 
-from fmu_models.analyses.declaration import ANALYSES, OSCILLATOR, RANGE, VALUES, Declared
+from fmu_models.analyses.declaration import ANALYSES, OSCILLATOR, PARAMETERS, RANGE, STATE, VALUES, Declared
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
 from fmu_models.commands.bundles import Without, bundled
 
-COUNTS = {VALUES: 1, "parameters": 2}
+COUNTS = {VALUES: 1, STATE: 1, PARAMETERS: 2}
 OF_SECTION = ("forcing", "period", "every", "autonomous", "level", "down", "impacts", "stepper")
 
 
@@ -38,7 +38,7 @@ def command_of(name: str) -> Callable[..., None]:
 
     def command(**values: Any) -> None:
         section, files = values.pop("section"), values.pop("files")
-        arguments = {"execution": values.pop("runs").execution(files)} if analysis.stores else {}
+        arguments = {"execution": files.execution(values.pop("runs"))} if analysis.stores else {}
         files.check()
         over = values.pop("over", None)
         if analysis.axes == RANGE:

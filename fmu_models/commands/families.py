@@ -288,6 +288,16 @@ class Files:
 
 
 @dataclass(frozen=True)
+class FamilyRuns:
+    """Who makes the runs."""
+
+    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None
+
+
+@dataclass(frozen=True)
 class StoredFiles(Files):
     """The same of an analysis that makes many runs, whose chunks can be kept as they come."""
 
@@ -306,31 +316,17 @@ class StoredFiles(Files):
         """The store, where one is asked for."""
         return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
 
-    def execution(self, workers: int | None = None, scheduler: str | None = None) -> Execution:
+    def execution(self, runs: FamilyRuns) -> Execution:
         """Who makes the runs, and where they are kept."""
         from fmu_models.families.execution import Execution
 
-        return Execution(workers, scheduler, self.store, self.resume, self.overwrite)
+        return Execution(runs.workers, runs.scheduler, self.store, self.resume, self.overwrite)
 
     def check(self) -> None:
         """As for ``Files``; a store refuses what is there already by itself."""
         self._check((*SUFFIXES, STORE), None if self.store else self.output)
         if self.resume and self.store is None:
             raise StickslipError("--resume goes on with a store, which keeps the runs: name it, -o run.zarr.")
-
-
-@dataclass(frozen=True)
-class FamilyRuns:
-    """Who makes the runs."""
-
-    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
-    ] = None
-
-    def execution(self, files: StoredFiles) -> Execution:
-        """Who makes the runs, and where they are kept."""
-        return files.execution(self.workers, self.scheduler)
 
 
 def _built_with(scene: Scene, values: Mapping[str, float]) -> tuple[Fmu, dict[str, Any]]:

@@ -128,9 +128,8 @@ def _plane(j: Vector, scales: Vector) -> Vector:
     pair = np.where(values.imag > 0.0, np.abs(values.real), np.inf).argmin()
     components = np.stack([vectors[:, pair].real, vectors[:, pair].imag]) / scales
     # the two are at right angles for one phase, and no part vanishes then
-    phase = 0.5 * np.arctan2(
-        2.0 * components[0] @ components[1], components[0] @ components[0] - components[1] @ components[1]
-    )
+    real, imaginary = components
+    phase = 0.5 * np.arctan2(2.0 * real @ imaginary, real @ real - imaginary @ imaginary)
     turned = np.array([[np.cos(phase), np.sin(phase)], [-np.sin(phase), np.cos(phase)]]) @ components
     return turned / np.linalg.norm(turned, axis=1)[:, None]
 

@@ -41,9 +41,8 @@ class Keeper:
     def told(self, value: Any) -> Any:
         """As JSON."""
         if isinstance(value, Node):
-            index = self._place(value)
-            return {"is": "Node", "of": index, "z": self.told(value.z), "tangent": self.told(value.tangent),
-                    "iterations": value.iterations}  # fmt: skip
+            place = {"of": self._place(value), "z": self.told(value.z), "tangent": self.told(value.tangent)}
+            return {"is": "Node", **place, "iterations": value.iterations}
         if is_dataclass(value):
             content = {field.name: self.told(getattr(value, field.name)) for field in fields(value)}
             return {"is": type(value).__name__, **content}

@@ -122,9 +122,8 @@ class _CoSimulation:
         self.nominal = np.array([self._nominal(name) for name in states])
         self.largest = np.zeros(len(states) + self.y.size)
         self.steps = self.rejected = self.forced = 0
-        inputs = {f"{name}.{k}": v for name, unit in system.units.items() for k, v in unit.inputs.items()}
         span = system.start_time, system.stop_time
-        self.inputs = signals_of(fmu, inputs, *span)
+        self.inputs = signals_of(fmu, system.values("inputs"), *span)
         moving = {name: signal for name, signal in self.inputs.items() if isinstance(signal, Signal)}
         self.driven = request.table(fmu, moving, *span)
         # an input whose rate is given too: the unit itself follows it
@@ -151,17 +150,10 @@ class _CoSimulation:
     def _initialize(self) -> None:
         system, c = self.system, self.composite.c
         c.tolerance, c.start, c.stop = UNIT_TOLERANCE, system.start_time, system.stop_time
-        values_by_name = {
-            f"{name}.{k}": v
-            for name, unit in system.units.items()
-            for values_of_unit in (unit.parameters, unit.start)
-            for k, v in values_of_unit.items()
-        }
+        values_by_name = system.values("parameters") | system.values("start")
         values_by_name |= self.inputs | dict(zip(self.driven.inputs.names, self.driven.values[0].tolist(), strict=True))
-        chosen, values = (
-            request.Selection.of(self.composite.fmu, list(values_by_name)),
-            np.array(list(values_by_name.values()), dtype=float),
-        )
+        chosen = request.Selection.of(self.composite.fmu, list(values_by_name))
+        values = np.array(list(values_by_name.values()), dtype=float)
         calls = byref(self.composite.calls)
         self._checked(library().coupling_write(calls, byref(chosen.c), values.ctypes.data), "setting its values")
         for function in (F.ENTER_INITIALIZATION, F.EXIT_INITIALIZATION):
@@ -268,11 +260,15 @@ class _CoSimulation:
             for stepper, state in states:
                 stepper.free(state)
 
+    def _selected(self, selection: request.Selection, action: str) -> NDArray[np.float64]:
+        """Present values of a selection of variables."""
+        values = np.zeros(len(selection.names))
+        calls = byref(self.composite.calls)
+        self._checked(library().coupling_read(calls, byref(selection.c), values.ctypes.data), action)
+        return values
+
     def _observed(self) -> NDArray[np.float64]:
-        values = np.zeros(len(self.controlled.names))
-        calls, chosen = byref(self.composite.calls), self.controlled.c
-        self._checked(library().coupling_read(calls, byref(chosen), values.ctypes.data), "reading states")
-        return np.concatenate([values, self.y])
+        return np.concatenate([self._selected(self.controlled, "reading states"), self.y])
 
     def _control(self, h: float, latest: float, shortest: float) -> float:
         """One accepted pair of steps of h/2 or less; the length to try next."""
@@ -342,10 +338,7 @@ class _CoSimulation:
         return self._trajectory(np.array(points), np.array(rows).reshape(len(points), -1))
 
     def _record(self) -> NDArray[np.float64]:
-        values = np.zeros(len(self.recorded.names))
-        calls, chosen = byref(self.composite.calls), self.recorded.c
-        self._checked(library().coupling_read(calls, byref(chosen), values.ctypes.data), "reading values")
-        return values
+        return self._selected(self.recorded, "reading values")
 
     def _trajectory(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> Trajectory:
         variables = self.composite.fmu.variables

@@ -3,7 +3,6 @@
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -76,18 +75,14 @@ def couple(
                 f"The unit '{name}' has no Model Exchange, which '{solver}' needs. Choose the solver 'jacobi' or "
                 "'gauss-seidel'."
             )
-    parameters, start, inputs = ({}, {}, {})
-    for name, unit in system.units.items():
-        for merged, values in ((parameters, unit.parameters), (start, unit.start), (inputs, unit.inputs)):
-            merged |= {f"{name}.{variable}": value for variable, value in values.items()}
     driver = CoupledDriver(system)
     with driver:
         trajectory = driver.run(
             system.stop_time,
             start_time=system.start_time,
-            parameters=parameters,
-            start=start,
-            inputs=inputs,
+            parameters=system.values("parameters"),
+            start=system.values("start"),
+            inputs=system.values("inputs"),
             output_times=output_times,
             progress=progress,
         )
@@ -109,10 +104,6 @@ def recorded(
         text = system.units[unit].fmu.variables[name[len(unit) + 1 :]].description
         descriptions |= {name: str(text)} if text else {}
     fmus = list(system.fmus.values())
-    settings: dict[str, dict[str, Any]] = {
-        kind: {f"{u}.{k}": v for u, unit in system.units.items() for k, v in getattr(unit, kind).items()}
-        for kind in ("parameters", "start", "inputs")
-    }
     provenance = Provenance(
         fmu=", ".join(f"{name}: {fmu.path.name}" for name, fmu in system.fmus.items()),
         model=system.name,
@@ -125,8 +116,8 @@ def recorded(
         stop_time=system.stop_time,
         tolerance=system.tolerance or float("nan"),
         step=system.step or float("nan"),
-        parameters=settings["parameters"],
-        start=settings["start"],
-        inputs={name: value for name, value in settings["inputs"].items() if isinstance(value, (float, int))},
+        parameters=system.values("parameters"),
+        start=system.values("start"),
+        inputs={name: value for name, value in system.values("inputs").items() if isinstance(value, (float, int))},
     )
     return Recording(trajectory, descriptions, provenance)

@@ -74,6 +74,21 @@ def read_parameter_set(path: Path) -> list[tuple[str, float, str | None]]:
     return [(value.name, value.value, value.unit) for value in _values(root, f"'{path}'", "")]
 
 
+def converted(value: float, unit: str | None, own: str | None, what: str) -> float:
+    """A value that is given in a unit, in that of its variable.
+
+    Raises:
+        StickslipError: units that do not fit; begins with ``what``.
+    """
+    if not unit or not own or unit == own:
+        return value
+    try:
+        factor, offset = conversion(unit, own)
+    except ValueError as error:
+        raise StickslipError(f"{what} is given in {unit}, but is in {own}: {error}") from None
+    return factor * value + offset
+
+
 class _NoDoctype(ElementTree.TreeBuilder):
     def doctype(self, *_: object) -> None:
         # with it come entities: files of this machine read in, and a few bytes that grow to gigabytes
@@ -152,7 +167,6 @@ def _connections(top: Element, where: str) -> tuple[list[Connection], list[str]]
     for element in top.iterfind("ssd:Connections/ssd:Connection", NAMESPACES):
         ends = [(element.get(f"{end}Element"), element.get(f"{end}Connector", "")) for end in ("start", "end")]
         names = [f"{element}.{connector}" for element, connector in ends]
-        linear = element.find("ssc:LinearTransformation", NAMESPACES)
         transformations = [child.tag for child in element if child.tag.endswith("MappingTransformation")]
         if transformations:
             raise StickslipError(f"{where}: the connection {names[0]} -> {names[1]} maps values; linear ones are read.")
@@ -161,12 +175,17 @@ def _connections(top: Element, where: str) -> tuple[list[Connection], list[str]]
         if ends[1][0] is None:
             outputs.append(names[0])
             continue
-        factor, offset = None, 0.0
-        if linear is not None:
-            about = f"{where}: the transformation of {names[0]} -> {names[1]}"
-            factor, offset = (_number(linear.get(k, d), about) for k, d in (("factor", "1"), ("offset", "0")))
-        connections.append(Connection(names[0], names[1], factor, offset))
+        linear = _linear(element, f"{where}: the transformation of {names[0]} -> {names[1]}")
+        connections.append(Connection(names[0], names[1], *(linear or ())))
     return connections, outputs
+
+
+def _linear(element: Element, about: str) -> tuple[float, float] | None:
+    """Factor and offset of the linear transformation in an element, if there is one."""
+    linear = element.find("ssc:LinearTransformation", NAMESPACES)
+    if linear is None:
+        return None
+    return _number(linear.get("factor", "1"), about), _number(linear.get("offset", "0"), about)
 
 
 def _bound(element: Element, folder: Path, where: str) -> Iterator[_Value]:
@@ -207,7 +226,7 @@ def _values(element: Element, where: str, prefix: str) -> Iterator[_Value]:
 
 
 def _mapped(value: _Value, mapping: Element | None, where: str, *, strict: bool) -> Iterator[_Value]:
-    entries = [e for e in mapping.iterfind("ssm:MappingEntry", NAMESPACES)] if mapping is not None else []
+    entries = mapping.iterfind("ssm:MappingEntry", NAMESPACES) if mapping is not None else ()
     mappings = [entry for entry in entries if entry.get("source") == value.name]
     if not mappings:
         # a mapping leaves out what the component does not take
@@ -215,14 +234,9 @@ def _mapped(value: _Value, mapping: Element | None, where: str, *, strict: bool)
             yield value
         return
     for entry in mappings:
-        linear = entry.find("ssc:LinearTransformation", NAMESPACES)
-        about = f"{where}: the mapping of '{value.name}'"
-        factor, offset = 1.0, 0.0
-        if linear is not None:
-            factor, offset = (_number(linear.get(k, d), about) for k, d in (("factor", "1"), ("offset", "0")))
-        yield _Value(
-            where, entry.get("target", ""), factor * value.value + offset, None if linear is not None else value.unit
-        )
+        linear = _linear(entry, f"{where}: the mapping of '{value.name}'")
+        factor, offset = linear or (1.0, 0.0)
+        yield _Value(where, entry.get("target", ""), factor * value.value + offset, None if linear else value.unit)
 
 
 def _unit(name: str, fmu: Fmu, values: list[_Value]) -> Unit:
@@ -230,16 +244,8 @@ def _unit(name: str, fmu: Fmu, values: list[_Value]) -> Unit:
     settings: dict[str, dict[str, float]] = {"parameter": {}, "input": {}, "start": {}}
     for value in values:
         variable = fmu.variables.get(value.name)
-        number = value.value
         unit = unit_of(fmu, variable) if variable is not None else None
-        if value.unit and unit and value.unit != unit:
-            try:
-                factor, offset = conversion(value.unit, unit)
-            except ValueError as error:
-                raise StickslipError(
-                    f"{value.where}: '{value.name}' is given in {value.unit}, but is in {unit}: {error}"
-                ) from None
-            number = factor * number + offset
+        number = converted(value.value, value.unit, unit, f"{value.where}: '{value.name}'")
         causality = str(variable.causality) if variable is not None else "parameter"
         settings[causality if causality in ("parameter", "input") else "start"][value.name] = number
     return Unit(fmu, settings["parameter"], settings["start"], settings["input"])

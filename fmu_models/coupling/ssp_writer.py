@@ -16,7 +16,6 @@ from fmu_models.base.version import version
 from fmu_models.coupling import ssp
 from fmu_models.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
 from fmu_models.coupling.system import CoupledSystem, Unit
-from fmu_models.coupling.wiring import conversion
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.start_values import check_parameter
 
@@ -61,14 +60,7 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
         owner, name = _owner(system, full, str(fitted))
         variable = system.units[owner].fmu.variables[name]
         own_unit = _unit(system.units[owner].fmu, name)
-        if unit and unit != own_unit:
-            try:
-                factor, offset = conversion(unit, own_unit)
-            except ValueError as error:
-                raise StickslipError(
-                    f"'{fitted}': '{full}' is given in {unit}, but is in {own_unit}: {error}"
-                ) from None
-            value = factor * value + offset
+        value = ssp.converted(value, unit, own_unit, f"'{fitted}': '{full}'")
         check_parameter(system.units[owner].fmu, name, value)
         fitted_entries[owner].append(ParameterEntry(name, value, own_unit, variable.description or name))
     sets = {}

@@ -111,6 +111,10 @@ class CoupledSystem(Shown):
             units[unit] = replace(units[unit], inputs={**units[unit].inputs, variable: value})
         return self.changed(units=units) if inputs else self
 
+    def values(self, kind: str) -> dict[str, Any]:
+        """Values of all units, by "unit.variable"; kind: "parameters", "start" or "inputs"."""
+        return {f"{u}.{name}": v for u, unit in self.units.items() for name, v in getattr(unit, kind).items()}
+
     @property
     def fmus(self) -> dict[str, Fmu]:
         """The FMU of every unit."""

@@ -385,14 +385,9 @@ class Driver(Shown):
         values: dict[str, NDArray] = {}
         for k, name in enumerate(self._states):
             values[name] = np.ascontiguousarray(prepared.states[:n, k])
-        for k, name in enumerate(self._recorded.names):
-            column = prepared.values[:n, k]
-            integral = int(self._recorded.types[k]) not in instance.FLOATS
-            values[name] = column.astype(np.int64) if integral else np.ascontiguousarray(column)
-        for k, name in enumerate(self.clocks.recorded.names):
-            column = prepared.clocked[:n, k]
-            integral = int(self.clocks.recorded.types[k]) not in instance.FLOATS
-            values[name] = column.astype(np.int64) if integral else np.ascontiguousarray(column)
+        for selection, table in ((self._recorded, prepared.values), (self.clocks.recorded, prepared.clocked)):
+            for name, kind, column in zip(selection.names, selection.types.tolist(), table[:n].T, strict=True):
+                values[name] = column.astype(np.int64) if kind not in instance.FLOATS else np.ascontiguousarray(column)
         if not self._units:
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}

@@ -106,15 +106,14 @@ def perform(
     Raises:
         StickslipError: what is asked for does not fit the FMU, or the run failed; says when and why.
     """
-    if experiment.is_native(fmu) and experiment.on_zeno != "stop":
-        raise StickslipError(
-            f"'{fmu.path}' runs by its own engine, whose contacts come to rest; '{experiment.on_zeno}' where events "
-            "accumulate belongs to the master. Leave it out, or choose a method."
+    if experiment.is_native(fmu) and (experiment.on_zeno != "stop" or experiment.max_step is not None):
+        reason = (
+            f"whose contacts come to rest; '{experiment.on_zeno}' where events accumulate belongs"
+            if experiment.on_zeno != "stop"
+            else "which chooses its steps; a longest step belongs"
         )
-    if experiment.is_native(fmu) and experiment.max_step is not None:
         raise StickslipError(
-            f"'{fmu.path}' runs by its own engine, which chooses its steps; a longest step belongs to the master. "
-            "Leave it out, or choose a method."
+            f"'{fmu.path}' runs by its own engine, {reason} to the master. Leave it out, or choose a method."
         )
     words, _ = texts.settings(fmu, experiment.parameters, experiment.start, experiment.inputs)
     # the bytes that were set, rather than the name of their file
@@ -123,17 +122,16 @@ def perform(
     others = {name: value for name, value in settings["inputs"].items() if name not in words}
     settings["inputs"] |= signals_of(fmu, others, experiment.start_time, experiment.stop_time)
     experiment = replace(experiment, **settings)
-    function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
-        trajectory = function(fmu, experiment, progress=progress)
+        trajectory = _run(fmu, experiment, progress=progress)
     else:
         try:
-            trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
+            trajectory = isolated(_run, fmu, experiment, limits=limits, progress=progress)
         except IsolatedFailure as failure:
             text = f"{fmu.description.modelName}: {failure}{_ADVICE[failure.cause]}"
             raise IsolatedFailure(text, failure.cause, failure.code) from failure
-    return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
+    return _recorded(fmu, experiment, trajectory)
 
 
 def perform_with_error(
@@ -156,16 +154,14 @@ def perform_with_error(
             "--error, or --method, --step and --isolate."
         )
     trajectory, estimate = simulate_with_error(**_arguments(fmu, experiment), progress=progress)
-    return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory)), estimate
+    return _recorded(fmu, experiment, trajectory), estimate
 
 
-def _native(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
-    return simulate(**_arguments(fmu, experiment), progress=progress)
-
-
-def _master(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+def _run(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
     from fmu_models.importer.simulate import simulate_any
 
+    if experiment.is_native(fmu):
+        return simulate(**_arguments(fmu, experiment), progress=progress)
     return simulate_any(
         **_arguments(fmu, experiment),
         method=experiment.method or "auto",
@@ -195,20 +191,16 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
             library.library(fmu, str(interface.modelIdentifier))
 
 
-def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
+def _recorded(fmu: Fmu, experiment: FmuExperiment, trajectory: Trajectory) -> Recording:
     recorded = (*trajectory.values, *trajectory.arrays)
     descriptions = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
-    return {name: text for name, text in descriptions.items() if text}
-
-
-def _provenance(fmu: Fmu, experiment: FmuExperiment, trajectory: Trajectory) -> Provenance:
     # an input that varies is in the trajectory itself
     inputs = {
         name: value if isinstance(value, (str, bytes)) else float(value)
         for name, value in experiment.inputs.items()
         if not isinstance(value, Signal)
     }
-    return Provenance.of(
+    provenance = Provenance.of(
         fmu,
         NATIVE if experiment.is_native(fmu) else experiment.method or "auto",
         experiment.start_time,
@@ -219,3 +211,4 @@ def _provenance(fmu: Fmu, experiment: FmuExperiment, trajectory: Trajectory) -> 
         start=dict(experiment.start),
         inputs=inputs,
     )
+    return Recording(trajectory, {name: text for name, text in descriptions.items() if text}, provenance)

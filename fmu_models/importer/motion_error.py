@@ -95,6 +95,37 @@ def _held(report: Any, states: Sequence[str]) -> str:
     return "It cannot be held there: inputs change afterwards, or a time event comes."
 
 
+_SLIDES = "{indicator} chatters at {at} while the motion slides along "
+_TEXTS = {
+    RUN.NOT_FINITE: "the derivative of the state '{state}' is not a finite number at {at}. Check parameters and start "
+    "values.",
+    RUN.STEP_TOO_SMALL: "the steps become shorter than the rounding of time at {at}: the motion has a singularity "
+    "there, or a jump that no event indicator announces. Stop the run before it, or loosen the tolerance.",
+    RUN.RATES_DIFFER: "two calls at {at} with the same states and inputs give derivatives of the state '{state}' that "
+    "differ by {value:.3g}: steps of any sensible length cannot keep the tolerance. Mend the FMU, or loosen the "
+    "tolerance.",
+    RUN.EVENT_ITERATION: "the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run "
+    "is stopped.",
+    RUN.BAD_INDICATOR: "event indicator {index} is not a finite number at {at}. Check parameters and start values.",
+    RUN.STALLS: "doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step.",
+    RUN.DISCARD: "doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one.",
+    RUN.EVENTS_PILE_UP: "{value:.0f} events follow one another at {at} without progress; the FMU does not go on from "
+    "there.",
+    RUN.ZENO: "infinitely many events of {indicator} accumulate at {at}; each interval is {value:.4g} of the one "
+    "before. The motion comes to rest there, but the FMU has no state of rest: end the run before that time, or give "
+    "the model a condition that ends the sequence.",
+    RUN.CHATTERING_OF_TWO: _SLIDES + "the surface of {second}, and the motion along both cannot be computed: the FMU "
+    "does not lead there from all sides, or does not choose its equations by the sides alone. Give the model a state "
+    "of its own for one of them.",
+    RUN.CHATTERING_OF_MANY: _SLIDES + "{value:.0f} surfaces, and that many at once are computed. Give the model a "
+    "state of its own for one of them.",
+    RUN.CHATTERING: "events of {indicator} follow one another without end at {at} (chattering), and the motion along "
+    "its surface cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not "
+    "choose its equations by the side. Give the model a state of its own (a stick mode) for this motion, or a "
+    "hysteresis.",
+}
+
+
 def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
@@ -108,61 +139,15 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
         return f"fmi{fmu.fmi}{name} {failure} at {at}."
     if status == RUN.NOT_FINITE and not math.isfinite(value):
         return f"the FMU gives the state '{states[index]}' the value {value:g} in its event at {at}."
-    if status == RUN.NOT_FINITE:
-        return (
-            f"the derivative of the state '{states[index]}' is not a finite number at {at}. "
-            "Check parameters and start values."
-        )
-    if status == RUN.STEP_TOO_SMALL:
-        return (
-            f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a "
-            "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
-        )
     if status == RUN.TOO_MANY_STEPS:
-        quantity = "" if index else ", or it is stiff (try the method 'stiff')"
+        stiff = "" if index else ", or it is stiff (try the method 'stiff')"
         return (
             f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
-            f"without an event indicator{quantity}. Loosen the tolerance, or give the model an event there."
+            f"without an event indicator{stiff}. Loosen the tolerance, or give the model an event there."
         )
-    if status == RUN.RATES_DIFFER:
-        return (
-            f"two calls at {at} with the same states and inputs give derivatives of the state '{states[index]}' that "
-            f"differ by {value:.3g}: steps of any sensible length cannot keep the tolerance. Mend the FMU, or loosen "
-            "the tolerance."
-        )
-    if status == RUN.EVENT_ITERATION:
-        return (
-            f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
-        )
-    if status == RUN.BAD_INDICATOR:
-        return f"event indicator {index} is not a finite number at {at}. Check parameters and start values."
-    if status == RUN.STALLS:
-        return f"doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step."
-    if status == RUN.DISCARD:
-        return f"doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one."
-    if status == RUN.EVENTS_PILE_UP:
-        return f"{value:.0f} events follow one another at {at} without progress; the FMU does not go on from there."
-    indicator = _named(fmu, index, states, gradient)
-    if status == RUN.ZENO:
-        return (
-            f"infinitely many events of {indicator} accumulate at {at}; each interval is {value:.4g} of the one "
-            "before. The motion comes to rest there, but the FMU has no state of rest: end the run before that time, "
-            "or give the model a condition that ends the sequence. " + _held(report, states)
-        ).strip()
+    names = {"state": states[index] if 0 <= index < len(states) else "", "second": ""}
     if status == RUN.CHATTERING_OF_TWO:
-        second = _named(fmu, report.report_other, states, np.zeros(len(states)))
-        return (
-            f"{indicator} chatters at {at} while the motion slides along the surface of {second}, and the motion along "
-            "both cannot be computed: the FMU does not lead there from all sides, or does not choose its equations by "
-            "the sides alone. Give the model a state of its own for one of them."
-        )
-    if status == RUN.CHATTERING_OF_MANY:
-        return (
-            f"{indicator} chatters at {at} while the motion slides along {value:.0f} surfaces, and that many at once "
-            "are computed. Give the model a state of its own for one of them."
-        )
-    return (
-        f"events of {indicator} follow one another without end at {at} (chattering), and the motion along its surface "
-        "cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not choose its "
-        "equations by the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
-    )
+        names["second"] = _named(fmu, report.report_other, states, np.zeros(len(states)))
+    indicator = _named(fmu, index, states, gradient)
+    text = _TEXTS[status].format(at=at, index=index, value=value, indicator=indicator, **names)
+    return f"{text} {_held(report, states)}" if status == RUN.ZENO else text

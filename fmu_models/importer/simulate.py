@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
@@ -17,7 +17,8 @@ from fmu_models.simulation.trajectory import Trajectory
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
-OF_MASTER = ("record", "on_zeno", "max_step", "communication_step", "first_step")
+OF_DRIVER = ("method", "tolerance", "record", "on_zeno", "max_step")
+OF_MASTER = (*OF_DRIVER[2:], "communication_step", "first_step")
 
 
 def simulate(model: Fmu | Model, stop_time: float, *, method: str | None = None, **options: Any) -> Trajectory:
@@ -49,28 +50,16 @@ def simulate_any(
     fmu: Fmu | str | os.PathLike[str],
     stop_time: float,
     *,
-    method: str = "auto",
-    tolerance: float = 1e-8,
-    record: Sequence[str] | None = None,
-    on_zeno: str = "stop",
-    max_step: float | None = None,
     parameters: Mapping[str, float | str | bytes] | None = None,
     **options: Any,
 ) -> Trajectory:
-    """Run an FMU once; ``options`` are those of ``Driver.run``, ``parameters`` may be structural ones too.
+    """Run an FMU once; ``options`` are those of ``Driver`` and of ``Driver.run``, ``parameters`` may be structural too.
 
     Raises:
         StickslipError: see ``Driver``.
     """
     fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
     sizes, others = structure.split(fmu, parameters or {})
-    with Driver(
-        fmu,
-        method=method,
-        tolerance=tolerance,
-        record=record,
-        on_zeno=on_zeno,
-        max_step=max_step,
-        structural_parameters=sizes,
-    ) as driver:
+    of_driver = {name: options.pop(name) for name in OF_DRIVER if name in options}
+    with Driver(fmu, structural_parameters=sizes, **of_driver) as driver:
         return driver.run(stop_time, parameters=others, **options)

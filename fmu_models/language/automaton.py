@@ -17,7 +17,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.language.checks import check_names, quantity_names, stranger
+from fmu_models.language.checks import check_names, check_requirements, quantity_names, stranger
 from fmu_models.language.contacts import Requirement, create_symbols
 from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.quantities import TIME, ContactSymbol, Input, InternalState, Parameter, State
@@ -114,9 +114,6 @@ class Automaton(Declaration):
         _check(self)
         check_expression_units(self.name, self.states, _expected_units(self))
 
-    def _heading(self) -> str:
-        return f"Automaton '{self.name}': {self.title}"
-
     def _contents(self) -> dict[str, object]:
         names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
         return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **names}
@@ -142,11 +139,6 @@ class Automaton(Declaration):
     def internal_states(self) -> tuple[InternalState, ...]:
         """None: an automaton has no laws."""
         return ()
-
-    @property
-    def all_requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters must satisfy together."""
-        return tuple(self.requirements)
 
     def restricted_to(self, contacts: Iterable[str]) -> NoReturn:
         """Refused.
@@ -194,9 +186,7 @@ def _check(automaton: Automaton) -> None:
     for symbol in sorted(automaton.symbols, key=str):
         if not isinstance(symbol, (Parameter, Input)) and symbol not in symbols:
             raise StickslipError(f"{automaton.name}: {stranger(symbol)}")
-    for requirement in automaton.requirements:
-        if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
-            raise StickslipError(f"{automaton.name}: the requirement '{requirement.sentence}' may use parameters only.")
+    check_requirements(automaton)
 
 
 def _check_flows(automaton: Automaton) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.declaration import Body
+from fmu_models.language.declaration import Body, Declaration
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.impacts import MAX_IMPACTS
 from fmu_models.language.inertia import check_definite, is_singular, mass_entries
@@ -147,15 +147,25 @@ def _check_symbols(mechanism: Body) -> None:
         for symbol in sorted(symbols(expression), key=str):
             if isinstance(symbol, (Acceleration, ContactSymbol)):
                 raise StickslipError(f"{mechanism.name}: {symbol.name} is used in an energy; only outputs may use it.")
+    check_requirements(mechanism)
     for requirement in mechanism.all_requirements:
-        if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
-            raise StickslipError(f"{mechanism.name}: the requirement '{requirement.sentence}' may use parameters only.")
         if lost := sorted(map(str, sympy.sympify(requirement.expression).free_symbols - used)):
             raise StickslipError(
                 f"{mechanism.name}: {' and '.join(lost)} drops out: no energy, contact or output depends on it, though "
                 f"'{requirement.sentence}' is required. It does so where two parameters of a law are one, such as mu_s "
                 "and mu_k: give each its own, or take a law without it."
             )
+
+
+def check_requirements(declared: Body | Declaration) -> None:
+    """Refuse requirements of more than parameters.
+
+    Raises:
+        StickslipError: which requirement.
+    """
+    for requirement in declared.all_requirements:
+        if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
+            raise StickslipError(f"{declared.name}: the requirement '{requirement.sentence}' may use parameters only.")
 
 
 def stranger(symbol: sympy.Basic) -> str:

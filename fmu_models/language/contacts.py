@@ -84,19 +84,21 @@ class Contact(Shown, ABC):
     kind: ClassVar[ContactKind]
     driven: ClassVar[bool] = False
     """Whether its states may be held: they are driven states of the system, like velocities."""
+    exchangeable: ClassVar[bool] = False
+    """Whether its ``law`` could be another."""
     name: str
     description: str
     force: ContactSymbol
 
     @property
-    @abstractmethod
     def shown(self) -> tuple[ContactSymbol, ...]:
         """What outputs may use of it."""
+        return (self.force,)
 
     @property
-    @abstractmethod
     def requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters must satisfy for it."""
+        """What the parameters must satisfy for it, or else for its law."""
+        return self.rule.requirements
 
     @property
     @abstractmethod
@@ -182,7 +184,17 @@ class Contact(Shown, ABC):
         Raises:
             StickslipError: it has none.
         """
-        raise StickslipError(f"contact '{self.name}' of {model} has no law that could be another. Set its parameters.")
+        if not self.exchangeable:
+            raise StickslipError(
+                f"contact '{self.name}' of {model} has no law that could be another. Set its parameters."
+            )
+        contact: Any = self  # one that has a law
+        return contact.law
+
+    def _check_rates(self, units: Dimensions) -> None:
+        for state, rate in zip(self.states, self.rates, strict=True):
+            change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
+            units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
 
     def with_law(self, law: Any) -> Self:
         """The contact with another law."""
@@ -206,6 +218,7 @@ class Friction(Contact):
     """
 
     kind: ClassVar[ContactKind] = FRICTION
+    exchangeable: ClassVar[bool] = True
 
     name: str
     slip: sympy.Expr
@@ -221,27 +234,13 @@ class Friction(Contact):
         create_symbols(self, force=FORCE_UNITS[unit], slip_speed=per_second(unit), sign="1")
 
     @property
-    def shown(self) -> tuple[ContactSymbol, ...]:
-        """What outputs may use of it."""
-        return (self.force,)
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters of its law must satisfy."""
-        return self.law.requirements
-
-    @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
-        """Everything that the contact is declared by."""
-        law = self.law
+        capacities = self.law.capacity, self.law.capacity_minus
         bounds = () if self.where is None else (sympy.sympify(self.where),)
-        rates = law.rates(self.slip_speed, self.sign)
-        force = law.force(self.slip_speed, self.sign)
-        return tuple(map(sympy.sympify, (self.slip, *bounds, law.capacity, law.capacity_minus, force, *rates)))
+        return tuple(map(sympy.sympify, (self.slip, *bounds, *capacities, self.law_force, *self.rates)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        """Quantities that the contact uses: those of its slip speed, its region and its law."""
         return super().symbols - {self.slip_speed, self.sign}
 
     @property
@@ -256,30 +255,22 @@ class Friction(Contact):
 
     @property
     def states(self) -> tuple[InternalState, ...]:
-        """Internal states of its law."""
         return self.law.states
 
     @property
     def rates(self) -> tuple[sympy.Expr, ...]:
-        """Rates of the internal states."""
         return self.law.rates(self.slip_speed, self.sign)
 
-    def exchangeable_law(self, model: str) -> Law:
-        """The contact's law."""
-        return self.law
-
     def check(self, coordinates: Sequence[Coordinate]) -> None:
-        """Refuse a slip speed or a region that is none."""
         check_slip(self.name, self.slip, coordinates)
         if self.where is not None:
             check_place(f"contact '{self.name}': where", self.where, coordinates)
 
     def check_units(self, units: Dimensions) -> None:
-        """Refuse parts whose units do not match."""
         slip = units.expect(f"the slip of contact '{self.name}'", self.slip, None)
         units.known[self.slip_speed] = slip
         label = f"the law of contact '{self.name}'"
-        force = units.expect(label, self.law.force(self.slip_speed, self.sign), None)
+        force = units.expect(label, self.law_force, None)
         if force is not None and slip is not None:
             units.match(f"slip times force of contact '{self.name}'", units.times(force, slip), "W")
         if slip is not None:
@@ -288,14 +279,11 @@ class Friction(Contact):
                 if capacity is not None:
                     units.match(f"slip times what contact '{self.name}' holds", units.times(capacity, slip), "W")
         units.known[self.force] = force
-        for state, rate in zip(self.law.states, self.law.rates(self.slip_speed, self.sign), strict=True):
-            change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
-            units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
+        self._check_rates(units)
         if self.where is not None:
             units.expect(f"the region of contact '{self.name}'", self.where, None)
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
         where = None if self.where is None else sympy.sympify(self.where)
         minus = self.law.capacity_minus
         return (
@@ -305,7 +293,7 @@ class Friction(Contact):
                 where,
                 capacity=sympy.sympify(self.law.capacity),
                 capacity_minus=None if minus == self.law.capacity else sympy.sympify(minus),
-                force=self.law.force(self.slip_speed, self.sign),
+                force=self.law_force,
                 sticks=self.law.sticks,
                 reset=dict(self.law.renewed),
                 reset_sides=4 if self.law.renewed else 0,

@@ -27,6 +27,14 @@ class Output(Shown):
 class Declaration(Shown, ABC):
     """A declared model: a mechanism, an automaton or a map."""
 
+    name: str
+    title: str
+    source: str
+    requirements: Sequence[Requirement]
+
+    def _heading(self) -> str:
+        return f"{type(self).__name__} '{self.name}': {self.title}"
+
     @property
     @abstractmethod
     def symbols(self) -> set[sympy.Basic]:
@@ -41,6 +49,11 @@ class Declaration(Shown, ABC):
     def inputs(self) -> tuple[Input, ...]:
         """The inputs used, in the order of their declaration."""
         return quantities_of_type(self.symbols, Input)
+
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters must satisfy together."""
+        return tuple(self.requirements)
 
 
 class Body(Protocol):

@@ -140,12 +140,10 @@ class Impact(Contact):
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:
-        """What outputs may use of it."""
         return (self.force,) if self.slip is None else (self.force, self.friction_force)
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
-        """Everything that the contact is declared by."""
         slip = () if self.slip is None else (sympy.sympify(self.slip),)
         return (sympy.sympify(self.gap), *slip, self.e, self.friction)
 
@@ -156,7 +154,6 @@ class Impact(Contact):
 
     @property
     def names(self) -> Iterator[tuple[str, str]]:
-        """Every name that a user of the model will meet, with what it belongs to."""
         yield from super().names
         if self.slip is not None:
             yield f"{self.name}_friction", f"the friction of contact {self.name}"
@@ -165,7 +162,6 @@ class Impact(Contact):
 
     @property
     def rule(self) -> Newton | Poisson:
-        """The rule of restitution."""
         return self.restitution
 
     def exchangeable_law(self, model: str) -> NoReturn:
@@ -176,13 +172,11 @@ class Impact(Contact):
         )
 
     def check(self, coordinates: Sequence[Coordinate]) -> None:
-        """Refuse a gap or a slip speed that is none."""
         check_place(f"contact '{self.name}': gap", self.gap, coordinates)
         if self.slip is not None:
             check_slip(self.name, self.slip, coordinates)
 
     def check_units(self, units: Dimensions) -> None:
-        """Refuse parts whose units do not match."""
         unit = "1" if units.scaled else "rad" if way_unit(self.gap) == "rad" else "m"
         units.expect(f"the gap of contact '{self.name}'", self.gap, unit)
         if self.slip is not None:
@@ -193,7 +187,6 @@ class Impact(Contact):
             units.known[force] = units.of_unit(FORCE_UNITS[unit])
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
         if self.slip is None:
             return (self._normal(rates, partner=None),)
         slip = sympy.sympify(self.slip)

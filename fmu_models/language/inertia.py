@@ -51,25 +51,13 @@ def mass_matrix(mechanism: Body) -> sympy.Matrix:
 
 def blocks(n: int, entries: Entries) -> list[list[int]]:
     """The indices 0 to n-1 in groups that the entries connect, each in order."""
-    joined: list[set[int]] = [set() for _ in range(n)]
+    groups = [[i] for i in range(n)]  # of every index the group that it is in
     for i, j in entries:
-        joined[i].add(j)
-        joined[j].add(i)
-    groups = []
-    seen: set[int] = set()
-    for seed in range(n):
-        if seed in seen:
-            continue
-        block, waiting = [], [seed]
-        seen.add(seed)
-        while waiting:
-            i = waiting.pop()
-            block.append(i)
-            fresh = joined[i] - seen
-            seen |= fresh
-            waiting += fresh
-        groups.append(sorted(block))
-    return groups
+        if groups[i] is not groups[j]:
+            merged = sorted(groups[i] + groups[j])
+            for k in merged:
+                groups[k] = merged
+    return [group for i, group in enumerate(groups) if group[0] == i]
 
 
 def is_singular(mechanism: Body) -> bool:
@@ -91,7 +79,9 @@ def inertia_requirements(mechanism: Body) -> tuple[Requirement, ...]:
     """What makes M positive definite, as far as the parameters alone decide it and their signs do not show it."""
     entries = mass_entries(mechanism)
     requirements = []
-    for block in _small_blocks(mechanism):
+    for block in blocks(len(mechanism.coordinates), entries):
+        if len(block) > CLOSED_FORM:
+            continue
         for n in range(1, len(block) + 1):
             square = _square(entries, block[:n])
             if not all(isinstance(symbol, Parameter) for symbol in square.free_symbols):
@@ -123,11 +113,6 @@ def check_definite(mechanism: Body) -> None:
                     "no positive kinetic energy and an impact no answer. Look at the signs and cross terms of the "
                     "kinetic energy."
                 )
-
-
-def _small_blocks(mechanism: Body) -> list[list[int]]:
-    groups = blocks(len(mechanism.coordinates), mass_entries(mechanism))
-    return [block for block in groups if len(block) <= CLOSED_FORM]
 
 
 def _square(entries: Entries, rows: Sequence[int]) -> Any:

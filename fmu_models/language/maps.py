@@ -16,7 +16,7 @@ from typing import Any
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.checks import check_names, quantity_names
+from fmu_models.language.checks import check_names, check_requirements, quantity_names
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Declaration
 from fmu_models.language.quantities import Parameter, State
@@ -53,9 +53,6 @@ class Map(Declaration):
     modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)
     requirements: Sequence[Requirement] = ()
 
-    def _heading(self) -> str:
-        return f"Map '{self.name}': {self.title}"
-
     def _contents(self) -> dict[str, object]:
         rule = {f"{state.name}(k+1)": value for state, value in self.rule.items()}
         return {**rule, "parameters": [q.name for q in self.parameters]}
@@ -77,14 +74,8 @@ class Map(Declaration):
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        """Quantities that the map uses."""
         expressions = [*self.rule.values(), *(self.inverse or {}).values()]
         return set().union(*(e.free_symbols for e in expressions))
-
-    @property
-    def all_requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters must satisfy together."""
-        return tuple(self.requirements)
 
 
 def _check(declared: Map) -> None:
@@ -107,9 +98,7 @@ def _check(declared: Map) -> None:
                 "only for states of the map."
             )
     _check_box(declared)
-    for requirement in declared.requirements:
-        if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
-            raise StickslipError(f"{declared.name}: the requirement '{requirement.sentence}' may use parameters only.")
+    check_requirements(declared)
 
 
 def _check_states(declared: Map, kind: str, rules: Mapping[State, sympy.Expr]) -> None:

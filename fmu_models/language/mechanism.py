@@ -121,9 +121,6 @@ class Mechanism(Declaration):
             contacts=contacts(q),
         )
 
-    def _heading(self) -> str:
-        return f"Mechanism '{self.name}': {self.title}"
-
     def _contents(self) -> dict[str, object]:
         energies = {name: getattr(self, name) for name in ("kinetic_energy", "potential_energy", "dissipation")}
         names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
@@ -158,7 +155,6 @@ class Mechanism(Declaration):
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        """Quantities that the mechanism uses."""
         return self.body_symbols.union(
             *(contact.symbols for contact in self.contacts), _symbols(output.expression for output in self.outputs)
         )

@@ -9,12 +9,12 @@ Source: Johnson, Contact mechanics (1985), section 9.3, for the moment as a frac
 """
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import Contact, Friction, Law, Requirement
+from fmu_models.language.contacts import Friction, Law, Requirement
 from fmu_models.language.dimensions import way_unit
 from fmu_models.language.dry_friction import fixed_factors
 from fmu_models.language.laws.coulomb import Coulomb
@@ -33,6 +33,8 @@ class RollingResistance(Friction):
     Raises:
         StickslipError: ``slip`` is no angular speed.
     """
+
+    exchangeable: ClassVar[bool] = False
 
     law: Law = field(init=False)
     N: sympy.Expr
@@ -53,7 +55,3 @@ class RollingResistance(Friction):
         """A moment that brakes."""
         sentence = f"mu_r times r of contact '{self.name}' must not be negative"
         return (Requirement(fixed_factors(self.mu_r * self.r), sentence),)
-
-    def exchangeable_law(self, model: str) -> Any:
-        """Refuse: its law is mu_r N r."""
-        return Contact.exchangeable_law(self, model)

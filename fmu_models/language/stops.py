@@ -67,6 +67,7 @@ class Stop(Contact):
     """
 
     kind: ClassVar[ContactKind] = STOP
+    exchangeable: ClassVar[bool] = True
 
     name: str
     gap: sympy.Expr
@@ -119,27 +120,18 @@ class Stop(Contact):
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:
-        """What outputs may use of it."""
         return (self.force, self.penetration, self.rate)
 
     @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters of its law must satisfy."""
-        return self.law.requirements
-
-    @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
-        """Everything that the stop is declared by."""
         return (sympy.sympify(self.gap), self.compression)
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        """Quantities that the stop uses: those of its gap and of its law."""
         return super().symbols - {self.penetration, self.rate, self.memory}
 
     @property
     def names(self) -> Iterator[tuple[str, str]]:
-        """Every name that a user of the model will meet, with what it belongs to."""
         yield from super().names
         yield f"{self.name}_memory", f"the speed at which stop {self.name} was entered"
 
@@ -153,16 +145,10 @@ class Stop(Contact):
         """Its force while it touches."""
         return self.compression
 
-    def exchangeable_law(self, model: str) -> StopLaw:
-        """Its law."""
-        return self.law
-
     def check(self, coordinates: Sequence[Coordinate]) -> None:
-        """Refuse a gap that is none."""
         check_place(f"stop '{self.name}': gap", self.gap, coordinates)
 
     def check_units(self, units: Dimensions) -> None:
-        """Refuse parts whose units do not match."""
         depth = units.expect(f"the gap of stop '{self.name}'", self.gap, None)
         rate = None if depth is None else units.times(depth, units.of_unit("1/s"))
         units.known |= {self.penetration: depth, self.rate: rate, self.memory: rate}
@@ -172,7 +158,6 @@ class Stop(Contact):
         units.known[self.force] = force
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
         release = self.law.release(self.penetration, self.rate, self.memory)
         return (
             self._direction(

@@ -40,6 +40,7 @@ class TwoStageStop(Contact):
     """
 
     kind: ClassVar[ContactKind] = STOP
+    exchangeable: ClassVar[bool] = True  # that of the first stage
 
     name: str
     gap: sympy.Expr
@@ -68,32 +69,26 @@ class TwoStageStop(Contact):
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:
-        """What outputs may use of it."""
         return (self.force, *self.first.shown, *self.second.shown)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters of its laws must satisfy."""
         return (*self.first.requirements, *self.second.requirements)
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
-        """Everything that it is declared by."""
         return (*self.first.expressions, *self.second.expressions)
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        """Quantities that its stages use."""
         return self.first.symbols | self.second.symbols
 
     @property
     def directions(self) -> int:
-        """One for each stage."""
         return 2
 
     @property
     def names(self) -> Iterator[tuple[str, str]]:
-        """Every name that a user of the model will meet, with what it belongs to."""
         yield self.name, f"contact '{self.name}'"
         yield from (*self.first.names, *self.second.names)
 
@@ -110,24 +105,16 @@ class TwoStageStop(Contact):
 
     @property
     def rule(self) -> tuple[StopLaw, StopLaw]:
-        """The laws of both stages."""
         return self.law, self.second_law
 
-    def exchangeable_law(self, model: str) -> StopLaw:
-        """The law of the first stage."""
-        return self.law
-
     def check(self, coordinates: Sequence[Coordinate]) -> None:
-        """Refuse a gap that is none."""
         self.first.check(coordinates)
         self.second.check(coordinates)
 
     def check_units(self, units: Dimensions) -> None:
-        """Refuse parts whose units do not match."""
         self.first.check_units(units)
         self.second.check_units(units)
         units.known[self.force] = units.known[self.first.force]
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        """Its stages, to stand at ``index`` and behind it among the contacts of the system."""
         return (*self.first.dynamics(rates, index), *self.second.dynamics(rates, index + 1))

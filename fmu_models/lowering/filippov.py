@@ -48,28 +48,18 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
     held = [rate or switch.function for switch, rate in zip(switches, rates, strict=True)]
     gradient = sympy.Matrix([[sympy.diff(function, x) for x in states] for function in held])
     G = gradient.reshape(len(switches), len(states)) * W
-    return HybridSystem(
-        name=automaton.name,
-        title=automaton.title,
-        source=automaton.source,
-        parameters=automaton.parameters,
-        inputs=automaton.inputs,
-        coordinates=(),
+    return HybridSystem.of(
+        automaton,
         driven=tuple(states),
         rate_symbols=tuple(x.rate for x in states),
-        internal_states=(),
         acceleration=tuple(free),
         W=sympy.ImmutableSparseMatrix(W),
         G=sympy.ImmutableSparseMatrix(G),
-        constant_inertia=only_parameters([*W, *G]),
         contacts=tuple(
             _switch_dynamics(automaton, s, sliding, rate)
             for s, sliding, rate in zip(switches, slides, rates, strict=True)
         ),
-        internal_rates=(),
-        kinetic_energy=sympy.S.Zero,
         outputs=tuple(Output(o.name, sympy.sympify(o.expression), o.unit, o.description) for o in automaton.outputs),
-        all_requirements=automaton.all_requirements,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import sympy
 
 from fmu_models.language.contact_dynamics import ContactDynamics
-from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
+from fmu_models.lowering.hybrid_system import HybridSystem
 
 # beyond it a float is whole because it has no digits left, not because somebody meant a whole number
 _WHOLE = 2.0**53
@@ -46,8 +46,6 @@ def fold(
     def folded(expression: Any) -> Any:
         return sympy.sympify(expression).xreplace(constants)
 
-    W, G = system.W.xreplace(constants), system.G.xreplace(constants)
-    inertia = {index: folded(entry) for index, entry in system.inertia.items()}
     requirements = (r._replace(expression=folded(r.expression)) for r in system.all_requirements)
     return dataclasses.replace(
         system,
@@ -57,10 +55,9 @@ def fold(
         driven=tuple(v.with_start(start.get(v.name, v.start)) for v in system.driven),
         internal_states=tuple(z.with_start(start.get(z.name, z.start)) for z in system.internal_states),
         acceleration=tuple(folded(a) for a in system.acceleration),
-        W=W,
-        G=G,
-        inertia=inertia,
-        constant_inertia=only_parameters([*W.values(), *G.values(), *inertia.values()]),
+        W=system.W.xreplace(constants),
+        G=system.G.xreplace(constants),
+        inertia={index: folded(entry) for index, entry in system.inertia.items()},
         contacts=tuple(_folded_contact(contact, folded) for contact in system.contacts),
         internal_rates=tuple(folded(rate) for rate in system.internal_rates),
         kinetic_energy=folded(system.kinetic_energy),
@@ -79,18 +76,11 @@ def number(value: float) -> sympy.Expr:
 
 
 def _folded_contact(contact: ContactDynamics, folded: Any) -> ContactDynamics:
+    parts: dict[str, Any] = {name: value for name, value in vars(contact).items() if isinstance(value, sympy.Basic)}
     return dataclasses.replace(
         contact,
-        slip=folded(contact.slip),
-        slip_rate=folded(contact.slip_rate),
-        slip_terms=tuple(folded(term) for term in contact.slip_terms),
-        capacity=folded(contact.capacity),
-        capacity_minus=None if contact.capacity_minus is None else folded(contact.capacity_minus),
-        force=folded(contact.force),
-        depth=None if contact.depth is None else folded(contact.depth),
-        depth_terms=tuple(folded(term) for term in contact.depth_terms),
-        release=None if contact.release is None else folded(contact.release),
+        **{name: folded(value) for name, value in parts.items()},
+        slip_terms=tuple(map(folded, contact.slip_terms)),
+        depth_terms=tuple(map(folded, contact.depth_terms)),
         reset={state: folded(value) for state, value in contact.reset.items()},
-        restitution=folded(contact.restitution),
-        friction=folded(contact.friction),
     )

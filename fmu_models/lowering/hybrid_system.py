@@ -22,15 +22,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.declaration import Output
+from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import Acceleration, Coordinate, Input, InternalState, Parameter, State, Velocity
+
+_EMPTY = sympy.ImmutableSparseMatrix(0, 0, [])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,7 +50,6 @@ class HybridSystem:
         W: (n_driven, n_contacts), rate of the driven states per contact force; M W with an inertia.
         G: (n_contacts, n_contacts), rate of y per contact force; zero with an inertia.
         inertia: M, by row and column of its entries that are not zero; empty where a, W and G are written out.
-        constant_inertia: M, W and G depend on parameters alone.
         contacts: the contacts.
         internal_rates: one per internal state.
         rule: of a map, per state its next value; its internal states rest meanwhile, and its last parameter is the time
@@ -64,24 +67,34 @@ class HybridSystem:
     source: str
     parameters: tuple[Parameter, ...]
     inputs: tuple[Input, ...]
-    coordinates: tuple[Coordinate, ...]
-    driven: tuple[State, ...]
-    rate_symbols: tuple[Acceleration, ...]
-    internal_states: tuple[InternalState, ...]
-    acceleration: tuple[sympy.Expr, ...]
-    W: sympy.ImmutableSparseMatrix
-    G: sympy.ImmutableSparseMatrix
-    constant_inertia: bool
-    contacts: tuple[ContactDynamics, ...]
-    internal_rates: tuple[sympy.Expr, ...]
-    kinetic_energy: sympy.Expr
-    outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
+    coordinates: tuple[Coordinate, ...] = ()
+    driven: tuple[State, ...] = ()
+    rate_symbols: tuple[Acceleration, ...] = ()
+    internal_states: tuple[InternalState, ...] = ()
+    acceleration: tuple[sympy.Expr, ...] = ()
+    W: sympy.ImmutableSparseMatrix = _EMPTY
+    G: sympy.ImmutableSparseMatrix = _EMPTY
+    contacts: tuple[ContactDynamics, ...] = ()
+    internal_rates: tuple[sympy.Expr, ...] = ()
+    kinetic_energy: sympy.Expr = sympy.S.Zero
+    outputs: tuple[Output, ...] = ()
     shown_states: frozenset[str] = frozenset()
     shown_clocks: frozenset[str] = frozenset()
     inertia: Mapping[tuple[int, int], sympy.Expr] = field(default_factory=dict)
     rule: Mapping[State, sympy.Expr] = field(default_factory=dict)
     modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, model: Declaration, **parts: Any) -> HybridSystem:
+        """A declared model with what is derived from it, by field."""
+        names = ("name", "title", "source", "parameters", "inputs", "all_requirements")
+        return cls(**{name: getattr(model, name) for name in names} | parts)
+
+    @cached_property
+    def constant_inertia(self) -> bool:
+        """Whether M, W and G depend on parameters alone."""
+        return only_parameters([*self.W.values(), *self.G.values(), *self.inertia.values()])
 
     def written_out(self) -> HybridSystem:
         """This system, which must have a, W and G written out.

@@ -27,26 +27,11 @@ def iterated(declared: Map, *, backward: bool = False, period_name: str = PERIOD
             "own."
         )
     period = Parameter(period_name, 1.0, "s", "time from one step of the map to the next", positive=True)
-    empty = sympy.ImmutableSparseMatrix(0, 0, [])
-    return HybridSystem(
-        name=declared.name,
-        title=declared.title,
-        source=declared.source,
+    return HybridSystem.of(
+        declared,
         parameters=(*declared.parameters, period),
-        inputs=(),
-        coordinates=(),
-        driven=(),
-        rate_symbols=(),
         internal_states=tuple(declared.states),  # type: ignore[arg-type]  # states without a law
-        acceleration=(),
-        W=empty,
-        G=empty,
-        constant_inertia=True,
-        contacts=(),
         internal_rates=tuple(sympy.S.Zero for _ in declared.states),
-        kinetic_energy=sympy.S.Zero,
-        outputs=(),
-        all_requirements=declared.all_requirements,
         rule=rule,
         modulus=declared.modulus,
     )

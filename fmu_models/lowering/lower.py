@@ -14,7 +14,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Acceleration, per_second
 from fmu_models.lowering.energy import derived_outputs, quadratic_energy
 from fmu_models.lowering.filippov import lower_automaton
-from fmu_models.lowering.hybrid_system import HybridSystem, only_parameters
+from fmu_models.lowering.hybrid_system import HybridSystem
 from fmu_models.lowering.lagrange import TimeDerivative, generalised_forces, has_small_inverse, inverse
 
 
@@ -37,12 +37,8 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
     mass = {**mass_entries(model), **{(i, i): sympy.S.One for i in range(len(coordinates), len(index))}}
     a, W, G, inertia = _solved(mass, [*generalised_forces(model), *(rate for _, rate in held)], levers)
     inner = [contact for contact in model.contacts if not contact.driven]
-    return HybridSystem(
-        name=model.name,
-        title=model.title,
-        source=model.source,
-        parameters=model.parameters,
-        inputs=model.inputs,
+    return HybridSystem.of(
+        model,
         coordinates=coordinates,
         driven=tuple(index),
         rate_symbols=(*(q.a for q in coordinates), *changes.values()),
@@ -51,12 +47,10 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
         W=sympy.ImmutableSparseMatrix(len(index), len(contacts), W),
         G=sympy.ImmutableSparseMatrix(len(contacts), len(contacts), G),
         inertia=inertia,
-        constant_inertia=only_parameters([*W.values(), *G.values(), *inertia.values()]),
         contacts=contacts,
         internal_rates=tuple(rate for contact in inner for rate in contact.rates),
         kinetic_energy=quadratic_energy(model),
         outputs=(*_declared_outputs(model), *derived_outputs(model, contacts)),
-        all_requirements=model.all_requirements,
     )
 
 

@@ -16,8 +16,7 @@ as in Newton's impact law v+ = -gamma v- + (1 + gamma) times the speed of the wa
 
 import sympy
 
-from fmu_models.language.maps import Map
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Map, Parameter, State
 
 gamma = Parameter("gamma", 0.9, "1", "restitution of the shaking wall", minimum=0.0, maximum=1.0)
 eps = Parameter("eps", 0.05, "1", "amplitude over distance of the walls", minimum=0.0)

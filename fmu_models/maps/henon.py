@@ -9,8 +9,7 @@ bifurcation; the stable one flips at a = 3 (1 - b)^2/4, and the motion of period
 Source: Henon, A two-dimensional mapping with a strange attractor, Communications in Mathematical Physics 50 (1976).
 """
 
-from fmu_models.language.maps import Map
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Map, Parameter, State
 
 a = Parameter("a", 1.4, "1", "strength of the fold")
 b = Parameter("b", 0.3, "1", "contraction of areas")

@@ -15,8 +15,7 @@ Source: Holmes, The dynamics of repeated impacts with a sinusoidally vibrating t
 
 import sympy
 
-from fmu_models.language.maps import Map
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Map, Parameter, State
 
 e = Parameter("e", 0.5, "1", "restitution", minimum=0.0, maximum=1.0)
 Gamma = Parameter("Gamma", 1.2, "1", "greatest acceleration of the table over gravity", minimum=0.0)

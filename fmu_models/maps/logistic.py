@@ -9,8 +9,7 @@ exponent is ln 2. Two values lead to each, so there is no inverse.
 Source: May, Simple mathematical models with very complicated dynamics, Nature 261 (1976).
 """
 
-from fmu_models.language.maps import Map
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Map, Parameter, State
 
 r = Parameter("r", 3.2, "1", "growth rate")
 x = State("x", "1", "population, as a share of the largest", start=0.3)

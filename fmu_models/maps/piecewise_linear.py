@@ -20,9 +20,7 @@ A/Solids 25 (2006), equations (25), (26); Fig. 19 has a = 5/4 and r = 1.
 
 import sympy
 
-from fmu_models.language.contacts import Requirement
-from fmu_models.language.maps import Map
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Map, Parameter, Requirement, State
 
 a = Parameter("a", 1.25, "1", "slope on the right, downwards")
 r = Parameter("r", 1.0, "1", "shift")

@@ -12,8 +12,7 @@ Source: Collet and Eckmann, Iterated Maps on the Interval as Dynamical Systems (
 
 import sympy
 
-from fmu_models.language.maps import Map
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Map, Parameter, State
 
 s = Parameter("s", 1.9, "1", "slope", minimum=0.0)
 x = State("x", "1", "state", start=0.3)

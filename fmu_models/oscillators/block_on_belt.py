@@ -14,11 +14,7 @@ Source: the scaled single-contact oscillator of Casini, Giannini, Vestroni, Nonl
     | 1     | 100    | 0.5      | 9.81 | 0.65 | 0.35 | 15     | 0.1         |
 """
 
-from fmu_models.language.contacts import Friction
-from fmu_models.language.declaration import Output
-from fmu_models.language.laws.conti import Conti
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Coordinate, Input, Parameter
+from fmu_models import Conti, Coordinate, Friction, Input, Mechanism, Output, Parameter
 
 m = Parameter("m", 1.0, "kg", "mass of the block", positive=True)
 k = Parameter("k", 100.0, "N/m", "stiffness of the spring", minimum=0.0)

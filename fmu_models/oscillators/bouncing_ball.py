@@ -24,10 +24,7 @@ import math
 
 import sympy
 
-from fmu_models.language.declaration import Output
-from fmu_models.language.impacts import Impact, Newton
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Parameter
+from fmu_models import TIME, Coordinate, Impact, Mechanism, Newton, Output, Parameter
 
 m = Parameter("m", 1.0, "kg", "mass of the ball", positive=True)
 g = Parameter("g", 9.81, "m/s2", "gravity", minimum=0.0)

@@ -24,11 +24,7 @@ from collections.abc import Sequence
 
 import sympy
 
-from fmu_models.language.contacts import Friction
-from fmu_models.language.declaration import Output
-from fmu_models.language.laws.conti import Conti
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Coordinate, Input, Parameter
+from fmu_models import Conti, Coordinate, Friction, Input, Mechanism, Output, Parameter
 
 J = Parameter("J", 0.0548, "kg m2", "moment of inertia of the body", positive=True)
 k = Parameter("k", 2.62, "N m/rad", "stiffness of the torsion spring", minimum=0.0)

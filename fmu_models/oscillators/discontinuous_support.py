@@ -20,10 +20,7 @@ The defaults are those of Table 1; the default start lies on its periodic motion
 
 import sympy
 
-from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Parameter
-from fmu_models.language.stops import Stop
+from fmu_models import TIME, Coordinate, KelvinVoigt, Mechanism, Parameter, Stop
 
 m = Parameter("m", 1.0, "kg", "mass", positive=True)
 k = Parameter("k", 1.0, "N/m", "stiffness of the spring", minimum=0.0)

@@ -9,9 +9,7 @@ takes speed and rate of the drive for given, so that neither may jump with the f
 Source: linear characteristic of a regulated drive of second order; its constants are assumed.
 """
 
-from fmu_models.language.automaton import Automaton
-from fmu_models.language.declaration import Output
-from fmu_models.language.quantities import Input, Parameter, State
+from fmu_models import Automaton, Input, Output, Parameter, State
 
 K = Parameter("K", 1.0, "N m s/rad", "torque per lack of speed", minimum=0.0)
 T = Parameter("T", 0.3, "s", "time in which the drive answers to its load", minimum=0.0)

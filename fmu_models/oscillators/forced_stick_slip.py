@@ -18,11 +18,7 @@ sticks for 0.675 s of it.
 
 import sympy
 
-from fmu_models.language.contacts import Friction
-from fmu_models.language.declaration import Output
-from fmu_models.language.laws.stribeck_cubic import StribeckCubic
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
+from fmu_models import TIME, Coordinate, Friction, Input, Mechanism, Output, Parameter, StribeckCubic
 
 m = Parameter("m", 1.0, "kg", "mass of the block", positive=True)
 k = Parameter("k", 1.0, "N/m", "stiffness of the spring", minimum=0.0)

@@ -18,10 +18,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Parameter
-from fmu_models.language.stops import Stop
+from fmu_models import TIME, Coordinate, LankaraniNikravesh, Mechanism, Parameter, Stop
 
 HERTZ = sympy.Rational(3, 2)
 

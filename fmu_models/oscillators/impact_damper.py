@@ -16,11 +16,7 @@ Source: Masri and Caughey, On the stability of the impact damper, Journal of App
 
 import sympy
 
-from fmu_models.language.contacts import Requirement
-from fmu_models.language.declaration import Output
-from fmu_models.language.impacts import Impact, Newton
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Parameter
+from fmu_models import TIME, Coordinate, Impact, Mechanism, Newton, Output, Parameter, Requirement
 
 M = Parameter("M", 1.0, "kg", "driven mass", positive=True)
 m = Parameter("m", 0.1, "kg", "free mass", positive=True)

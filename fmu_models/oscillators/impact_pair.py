@@ -16,11 +16,7 @@ Source: Bapat, Popplewell and McLachlan, Stable periodic motions of an impact-pa
 
 import sympy
 
-from fmu_models.language.contacts import Requirement
-from fmu_models.language.declaration import Output
-from fmu_models.language.impacts import Impact, Newton
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Parameter
+from fmu_models import TIME, Coordinate, Impact, Mechanism, Newton, Output, Parameter, Requirement
 
 m = Parameter("m", 1.0, "kg", "mass of the particle", positive=True)
 D = Parameter("D", 6.0, "m", "distance of the walls")

@@ -12,8 +12,7 @@ A/Solids 25 (2006), equation (2); Fig. 1 has mu = -1 and mu = 1.
 
 import sympy
 
-from fmu_models.language.automaton import Automaton, Switch
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Automaton, Parameter, State, Switch
 
 mu = Parameter("mu", 1.0, "1", "bifurcation parameter")
 x1 = State("x1", "1", "first state", start=0.0)

@@ -11,8 +11,7 @@ Source: Leine and van Campen, Bifurcation phenomena in non-smooth dynamical syst
 A/Solids 25 (2006), equations (8) to (13); Fig. 4 has mu = -1, 0 and 1.
 """
 
-from fmu_models.language.automaton import Automaton, Switch
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Automaton, Parameter, State, Switch
 
 mu = Parameter("mu", -1.0, "1", "bifurcation parameter")
 x1 = State("x1", "1", "first state", start=0.2)

@@ -13,8 +13,7 @@ A/Solids 25 (2006), equation (14); Figs. 5 and 6 have eps = 20. (The "mu = -0.05
 
 import sympy
 
-from fmu_models.language.automaton import Automaton
-from fmu_models.language.quantities import Parameter, State
+from fmu_models import Automaton, Parameter, State
 
 mu = Parameter("mu", 0.0, "1", "bifurcation parameter")
 eps = Parameter("eps", 20.0, "1", "steepness of the smoothing", positive=True)

@@ -12,9 +12,7 @@ no equations for it. Values chosen here; frequencies of the springs in a ratio t
 
 import sympy
 
-from fmu_models.language.automaton import Automaton, Switch
-from fmu_models.language.declaration import Output
-from fmu_models.language.quantities import TIME, Parameter, State
+from fmu_models import TIME, Automaton, Output, Parameter, State, Switch
 
 d = Parameter("d", 0.02, "1/s", "half the viscous damping per mass", minimum=0.0)
 X_s = Parameter("X_s", 0.0, "m", "where the domains meet")

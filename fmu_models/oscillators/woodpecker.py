@@ -21,11 +21,7 @@ Hz. The defaults are its values. The default start lies on its periodic motion, 
 edge and the woodpecker is farthest back.
 """
 
-from fmu_models.language.contacts import Requirement
-from fmu_models.language.declaration import Output
-from fmu_models.language.impacts import Impact, Newton
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models import Coordinate, Impact, Mechanism, Newton, Output, Parameter, Requirement
 
 m_M = Parameter("m_M", 0.0003, "kg", "mass of the sleeve", positive=True)
 J_M = Parameter("J_M", 5.0e-9, "kg m2", "moment of inertia of the sleeve", positive=True)

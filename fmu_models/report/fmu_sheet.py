@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from fmu_models.base import console
 from fmu_models.base.table import Cell, PrintedColumn, table
 from fmu_models.fmu.library import platforms, sources, this_folder
-from fmu_models.report.run_summary import LISTED
+from fmu_models.report.run_summary import LISTED, print_unlisted
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
@@ -132,7 +132,7 @@ def print_sheet(content: dict[str, Any], out: console.Console) -> None:
         out.print(plain("Where it departs from the standard:"))
         for problem in content["problems"][:LISTED]:
             out.print(plain(f"  {problem}"))
-        _print_rest(len(content["problems"]), out)
+        print_unlisted(len(content["problems"]) - LISTED, out)
     else:
         out.print(plain("Its description keeps to the standard as far as was checked."))
 
@@ -160,9 +160,4 @@ def _print_variables(variables: list[dict[str, Any]], causality: str, out: conso
         "description",
     )
     out.print(table("", columns, rows))
-    _print_rest(len(variables), out)
-
-
-def _print_rest(count: int, out: console.Console) -> None:
-    if count > LISTED:
-        out.print(console.plain(f"  and {count - LISTED} more, which --json lists"))
+    print_unlisted(len(variables) - LISTED, out)

@@ -129,20 +129,17 @@ def _(diagram: Diagram) -> list[dict[str, Any]]:
         visible = diagram.shown[d]
         m, r = np.nonzero(np.isfinite(visible))
         words = np.array([diagram.word(d, i) or "none" for i in range(len(diagram.values))], dtype=object)
-        figures.append(
-            {
-                "type": "scattergl",
-                "mode": "markers",
-                "name": direction,
-                "x": diagram.values[m].tolist(),
-                "y": visible[m, r].tolist(),
-                "customdata": words[m].tolist(),
-                "marker": {"color": SWEEPS[direction], "size": (4, 2)[d]},
-                "hovertemplate": f"{diagram.over} = %{{x:{DIGITS}}}<br>{diagram.of} = %{{y:{DIGITS}}}"
-                f"<br>motion %{{customdata}}<extra>{direction}</extra>",
-            }
-        )
+        dots = _dots(direction, diagram.values[m], visible[m, r], {"color": SWEEPS[direction], "size": (4, 2)[d]})
+        template = f"{diagram.over} = %{{x:{DIGITS}}}<br>{diagram.of} = %{{y:{DIGITS}}}<br>motion %{{customdata}}"
+        hover = {"customdata": words[m].tolist(), "hovertemplate": f"{template}<extra>{direction}</extra>"}
+        figures.append(dots | hover)
     return figures
+
+
+def _dots(name: str, x: NDArray[np.float64], y: NDArray[np.float64], marker: dict[str, Any]) -> dict[str, Any]:
+    """A trace of dots."""
+    pairs = {"x": x.tolist(), "y": y.tolist()}
+    return {"type": "scattergl", "mode": "markers", "name": name, **pairs, "marker": marker}
 
 
 @traces.register(Basins)
@@ -157,17 +154,7 @@ def _(basins: Basins) -> list[dict[str, Any]]:
         points = np.stack([attractor.points[:, basins.states.index(axis)] for axis in basins.axes], axis=1)
         inside = np.all([(low <= p) & (p <= high) for (low, high), p in zip(limits, points.T, strict=True)], axis=0)
         marker = {"color": colour, "size": 9 if attractor.period else 2, "line": {"color": "black", "width": 1.5}}
-        figures.append(
-            {
-                "type": "scattergl",
-                "mode": "markers",
-                "name": f"attractor {name}",
-                "x": points[inside, 0].tolist(),
-                "y": points[inside, 1].tolist(),
-                "marker": marker,
-                "showlegend": False,
-            }
-        )
+        figures.append(_dots(f"attractor {name}", points[inside, 0], points[inside, 1], marker) | {"showlegend": False})
     return figures
 
 

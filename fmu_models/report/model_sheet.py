@@ -17,6 +17,8 @@ from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rich.console import Console
 
     from fmu_models.language.contact_dynamics import ContactDynamics
@@ -32,23 +34,9 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
         "title": mechanism.title,
         "source": mechanism.source,
         "equations": _equations(mechanism, system),
-        "parameters": [
-            {
-                "name": p.name,
-                "value": p.value,
-                "unit": p.unit,
-                "description": p.description,
-                "minimum": p.minimum,
-                "maximum": p.maximum,
-            }
-            for p in system.parameters
-        ],
-        "inputs": [
-            {"name": u.name, "value": u.value, "unit": u.unit, "description": u.description} for u in system.inputs
-        ],
-        "states": [
-            {"name": x.name, "start": x.start, "unit": x.unit, "description": x.description} for x in system.states
-        ],
+        "parameters": _listed(system.parameters, "name", "value", "unit", "description", "minimum", "maximum"),
+        "inputs": _listed(system.inputs, "name", "value", "unit", "description"),
+        "states": _listed(system.states, "name", "start", "unit", "description"),
         "contacts": [_contact(contact, declared.get(contact.name)) for contact in system.contacts],
         "outputs": [
             {"name": y.name, "expression": readable(y.expression), "unit": y.unit, "description": y.description}
@@ -57,6 +45,10 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
         "requirements": [requirement.sentence for requirement in system.all_requirements],
         "exact_flow": _exact_flow(system),
     }
+
+
+def _listed(quantities: Iterable[Any], *attributes: str) -> list[dict[str, Any]]:
+    return [{name: getattr(quantity, name) for name in attributes} for quantity in quantities]
 
 
 def _exact_flow(system: HybridSystem) -> dict[str, Any]:

@@ -133,8 +133,7 @@ def print_summary(content: dict[str, Any], out: console.Console) -> None:
         for name, row in list(content["ranges"].items())[:LISTED]
     ]
     out.print(table("", ("quantity", "min", "max", "at the end", "unit"), rows))
-    if len(content["ranges"]) > LISTED:
-        out.print(plain(f"  and {len(content['ranges']) - LISTED} more, which --json lists"))
+    print_unlisted(len(content["ranges"]) - LISTED, out)
     for name, row in content["contacts"].items():
         shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
         out.print(f"contact {name}: {row['events']} events; of the time {shares}", markup=False)
@@ -190,8 +189,13 @@ def _print_second(second: dict[str, Any], out: console.Console) -> None:
     for row in second["variables"][:LISTED]:
         deviation = "not finite in one of them" if row["most"] is None else f"at most {row['most']:.6g}"
         out.print(plain(f"  {row['variable']} differs from t = {row['time']:.9g} s on: {deviation}"))
-    if (unlisted := sum(max(0, len(second[name]) - LISTED) for name in ("events", "variables"))) > 0:
-        out.print(plain(f"  and {unlisted} more, which --json lists"))
+    print_unlisted(sum(max(0, len(second[name]) - LISTED) for name in ("events", "variables")), out)
+
+
+def print_unlisted(count: int, out: console.Console) -> None:
+    """Say how many rows are left out, if any are."""
+    if count > 0:
+        out.print(console.plain(f"  and {count} more, which --json lists"))
 
 
 def _print_error(content: dict[str, Any], out: console.Console) -> None:

@@ -17,23 +17,24 @@
 KEYS says what each means. A value is a number in the unit of the model or a text of number and unit.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
+from fmu_models.codegen.package import variant
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import TIME, Quantity
+from fmu_models.language.values import check_values
+from fmu_models.lowering.lower import lower
 from fmu_models.scene.check_compute import Names, checked_compute
 from fmu_models.scene.scene import Drive, Reference, Scene
 from fmu_models.simulation.inputs import signal_of
 from fmu_models.simulation.signal import Signal, knots
-
-if TYPE_CHECKING:
-    from fmu_models.language.mechanism import Mechanism
-    from fmu_models.language.quantities import Quantity
 
 # what the reference of the manual says of each key or table
 KEYS = {
@@ -84,8 +85,8 @@ class _Check:
         parameters = self._values("parameters", {**self.parameters, **self.inputs}, "parameter")
         drives = self._drives()
         for name in parameters:
-            for table in ("free", "drives"):
-                if name in (free if table == "free" else drives):
+            for table, given in (("free", free), ("drives", drives)):
+                if name in given:
                     raise doc.fault(
                         f"'{name}' is both fixed in [parameters] and given in [{table}]. Keep it in [parameters] to "
                         f"fold it into the code, or in [{table}] to be able to change it.",
@@ -119,8 +120,6 @@ class _Check:
     # the model
 
     def _load(self) -> Mechanism:
-        from fmu_models.codegen.package import variant
-
         model = self.doc.reference("model")
         try:
             return variant(model, beside=self.doc.path.parent)
@@ -129,8 +128,6 @@ class _Check:
 
     def _variant(self) -> tuple[Mechanism, dict[str, str]]:
         """The model with the contacts in use and their laws."""
-        from fmu_models.codegen.package import variant
-
         doc = self.doc
         self.contacts = doc.names("contacts")
         laws = {contact: doc.reference(contact, "laws") for contact in doc.table("laws")}
@@ -241,8 +238,6 @@ class _Check:
         return Drive(times=tuple(signal.time.tolist()), values=tuple(signal.value.tolist()), column=raw)
 
     def _start(self) -> dict[str, float]:
-        from fmu_models.lowering.lower import lower
-
         self.system = lower(self.kept)
         units, values = self._state_units(), {}
         for name, raw in self.doc.table("start").items():
@@ -257,8 +252,6 @@ class _Check:
         return {state.name: state.unit for state in self.system.states} | memories
 
     def _outputs(self) -> tuple[str, ...]:
-        from fmu_models.language.mechanism import Mechanism
-
         requested = self.doc.names("outputs")
         available = [output.name for output in self.system.outputs]
         if requested is None:
@@ -289,8 +282,6 @@ class _Check:
     # what to compute
 
     def _names(self, free: Mapping[str, float], drives: Mapping[str, Drive]) -> Names:
-        from fmu_models.language.quantities import TIME
-
         quantities: dict[str, Quantity] = {**self.parameters, **self.inputs}
         return Names(
             varied={name: quantities[name].unit for name in (*free, *drives)},
@@ -313,8 +304,6 @@ class _Check:
     # the whole
 
     def _check_values(self, scene: Scene) -> None:
-        from fmu_models.language.values import check_values
-
         values = {name: value for name, value in scene.parameters.items() if name in self.parameters}
         try:
             check_values(self.kept, values)
@@ -326,10 +315,6 @@ class _Check:
 
     def _check_start(self, scene: Scene) -> None:
         """A rigid contact cannot begin behind its wall; a start inside some stops needs the speed of entry."""
-        import sympy
-
-        from fmu_models.language.quantities import TIME
-
         drives = {name: drive.values[0] for name, drive in scene.drives.items()}
         values = {**scene.parameters, **drives, **{s.name: s.start for s in self.system.states}, **scene.start}
         quantities = (*self.system.parameters, *self.system.inputs, *self.system.states)

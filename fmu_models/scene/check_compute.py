@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fmu_models.analyses.declaration import PARAMETERS
+from fmu_models.analyses.declaration import PARAMETERS, STATE, STATES
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.kinds import KINDS
@@ -26,6 +26,7 @@ KEYS = {
     "down": "the same, downward",
     "impacts": "the section is where this contact begins",
 }
+NEEDED = {PARAMETERS: "two free parameters or drives", STATE: STATE, STATES: STATES}  # of axes
 AXES = "each a list or `{ from = -8, to = 8, count = 101 }`"
 
 
@@ -102,10 +103,10 @@ def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple
         return {}
     table, path = doc.table("compute", "axes"), ("compute", "axes")
     allowed = names.varied if kind.axes == PARAMETERS else names.states
-    if not table or (kind.axes == PARAMETERS and len(table) != 2):
-        needs = "two free parameters or drives" if kind.axes == PARAMETERS else "states"
+    if not table or len(table) != {PARAMETERS: 2, STATE: 1}.get(kind.axes, len(table)):
         raise doc.fault(
-            f"a {name} needs axes over {needs}: [compute.axes] with NAME = {{ from = ..., to = ..., count = ... }}.",
+            f"a {name} needs axes over {NEEDED[kind.axes]}: [compute.axes] with NAME = "
+            "{ from = ..., to = ..., count = ... }.",
             *(path if table else ("compute",)),
         )
     for axis in table:
@@ -156,9 +157,7 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
         "period": period,
         "forcing": forcing,
         "angular": forcing is not None and names.parameters[forcing] == "rad/s",
-        "level": {
-            state: doc.value(raw, names.states[state], "compute", "level", state) for state, raw in level.items()
-        },
+        "level": level,
         "down": doc.flag("down", "compute"),
         "impacts": impacts,
     }

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import PLAIN, Packaging, built_of, checked, kept_as, kept_by_name, variant, write
-from fmu_models.scene.scene import Scene
+from fmu_models.scene.scene import Drive, Scene
 
 if TYPE_CHECKING:
     from fmu_models.lowering.hybrid_system import HybridSystem
@@ -74,8 +74,6 @@ def export_scene(
 
 def unfolded(scene: Scene) -> Scene:
     """The scene with the inputs that it holds as drives again: for whoever lets them vary."""
-    from fmu_models.scene.scene import Drive
-
     inputs = {u.name for u in variant(scene.model, scene.contacts, scene.laws, beside=scene.folder).inputs}
     constant_drives = {name: Drive(times=(0.0,), values=(scene.fixed[name],)) for name in inputs if name in scene.fixed}
     fixed = {name: value for name, value in scene.fixed.items() if name not in constant_drives}

@@ -115,18 +115,14 @@ def _extremes(
     events = np.unique([*(event.time for event in inside), start, stop])
     inner = np.linspace(events[:-1], events[1:], BETWEEN)
     before = np.nextafter(events[1:], -np.inf)
-    sampled = simulate(
-        fmu, stop, output_times=np.unique([*np.linspace(start, stop, SAMPLES), *inner.ravel(), *before]), **run
-    )
+    times = np.unique([*np.linspace(start, stop, SAMPLES), *inner.ravel(), *before])
+    sampled = simulate(fmu, stop, output_times=times, **run)
     time, names = sampled.time, fmu.states
     # the states, then their rates, at all the times asked for
     derivatives = np.stack([sampled[name] for name in (*names, *(f"der({name})" for name in names))])
     for _ in range(ROUNDS):
-        beyond = [
-            _beyond(time, s * derivatives[i], s * derivatives[len(names) + i])
-            for i in range(len(names))
-            for s in (1, -1)
-        ]
+        signed = [s * derivatives[[i, len(names) + i]] for i in range(len(names)) for s in (1, -1)]
+        beyond = [_beyond(time, x, rate) for x, rate in signed]
         extra_times = np.setdiff1d(np.concatenate(beyond), time)
         if not extra_times.size:
             break

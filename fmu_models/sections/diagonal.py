@@ -183,12 +183,8 @@ class _Scan:
 
     def refine(self, places: list[float]) -> None:
         """Sample evenly, then where the function is not straight; narrow down what stays crooked."""
-        marked = {
-            cell
-            for a, m, b in zip(places, places[1:], places[2:], strict=False)
-            if self.crooked(a, m, b)
-            for cell in ((a, m), (m, b))
-        }
+        triples = zip(places, places[1:], places[2:], strict=False)
+        marked = {cell for a, m, b in triples if self.crooked(a, m, b) for cell in ((a, m), (m, b))}
         cells = deque((a, b, DEPTH) for a, b in sorted(marked))
         while cells:
             a, b, depth = cells.popleft()

@@ -76,9 +76,8 @@ class Iteration(SectionSystem):
                 f"{declared.name} has no inverse: several states lead to the same one, or the declaration does not say "
                 "which does. Only the positive map can be followed."
             )
-        iteration = cls(
-            declared, {p.name: float(parameters.get(p.name, p.value)) for p in declared.parameters}, backward
-        )
+        numbers = {p.name: float(parameters.get(p.name, p.value)) for p in declared.parameters}
+        iteration = cls(declared, numbers, backward)
         if backward and np.isnan(iteration(np.array([state.start for state in declared.states]))).any():
             listing = ", ".join(f"{name} = {value:g}" for name, value in iteration.values.items())
             raise StickslipError(
@@ -93,9 +92,8 @@ class Iteration(SectionSystem):
         return self.map.name
 
     def unit_of(self, name: str) -> str:
-        return next(
-            (quantity.unit for quantity in (*self.map.states, *self.map.parameters) if quantity.name == name), "1"
-        )
+        quantities = (*self.map.states, *self.map.parameters)
+        return next((quantity.unit for quantity in quantities if quantity.name == name), "1")
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -241,10 +239,8 @@ def find_iterate_crossings(iteration: Iteration, period: int = 1, *, box: Any = 
     def slope(x: float) -> float:
         return float(np.prod(iteration.jacobian(points(x)[:-1, None])))
 
-    search = {"samples": min(200 * period, 2000)} | search
-    return find_crossings(
-        lambda x: float(points(x)[-1]), float(bounds[0, 0]), float(bounds[0, 1]), slope=slope, **search
-    )
+    search, (low, high) = {"samples": min(200 * period, 2000)} | search, bounds[0].tolist()
+    return find_crossings(lambda x: float(points(x)[-1]), low, high, slope=slope, **search)
 
 
 @cache

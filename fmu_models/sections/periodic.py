@@ -94,9 +94,8 @@ def find_periodic(
             points = _from_least(points, size)
             if not any(_same(iteration, points, motion, size) for motion in motions):
                 motions.append(points)
-    return tuple(
-        motion_at(iteration, points) for points in sorted(motions, key=lambda points: tuple(_rounded(points[0], size)))
-    )
+    motions.sort(key=lambda points: tuple(_rounded(points[0], size)))
+    return tuple(motion_at(iteration, points) for points in motions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -114,10 +114,7 @@ def deviations(trajectory: Trajectory, measured: Sequence[MeasuredVariable]) -> 
         rms, worst = float(np.sqrt(np.mean(error**2))), int(np.argmax(np.abs(error)))
         span = float(np.ptp(variable.value))
         share = rms / span if span > 0 else (0.0 if rms == 0 else float("inf"))
-        rows.append(
-            Deviation(
-                *(variable.variable, variable.column, variable.source, variable.unit),
-                *(rms, float(abs(error[worst])), float(variable.time[worst]), span, share, variable.time.size),
-            )
-        )
+        names = variable.variable, variable.column, variable.source, variable.unit
+        largest = float(abs(error[worst])), float(variable.time[worst])
+        rows.append(Deviation(*names, rms, *largest, span, share, variable.time.size))
     return rows

@@ -42,10 +42,9 @@ class Instrument:
 
     def scaled(self, factor: float) -> Instrument:
         """In another unit, of which the column's is ``factor``."""
-        constants = {
-            name: SensorConstant(factor * one.value, abs(factor) * one.deviation) if name == "offset" else one
-            for name, one in self.constants.items()
-        }
+        constants = dict(self.constants)
+        if offset := constants.get("offset"):
+            constants["offset"] = SensorConstant(factor * offset.value, abs(factor) * offset.deviation)
         low, high = sorted(factor * end for end in self.clip or (0.0, 0.0))
         noise = None if self.noise is None else abs(factor) * self.noise
         return Instrument(self.role, noise, constants, (low, high) if self.clip else None)
@@ -149,9 +148,8 @@ def column_of_log(text: str, folder: Path | None = None) -> tuple[Path, str]:
         StickslipError: another form.
     """
     places = [i for i, letter in enumerate(text) if letter == ":"]
-    pairs = [
-        (Path(folder or "") / text[:i], text[i + 1 :].strip()) for i in places if text[:i] and text[i + 1 :].strip()
-    ]
+    halves = [(text[:i], text[i + 1 :].strip()) for i in places]
+    pairs = [(Path(folder or "") / path, column) for path, column in halves if path and column]
     if not pairs:
         raise StickslipError(f"A column of a log is LOG:COLUMN, such as speed.csv:w; found '{text}'.")
     # a drive of Windows and the name of a column may hold a colon too

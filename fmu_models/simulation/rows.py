@@ -67,10 +67,8 @@ class RunRows:
     def ends(self) -> Vector:
         """(m, n) the last point of each run; nan where it has none."""
         last = np.maximum(self.filled - 1, 0)
-        last_points = (
-            self.points[np.arange(len(last)), last] if self.points.shape[1] else self.points[:, :0].sum(axis=1)
-        )
-        return np.where(self.filled[:, None] > 0, last_points, np.nan)
+        points = self.points[np.arange(len(last)), last] if self.points.shape[1] else self.points.sum(axis=1)
+        return np.where(self.filled[:, None] > 0, points, np.nan)
 
 
 def joined(pieces: Sequence[RunRows], begins: Sequence[int]) -> RunRows:

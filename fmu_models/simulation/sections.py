@@ -174,12 +174,9 @@ class SectionFollower:
         n = len(self.fmu.states)
         for row in whole_run.crossings(self._engine, self._instance, request, self._section):
             time, *values = row.tolist()
-            yield SectionPoint(
-                time,
-                dict(zip(self.fmu.states, values[:n], strict=True)),
-                dict(zip(self.fmu.states, values[n : 2 * n], strict=True)),
-                {name: round(value) for name, value in zip(self.fmu.contacts, values[2 * n :], strict=True)},
-            )
+            states, rates = (dict(zip(self.fmu.states, part, strict=True)) for part in (values[:n], values[n : 2 * n]))
+            contacts = zip(self.fmu.contacts, map(round, values[2 * n :]), strict=True)
+            yield SectionPoint(time, states, rates, dict(contacts))
             if motion != self._motions:
                 raise StickslipError(
                     "Another motion has begun since; this one cannot go on. "

@@ -14,7 +14,7 @@ from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FitFile
-from identification.commands.machines import MachinePlace, read_machine, refuse_of_rigs
+from identification.commands.machines import MachinePlace, read_machine, refuse
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -140,7 +140,7 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
     from identification.fitted_model.model import fitted_model
     from identification.transfer.values import handed_values
 
-    refuse_of_rigs(machine=machine)
+    refuse("a rig", "a machine", {"machine": machine})
     found = read_fit(fitted)
     values = handed_values(found, only=only, renamed=renamed)
     return _Handed("rig", values, lambda fmi: fitted_model(found, fmi_version=fmi).fmu)

@@ -97,14 +97,12 @@ def calibrate(
     with console.warnings_said(), console.output_of_libraries(), console.progress("calibrating") as advance:
         from fmu_models.families.execution import Execution
         from identification.calibration.calibrate import calibrate as find
+        from identification.report.calibration_summary import calibration_report
 
         how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
         found = find(model, list(logs), free=console.names_of(free), **how)
         if files.figure:
             found.figure(files.figure, overwrite=files.overwrite)
-
-    from identification.report.calibration_summary import calibration_report
-
     files.say(found.to_dict(), lambda: calibration_report(found))
 
 

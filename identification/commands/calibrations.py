@@ -105,6 +105,7 @@ def read_calibrated(
 def compare_calibration(path: Path, logs: Sequence[Path], declaration: str | None, files: ResultFiles) -> None:
     """Run a calibrated model beside logs and tell how far they come apart."""
     from identification.calibration.follow import follow
+    from identification.report.calibration_figures import followed_figure
     from identification.report.calibration_summary import followed_report, followed_sentences
 
     with console.warnings_said(), console.progress("comparing") as advance:
@@ -113,11 +114,7 @@ def compare_calibration(path: Path, logs: Sequence[Path], declaration: str | Non
         for number, log in enumerate(read):
             followed.append(follow(calibration, fmu, log))
             advance(0.9 * (number + 1) / len(read))
-        if files.figure:
-            from fmu_models.base.figures import save_figure
-            from identification.report.calibration_figures import followed_figure
-
-            save_figure(followed_figure(followed), files.figure, overwrite=files.overwrite)
+        files.draw(lambda: followed_figure(followed))
     content = {
         "model": calibration.model,
         "logs": [one.to_dict() for one in followed],

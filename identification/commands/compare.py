@@ -9,14 +9,7 @@ from fmu_models.commands.bundles import Without, bundled
 from identification.commands.calibrations import compare_calibration
 from identification.commands.fits import FitFile, draw_families
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
-from identification.commands.machines import (
-    MachinePlace,
-    Window,
-    compare_machine,
-    refuse,
-    refuse_of_machines,
-    refuse_of_rigs,
-)
+from identification.commands.machines import MachinePlace, Window, compare_machine, refuse
 from identification.commands.recipes import ResultFiles
 
 SceneOption = Annotated[
@@ -65,10 +58,10 @@ def compare(
         compare_calibration(fitted, logs, machine, files)
         return
     if is_machine_fit(fitted):
-        refuse_of_machines(set=settings, scene=scene)
+        refuse("a machine", "a rig", {"set": settings, "scene": scene})
         compare_machine(fitted, logs, machine, window, (reader, repair), files)
         return
-    refuse_of_rigs(machine=machine, window=window)
+    refuse("a rig", "a machine", {"machine": machine, "window": window})
     found = read_fit(fitted)
     chosen = None
     if scene:

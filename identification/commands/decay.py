@@ -36,6 +36,7 @@ def decay(
     files.check()
     with console.warnings_said(), console.output_of_libraries(), console.progress("fitting") as advance:
         from identification.hysteresis.decay import fit_decays
+        from identification.report.calibration_summary import calibration_report
 
         fit = fit_decays(
             list(logs),
@@ -47,7 +48,4 @@ def decay(
         )
         if files.figure:
             fit.figure(files.figure, overwrite=files.overwrite)
-
-    from identification.report.calibration_summary import calibration_report
-
     files.say(fit.to_dict(), lambda: calibration_report(fit))

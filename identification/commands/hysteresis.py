@@ -59,6 +59,7 @@ def hysteresis(
     with console.warnings_said(), console.progress("fitting") as advance:
         from identification.hysteresis.identify import identify_hysteresis
         from identification.hysteresis.laws import USUAL
+        from identification.report.hysteresis_report import hysteresis_figure, hysteresis_report
 
         chosen: Sequence[str] = USUAL if laws is None else [] if laws == "none" else console.names_of(laws)
         fit = identify_hysteresis(
@@ -72,17 +73,11 @@ def hysteresis(
             reader=reader,
             progress=advance,
         )
-        if files.figure:
-            from fmu_models.base.figures import save_figure
-            from identification.report.hysteresis_report import hysteresis_figure
-
-            save_figure(hysteresis_figure(fit), files.figure, overwrite=files.overwrite)
+        files.draw(lambda: hysteresis_figure(fit))
         if fmu is not None:
             from fmu_models.codegen.package import export
 
             export(fit.model(), fmu, values=fit.best.values, overwrite=files.overwrite)
-
-    from identification.report.hysteresis_report import hysteresis_report
 
     figures = [path for path in (files.figure, fmu) if path]
     files.say(fit.record(), lambda: hysteresis_report(fit), figures)

@@ -17,6 +17,8 @@ from identification.commands.machines import Gravity, gravity_of
 from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from fmu_models.language.mechanism import Mechanism
     from identification.machines.machine_fit import MachineFit
     from identification.machines.motion import MachineLog
@@ -84,6 +86,7 @@ def inverse(
         from identification.machines.inverse import identify_machine
         from identification.machines.joint_laws import LAWS
         from identification.machines.read import is_recipe, machine_at
+        from identification.report.machine_tables import machine_report
 
         own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method or still)
         machine = machine_at(recipe, gravity_of(gravity), columns_of(columns))
@@ -107,18 +110,13 @@ def inverse(
             gravity=gravity_of(gravity),
             columns=columns_of(columns),
         )
-        if files.figure:
-            _draw(machine.mechanism, fit, others, files.figure, files.overwrite)
-
-    from identification.report.machine_tables import machine_report
-
+        files.draw(lambda: _figure(machine.mechanism, fit, others))
     files.say(fit.to_dict(), lambda: machine_report(fit))
 
 
-def _draw(mechanism: Mechanism, fit: MachineFit, others: Sequence[MachineLog], figure: Path, overwrite: bool) -> None:
-    from fmu_models.base.figures import save_figure
+def _figure(mechanism: Mechanism, fit: MachineFit, others: Sequence[MachineLog]) -> Figure:
     from identification.machines.predicted import fitted_efforts, predict_efforts
     from identification.report.machine_figures import machine_fit_figure
 
     held_out = predict_efforts(mechanism, fit, others) if others else []
-    save_figure(machine_fit_figure(mechanism, fit, fitted_efforts(fit), held_out), figure, overwrite=overwrite)
+    return machine_fit_figure(mechanism, fit, fitted_efforts(fit), held_out)

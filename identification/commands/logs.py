@@ -27,7 +27,6 @@ ReaderOption = Annotated[
     str | None, typer.Option("--reader", metavar="FILE", help="Reader for a kind of logs of your own: my_reader.py.")
 ]
 
-
 Uncertainties = Annotated[
     list[str] | None,
     typer.Option(
@@ -37,7 +36,6 @@ Uncertainties = Annotated[
         "laser=0.2%; of drive speeds that are not recorded: w=0.5%; repeat.",
     ),
 ]
-
 
 SPEED, LASER = "w", "laser"  # what may be said beside constants of the rig
 

@@ -44,16 +44,6 @@ def gravity_of(text: str | None) -> tuple[float, ...]:
     return found
 
 
-def refuse_of_rigs(**given: Any) -> None:
-    """Refuse options of machines for the fit of a rig."""
-    refuse("a rig", "a machine", given)
-
-
-def refuse_of_machines(**given: Any) -> None:
-    """Refuse options of rigs for the fit of a machine."""
-    refuse("a machine", "a rig", given)
-
-
 def refuse(one: str, other: str, given: dict[str, Any]) -> None:
     """Refuse options of one kind of fit for another."""
     said = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
@@ -84,6 +74,7 @@ def compare_machine(
     """Run a machine beside logs and tell how far they come apart. how: the logs are read."""
     from identification.machines.scores import FREE_RUN
     from identification.model_check.machine_runs import machine_runs
+    from identification.report.machine_figures import machine_runs_figure
     from identification.report.machine_tables import runs_report
 
     with console.progress("comparing") as advance:
@@ -92,11 +83,7 @@ def compare_machine(
         runs = machine_runs(
             machine.mechanism, fit, read, window=window or FREE_RUN, progress=lambda done: advance(0.9 * done)
         )
-        if files.figure:
-            from fmu_models.base.figures import save_figure
-            from identification.report.machine_figures import machine_runs_figure
-
-            save_figure(machine_runs_figure(fit, runs), files.figure, overwrite=files.overwrite)
+        files.draw(lambda: machine_runs_figure(fit, runs))
     files.say({"machine": fit.machine, "logs": [run.to_dict() for run in runs]}, lambda: runs_report(fit, runs))
 
 

@@ -34,6 +34,13 @@ class ResultFiles:
         """Refuse files before the work rather than after it."""
         check_files(self.result, figures=[self.figure], overwrite=self.overwrite)
 
+    def draw(self, figure: Callable[[], Any]) -> None:
+        """Write a figure if one is asked for."""
+        if self.figure:
+            from fmu_models.base.figures import save_figure
+
+            save_figure(figure(), self.figure, overwrite=self.overwrite)
+
     def say(self, found: dict[str, Any], report: Callable[[], Any], figures: Sequence[Path] | None = None) -> None:
         """Write the result if asked for, and print it as JSON, or its report and the files written. figures: where
         others than the one that was asked for were drawn."""

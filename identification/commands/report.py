@@ -11,7 +11,7 @@ from fmu_models.base.files import refuse_existing
 from identification.commands.calibrations import report_calibration
 from identification.commands.fits import FitFile, say_report
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
-from identification.commands.machines import MachinePlace, refuse, refuse_of_machines, refuse_of_rigs, report_machine
+from identification.commands.machines import MachinePlace, refuse, report_machine
 
 
 @console.trusting
@@ -59,10 +59,10 @@ def report(
         report_calibration(fitted, logs, output, machine, interactive, overwrite, json)
         return
     if is_machine_fit(fitted):
-        refuse_of_machines(set=settings, interactive=interactive)
+        refuse("a machine", "a rig", {"set": settings, "interactive": interactive})
         report_machine(fitted, logs, output, machine, (reader, repair), overwrite, json)
         return
-    refuse_of_rigs(machine=machine)
+    refuse("a rig", "a machine", {"machine": machine})
     found = read_fit(fitted)
     with console.progress("reporting") as advance:
         read = read_logs(logs, stated(settings), repair, reader)

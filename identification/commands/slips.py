@@ -35,6 +35,8 @@ def slips(
     Example: stickslip slips slider data/machines/slider.csv --set stiffness=50
     """
     from identification.measurement.recipe import read_recipe
+    from identification.report.slip_figure import slip_figure
+    from identification.report.slip_tables import slip_report
     from identification.slips.block_on_belt import fit_slip_model
     from identification.slips.statistics import slip_statistics
 
@@ -49,14 +51,8 @@ def slips(
         except StickslipError as error:
             model, missing = None, str(error)
         advance(0.8)
-        if files.figure:
-            from fmu_models.base.figures import save_figure
-            from identification.report.slip_figure import slip_figure
-
-            save_figure(slip_figure(statistics, found_events, model), files.figure, overwrite=files.overwrite)
+        files.draw(lambda: slip_figure(statistics, found_events, model))
     found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
     found |= {"no_model": missing, "table": found_events.to_dict()}
-
-    from identification.report.slip_tables import slip_report
 
     files.say(found, lambda: slip_report(statistics, model, missing))

@@ -37,6 +37,7 @@ def track(
     files.check()
     with console.warnings_said(), console.output_of_libraries(), console.progress("tracking") as advance:
         from identification.calibration.track import track as follow
+        from identification.report.course_summary import course_report
 
         course = follow(
             model,
@@ -48,7 +49,4 @@ def track(
         )
         if files.figure:
             course.figure(files.figure, overwrite=files.overwrite)
-
-    from identification.report.course_summary import course_report
-
     files.say(course.to_dict(), lambda: course_report(course))

@@ -1,8 +1,6 @@
 """mu (1 + sum_n g_n (theta - theta_0)^n), theta the angle of the body, n = 1, 2, 3; theta_0 in the middle of the
 slips."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from identification.disturbances.disturbance import Disturbance
@@ -46,15 +44,11 @@ def _hidden(ready: Pool) -> str:
     return ""
 
 
-def _remark(ready: Pool, terms: Sequence[DisturbanceTerm]) -> str:
-    return f"; the law is that at {terms[0].reference:g} rad"
-
-
 DISTURBANCE = Disturbance(
     words="friction depends on the angle of the body (a worn or dirty place)",
     terms=_terms,
     hidden=_hidden,
     rank=2,
-    remark=_remark,
+    remark=lambda ready, terms: f"; the law is that at {terms[0].reference:g} rad",
     emulated=("angle",),
 )

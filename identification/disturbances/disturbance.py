@@ -7,14 +7,6 @@ from identification.disturbances.term import DisturbanceTerm
 from identification.measurement.pooled import Pool
 
 
-def _visible(ready: Pool) -> str:
-    return ""
-
-
-def _no_remark(ready: Pool, terms: Sequence[DisturbanceTerm]) -> str:
-    return ""
-
-
 @dataclass(frozen=True)
 class Disturbance:
     """What a real bench adds to the law, or to what a sensor shows.
@@ -33,10 +25,10 @@ class Disturbance:
 
     words: str
     terms: Callable[[Pool, float | None], Sequence[DisturbanceTerm]]
-    hidden: Callable[[Pool], str] = _visible
+    hidden: Callable[[Pool], str] = lambda ready: ""
     rank: int = 100
     same_as: str = ""
     mimics: str = ""
-    remark: Callable[[Pool, Sequence[DisturbanceTerm]], str] = _no_remark
+    remark: Callable[[Pool, Sequence[DisturbanceTerm]], str] = lambda ready, terms: ""
     unsettles: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()

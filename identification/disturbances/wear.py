@@ -1,7 +1,5 @@
 """mu (1 + s_i + t_i u), i the number of the log and u the share of it that is gone, from -1/2 to 1/2; s_1 = 0."""
 
-from collections.abc import Sequence
-
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DisturbanceTerm, Effect
 from identification.measurement.pooled import Pool
@@ -17,14 +15,10 @@ def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
     return [*scales, *(DisturbanceTerm(f"trend_{log + 1}", TIME, 1, log) for log in logs)]
 
 
-def _remark(ready: Pool, terms: Sequence[DisturbanceTerm]) -> str:
-    return "; one log shows no change from log to log" if len(ready.motions) == 1 else ""
-
-
 DISTURBANCE = Disturbance(
     words="friction changes with time, within the logs or from one to the next (wear, heat, humidity)",
     terms=_terms,
     rank=3,
-    remark=_remark,
+    remark=lambda ready, terms: "; one log shows no change from log to log" if len(ready.motions) == 1 else "",
     emulated=("per_log", "within"),
 )

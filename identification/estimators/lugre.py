@@ -67,11 +67,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
 
 
 def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: Options) -> Estimate:
-    """Stages 2 and 3. slips: slip shooting under the steady law, solved at x; law: with bristles.
-
-    Raises:
-        StickslipError: the model cannot be run, or does not follow a log even roughly.
-    """
+    """Stages 2 and 3. slips: slip shooting under the steady law, solved at x; law: with bristles."""
     elastic = presliding(slips.ready, float(x[0]))
     if elastic is not None and elastic.stiffness is not None:
         problem = _problem(slips, x, law, elastic.stiffness, options)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -45,6 +45,7 @@ class Regression:
     cluster: np.ndarray
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
+    by_row: ClassVar[tuple[str, ...]] = ("slip", "measured", "log", "sign")  # fields with a row for each equation
     where: Whereabouts | None = field(default=None, kw_only=True)
     noise: float = field(default=1.0, kw_only=True)
     sign: np.ndarray | None = field(default=None, kw_only=True)
@@ -124,24 +125,19 @@ class Regression:
             [w @ block if w.ndim == 2 else (w * block.T).T for w, block in zip(self.whiten, blocks, strict=True)]
         )
 
-    def of(self, clusters: np.ndarray) -> Regression:
+    def of(self, clusters: np.ndarray) -> Self:
         """The equations of these clusters (k,), labelled anew 0..k-1."""
         labels = self.cluster[np.cumsum([0, *(len(w) for w in self.whiten[:-1])])]
         places = [int(np.flatnonzero(labels == label)[0]) for label in clusters]
         rows = [np.flatnonzero(self.cluster == label) for label in clusters]
         chosen = np.concatenate(rows)
-        return Regression(
-            self.slip[chosen],
-            self.average,
-            self.measured[chosen],
-            np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
-            self.log[chosen],
-            tuple(self.whiten[index] for index in places),
+        columns = {name: getattr(self, name) for name in self.by_row}
+        return replace(
+            self,
+            **{name: values[chosen] for name, values in columns.items() if values is not None},
+            cluster=np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
+            whiten=tuple(self.whiten[index] for index in places),
             where=None if self.where is None else self.where.map(lambda values: values[chosen]),
-            noise=self.noise,
-            sign=None if self.sign is None else self.sign[chosen],
-            spring=self.spring,
-            workers=self.workers,
         )
 
 
@@ -275,17 +271,8 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
         lasts = time[-1] - time[0]
         share = (time[inside] - time[0]) / lasts - 0.5
         same, load = np.ones(len(share)), load_factor(segment.motion, force)[inside]
-        places.append(
-            Whereabouts(
-                turned[id(segment.motion)][inside],
-                segment.angle,
-                share,
-                log * same,
-                load,
-                lasts * same,
-                np.gradient(segment.angle, segment.motion.step),
-            )
-        )
+        drive, speed = turned[id(segment.motion)][inside], np.gradient(segment.angle, segment.motion.step)
+        places.append(Whereabouts(drive, segment.angle, share, log * same, load, lasts * same, speed))
     return places
 
 

@@ -80,15 +80,9 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
         position, speed, acceleration = (savitzky_golay(angle, step, window, ORDER, d) for d in range(3))
         slip = rig.r * segment.drive - rig.R * speed
         force = (rig.J * acceleration + rig.c * speed + rig.k * position) / rig.R
-        columns.append(
-            (
-                segment.sign * slip,
-                segment.sign * force / rig.N,
-                np.full(len(angle), number),
-                np.full(len(angle), log),
-                1 / _noise_gain(len(angle), odd_count(window, step), step, rig, segment.motion.memory / step),
-            )
-        )
+        weight = 1 / _noise_gain(len(angle), odd_count(window, step), step, rig, segment.motion.memory / step)
+        labels = (np.full(len(angle), number), np.full(len(angle), log))
+        columns.append((segment.sign * slip, segment.sign * force / rig.N, *labels, weight))
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
     where = Whereabouts.joined(whereabouts(segments, logs, rig.N))
     sign = np.array([float(segment.sign) for segment in segments])[cluster]

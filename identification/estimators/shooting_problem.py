@@ -1,6 +1,6 @@
 """The problem of shooting segments, made of logs: what a sensor showed and how noisily, drives, models, unknowns."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,8 +67,8 @@ def shooting_problem(
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
         workers=options.workers,
-        turned=_turned(ready) if TURNED in variables else {},
-        loads=_loads(ready) if LOAD in variables else {},
+        turned=_along_logs(ready, _turned) if TURNED in variables else {},
+        loads=_along_logs(ready, lambda motion: load_factor(motion, ready.values.N)) if LOAD in variables else {},
     )
 
 
@@ -105,24 +105,18 @@ def _runs(
     return runs
 
 
-def _loads(ready: Pool) -> dict[int, Signal]:
-    """Normal force by the load cell over its mean in each log, for the model."""
+def _along_logs(ready: Pool, values_of: Callable[[DiscMotion], np.ndarray]) -> dict[int, Signal]:
+    """What goes with the drive of the one disc in each log, for the model; values_of: a log's (n,)."""
     signals = {}
     for number, motion in enumerate(ready.motions):
         (signal,) = drive_signals(motion)
-        factor = load_factor(motion, ready.values.N)
-        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, factor))
+        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, values_of(motion)))
     return signals
 
 
-def _turned(ready: Pool) -> dict[int, Signal]:
-    """Angle of the drive in each log, rad, for the model."""
-    signals = {}
-    for number, motion in enumerate(ready.motions):
-        (signal,) = drive_signals(motion)
-        angle = drive_angle(motion, int(motion.log.contacts[0][-1]))
-        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, angle))
-    return signals
+def _turned(motion: DiscMotion) -> np.ndarray:
+    """Angle (n,) of the drive, rad."""
+    return drive_angle(motion, int(motion.log.contacts[0][-1]))
 
 
 def _nuisance(ready: Pool, names: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
@@ -164,17 +158,9 @@ def _lines(ready: Pool) -> tuple[Unknown, ...]:
         return ()
     deviation = ready.sensors.rms
     reach = REACH * deviation
-    return tuple(
-        Unknown(
-            f"{LINE}{line}",
-            "rad",
-            -reach,
-            reach,
-            "misplacement of a line",
-            Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling"),
-        )
-        for line in np.unique(np.concatenate(passed))
-    )
+    lines = np.unique(np.concatenate(passed))
+    priors = [Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling") for line in lines]
+    return tuple(Unknown(prior.name, "rad", -reach, reach, "misplacement of a line", prior) for prior in priors)
 
 
 def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:

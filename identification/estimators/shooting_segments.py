@@ -48,8 +48,6 @@ DIFFERENCE = 1e-6  # rad, rad/s: for derivatives of what a laser shows too much
 LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
 KEPT = 3  # evaluations: a search asks again for its last ones, and so does what follows it
 
-"""What moves parameters of the FMU -> derivatives of these by it."""
-
 
 @dataclass(frozen=True, eq=False)
 class ShootingProblem(FrictionProblem):

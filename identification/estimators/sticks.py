@@ -77,21 +77,11 @@ def sticks_of(ready: Pool) -> Sticks | None:
             fall = max(abs(slip[max(start - trim, 0)]) - ready.threshold, 1e-9) / (trim * step)
             time = motion.time[samples]
             grid = time[0] + STEP * np.arange(length)
-            rows.append(
-                (
-                    time,
-                    motion.angle[samples],
-                    phi[samples] - phi[first],
-                    used,
-                    float(time[0]),
-                    np.interp(grid, motion.time, motion.drive),
-                    np.interp(grid, motion.time, ramp),
-                    float(motion.time[start]) + min(ready.threshold / fall, window),
-                    float(motion.time[end]),
-                    log,
-                    float(np.sign(slip[min(last, len(slip) - 1)])),
-                )
-            )
+            seen = (time, motion.angle[samples], phi[samples] - phi[first], used)
+            drive = (np.interp(grid, motion.time, values) for values in (motion.drive, ramp))
+            begin = float(motion.time[start]) + min(ready.threshold / fall, window)
+            sign = float(np.sign(slip[min(last, len(slip) - 1)]))
+            rows.append((*seen, float(time[0]), *drive, begin, float(motion.time[end]), log, sign))
     if len(rows) < FEWEST:
         return None
     # logs of other rates have other counts

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -55,6 +55,7 @@ class JointRegression(Regression):
     logs whose discs touch at every angle, whichever the arrangement of others.
     """
 
+    by_row: ClassVar[tuple[str, ...]] = (*COLUMNS, "log")
     force: np.ndarray
     angle: np.ndarray
     turn: np.ndarray
@@ -117,18 +118,6 @@ class JointRegression(Regression):
             disc=disc,
         )
 
-    def of(self, clusters: np.ndarray) -> JointRegression:
-        """The equations of these clusters (k,), labelled anew 0..k-1."""
-        places = [int(np.flatnonzero(np.unique(self.cluster) == label)[0]) for label in clusters]
-        rows = [np.flatnonzero(self.cluster == label) for label in clusters]
-        chosen = np.concatenate(rows)
-        return replace(
-            self,
-            **{name: getattr(self, name)[chosen] for name in (*COLUMNS, "log")},
-            cluster=np.repeat(np.arange(len(rows)), [len(row) for row in rows]),
-            whiten=tuple(self.whiten[index] for index in places),
-        )
-
 
 def joint_equations(
     segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float
@@ -138,9 +127,7 @@ def joint_equations(
     count = odd_count(WINDOW * period, step)
     nodes = np.arange((count // 2) % THIN, count, THIN)
     average, weights = bump(count, step, replace(rig, forces=(1.0,)))
-    columns: dict[str, list[np.ndarray]] = {
-        name: [] for name in ("slip", "measured", "force", "angle", "turn", "always")
-    }
+    columns: dict[str, list[np.ndarray]] = {name: [] for name in COLUMNS}
     whiten = []
     for segment in segments:
         smooth, speed = (
@@ -332,12 +319,5 @@ def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> Joi
         return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
     these = build({})
-    return JointProblem(
-        law,
-        these,
-        ready.priors,
-        build,
-        drawn=ready.drawn,
-        zero=loose(ready),
-        guess=first_guess(these, law) if guess is None else guess,
-    )
+    guess = first_guess(these, law) if guess is None else guess
+    return JointProblem(law, these, ready.priors, build, drawn=ready.drawn, zero=loose(ready), guess=guess)

@@ -86,17 +86,9 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         whiten.append(white[overlap])
         begins = np.arange(len(rows)) * stride
         middle = begins[:, None] + count // 2
-        places.append(
-            Whereabouts(
-                windows(where.turned, count, stride).copy(),
-                angles,
-                where.share[middle],
-                where.log[middle],
-                windows(where.load, count, stride).copy(),
-                where.duration[middle],
-                windows(speed, count, stride).copy(),
-            )
-        )
+        turned, load, speeds = (windows(values, count, stride).copy() for values in (where.turned, where.load, speed))
+        share, number_of_log, lasts = (values[middle] for values in (where.share, where.log, where.duration))
+        places.append(Whereabouts(turned, angles, share, number_of_log, load, lasts, speeds))
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
     return Regression(

@@ -195,21 +195,15 @@ def _steps(
     names: Sequence[str], at: np.ndarray, readings: Sequence[ConstantReading], pulled: Pull, conflict: Contradiction
 ) -> tuple[np.ndarray, ...]:
     """How the constants would move if each of the readings that contradict each other were right."""
-    steps = []
-    for right in conflict.names:
-        others = [
-            replace(
-                reading,
-                deviation=reading.deviation / conflict.deviations
-                if reading.name == right
-                else SURE * reading.deviation,
-            )
-            if reading.name in conflict.names
-            else reading
-            for reading in readings
-        ]
-        steps.append(adjusted(names, at, others, pulled).step)
-    return tuple(steps)
+
+    def if_right(right: str, reading: ConstantReading) -> ConstantReading:
+        if reading.name not in conflict.names:
+            return reading
+        sure, loose = reading.deviation / conflict.deviations, SURE * reading.deviation
+        return replace(reading, deviation=sure if reading.name == right else loose)
+
+    others = [[if_right(right, reading) for reading in readings] for right in conflict.names]
+    return tuple(adjusted(names, at, judged, pulled).step for judged in others)
 
 
 def _lengths(clash: Contradiction) -> dict[str, float]:
@@ -249,15 +243,13 @@ def contradicted(
 ) -> ContradictedRadii:
     """The refusal of radii that are off. off: what the logs ask for, m; values: as stated; alone: as above."""
     demands = " or ".join(f"{name} = {radius:.4g} m instead of {values[name]:.4g}" for name, radius in off.items())
+    advice = (
+        " A disturbance of the bench may look the same, as wear does: --disturbances auto seeks one, "
+        "--disturbances NAME takes it for granted."
+    )
     return ContradictedRadii(
         f"The radii R = {values['R']:.4g} m and r = {values['r']:.4g} m contradict the logs by "
         f"{deviations} standard deviations: the motion asks for {demands}. Measure both again, and check the "
-        "calibration of the laser and of the encoders."
-        + (
-            " A disturbance of the bench may look the same, as wear does: --disturbances auto seeks one, "
-            "--disturbances NAME takes it for granted."
-            if alone
-            else ""
-        ),
+        f"calibration of the laser and of the encoders.{advice if alone else ''}",
         off,
     )

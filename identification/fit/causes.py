@@ -44,33 +44,17 @@ def judged(ready: Pool, estimate: Estimate | None = None, named: Sequence[str] |
 
 def causes_of(verdict: Verdict, ready: Pool) -> tuple[Cause, ...]:
     """What slips show, in words."""
-    return tuple(
-        Cause(
-            one.name,
-            _words(one.name, one.terms, ready),
-            one.size,
-            one.unit,
-            one.gain,
-            float(np.exp(-one.gain / 2)),
-            one.alike,
-        )
-        for one in verdict.explanations
-    )
+    causes = []
+    for one in verdict.explanations:
+        words, chance = _words(one.name, one.terms, ready), float(np.exp(-one.gain / 2))
+        causes.append(Cause(one.name, words, one.size, one.unit, one.gain, chance, one.alike))
+    return tuple(causes)
 
 
 def causes_named(names: Sequence[str], ready: Pool) -> tuple[Cause, ...]:
     """Disturbances that are taken for granted where slips do not judge them: nothing is known of their size."""
-    return tuple(
-        Cause(
-            name,
-            _words(name, [term for term in terms_of(ready, [name]) if term.cause == name], ready),
-            0.0,
-            "1",
-            0.0,
-            1.0,
-        )
-        for name in names
-    )
+    terms = {name: [term for term in terms_of(ready, [name]) if term.cause == name] for name in names}
+    return tuple(Cause(name, _words(name, own, ready), 0.0, "1", 0.0, 1.0) for name, own in terms.items())
 
 
 def _words(name: str, terms: Sequence[DisturbanceTerm], ready: Pool) -> str:

@@ -182,14 +182,8 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
     stiffness = float(seen.values[index])
     noise, scale = np.sqrt(covariance[index, index]), np.sqrt(by @ solved.covariance @ by)
     compliance, per = 1 / stiffness, 1 / stiffness**2
-    return PreSliding(
-        compliance,
-        float(noise) * per,
-        float(scale) * per,
-        len(fit[0].segments),
-        FOLLOWED * compliance,
-        _unknown(solved, by),
-    )
+    deviations, cycles = (float(noise) * per, float(scale) * per), len(fit[0].segments)
+    return PreSliding(compliance, *deviations, cycles, FOLLOWED * compliance, _unknown(solved, by))
 
 
 def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
@@ -306,19 +300,9 @@ def _constants(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> tuple[tupl
             name: float(s * prior.value / v) if v else None
             for name, s, v in zip(names, shifts[prior.name], values, strict=False)
         }
-        constants.append(
-            Constant(
-                name=prior.name,
-                value=prior.value,
-                unit=prior.unit,
-                standard_uncertainty=prior.standard_uncertainty,
-                source=prior.source,
-                sensitivity=relative,
-                stated=prior.stated,
-                before=before.value,
-                before_uncertainty=before.standard_uncertainty if before.stated else None,
-            )
-        )
+        of_prior = (prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source)
+        known = before.standard_uncertainty if before.stated else None
+        constants.append(Constant(*of_prior, relative, prior.stated, before.value, known))
     moves = _by_logarithm(solved, shifts)
     power = np.einsum("ij,jk,ik->i", moves, solved.covariance, moves)
     return tuple(constants), np.sqrt(np.maximum(power, 0.0))

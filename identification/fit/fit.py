@@ -280,11 +280,7 @@ def stuck(rich: FrictionFit, nested: FrictionFit) -> tuple[str, ...]:
 
 
 def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> FrictionFit:
-    """What there is when an interrupt came; failed: why the model did not follow the logs without disturbances.
-
-    Raises:
-        KeyboardInterrupt: there is nothing but first values of a model that does not follow.
-    """
+    """What there is when an interrupt came; failed: why the model did not follow the logs without disturbances."""
     if failed is not None:
         raise KeyboardInterrupt
     return replace(plain, warnings=(f"Interrupted: {missing}; this is the fit without any.", *plain.warnings))

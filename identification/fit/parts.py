@@ -1,17 +1,11 @@
 """What the result of a fit is made of."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.shown import Shown
-
-if TYPE_CHECKING:
-    pass
 
 AT_LEAST = "at least "  # before an interval that lacks the uncertainty of a constant
 

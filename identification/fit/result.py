@@ -205,14 +205,7 @@ class FrictionFit(Moving):
     @property
     def given(self) -> Given:
         """Bounds of the search and values held, as they were given to the fit."""
-        bounds = {
-            identifier(q.name): (
-                -np.inf if q.minimum is None else q.minimum,
-                np.inf if q.maximum is None else q.maximum,
-            )
-            for q in self.parameters
-            if not q.held
-        }
+        bounds = {identifier(q.name): _ends(q.minimum, q.maximum) for q in self.parameters if not q.held}
         return Given(bounds=bounds, held={identifier(q.name): q.value for q in self.parameters if q.held})
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:
@@ -237,10 +230,7 @@ class FrictionFit(Moving):
         degree of freedom for each slip segment to spare."""
         for interval in self.intervals:
             if interval.name == name and interval.level == level:
-                return (
-                    -np.inf if interval.low is None else interval.low,
-                    np.inf if interval.high is None else interval.high,
-                )
+                return _ends(interval.low, interval.high)
         reach = self._reach(level) * self[name].standard_deviation
         return self[name].value - reach, self[name].value + reach
 
@@ -329,6 +319,11 @@ class FrictionFit(Moving):
         if len(fit.materials) not in (0, len(fit.contacts)):
             raise StickslipError("The fitted law names contacts and materials of different number. Fit again.")
         return fit
+
+
+def _ends(low: float | None, high: float | None) -> tuple[float, float]:
+    """Ends of a range, infinite where it is open."""
+    return -np.inf if low is None else low, np.inf if high is None else high
 
 
 def _renamed(entry: Any, names: Mapping[str, str]) -> Any:

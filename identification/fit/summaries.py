@@ -40,16 +40,8 @@ def bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
         off, labels = (rows.measured - rows.fitted)[inside], rows.cluster[inside]
         means = [float(np.mean(off[labels == label])) for label in np.unique(labels)]
         error = float(np.std(means, ddof=1) / np.sqrt(len(means))) if len(means) > 1 else None
-        bins.append(
-            SpeedBin(
-                float(np.mean(rows.speed[inside])),
-                float(np.mean(rows.measured[inside])),
-                error,
-                float(np.mean(rows.fitted[inside])),
-                int(np.sum(inside)),
-                contact,
-            )
-        )
+        slip, measured, fitted = (float(np.mean(v[inside])) for v in (rows.speed, rows.measured, rows.fitted))
+        bins.append(SpeedBin(slip, measured, error, fitted, int(np.sum(inside)), contact))
     return bins
 
 

@@ -20,7 +20,7 @@ from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.trajectory import Event
+    from fmu_models.simulation.trajectory import Event, Trajectory
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
 AT_REST = 1e-12  # rad, up to which the angle of rest is found
@@ -82,16 +82,7 @@ class FittedModel(Shown):
         Raises:
             StickslipError: values out of the model's range.
         """
-        from fmu_models.simulation.run import simulate
-
-        run = simulate(
-            self.fmu,
-            time,
-            parameters=self.parameters,
-            start=self._start_states(drive_speeds) if start is None else start,
-            inputs=inputs(drive_speeds),
-            output_times=[time],
-        )
+        run = self._trajectory(drive_speeds, np.array([time]), start)
         states = {name: float(run[name][-1]) for name in self.fmu.states}
         modes = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}
         return states | modes, run.events
@@ -112,22 +103,22 @@ class FittedModel(Shown):
         Raises:
             StickslipError: values out of the model's range.
         """
-        from fmu_models.simulation.run import simulate
-
         before = transient * self.natural_period
         times = before + step * np.arange(max(round(duration / step), 1) + 1)
-        trajectory = simulate(
-            self.fmu,
-            float(times[-1]),
-            parameters=self.parameters,
-            start=self._start_states(drive_speeds) if start is None else start,
-            inputs=inputs(drive_speeds),
-            output_times=times,
-        )
+        trajectory = self._trajectory(drive_speeds, times, start)
         states = {contact: trajectory[f"{contact}_state"] for contact in self.contacts}
         events = tuple(replace(e, time=e.time - before) for e in trajectory.events if e.time >= before)
         end = {name: float(trajectory[name][-1]) for name in self.fmu.states}
         return SimulatedMotion(times - before, trajectory["theta"], trajectory["omega"], states, events, end)
+
+    def _trajectory(
+        self, drive_speeds: Mapping[str, float], times: np.ndarray, start: Mapping[str, float] | None
+    ) -> Trajectory:
+        from fmu_models.simulation.run import simulate
+
+        start = self._start_states(drive_speeds) if start is None else start
+        how = {"parameters": self.parameters, "start": start, "inputs": inputs(drive_speeds)}
+        return simulate(self.fmu, float(times[-1]), output_times=times, **how)
 
     def _start_states(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
         """Stick on the first disc, near where it lets go, so that one release leads onto the cycle."""

@@ -159,20 +159,14 @@ def load_emcee() -> Any:
 
 def _posterior(problem: FitProblem, sampler: Any, lengths: np.ndarray, seed: int) -> Posterior:
     samples = sampler.get_chain(flat=True)
-    marginals = tuple(
-        Marginal(
-            unknown.name,
-            unknown.unit,
-            float(np.mean(values)),
-            float(np.std(values)),
-            tuple(float(quantile) for quantile in np.quantile(values, QUANTILES)),
-            float(length),
-            _open_side(values, unknown.minimum, unknown.maximum),
-        )
-        for unknown, values, length in zip(problem.unknowns, samples.T, lengths, strict=True)
-    )
+    marginals = []
+    for unknown, values, length in zip(problem.unknowns, samples.T, lengths, strict=True):
+        moments, quantiles = (float(np.mean(values)), float(np.std(values))), np.quantile(values, QUANTILES)
+        open_side = _open_side(values, unknown.minimum, unknown.maximum)
+        quantiles = tuple(quantiles.tolist())
+        marginals.append(Marginal(unknown.name, unknown.unit, *moments, quantiles, float(length), open_side))
     accepted = float(np.mean(sampler.acceptance_fraction))
-    return Posterior(marginals, sampler.nwalkers, sampler.iteration, accepted, seed, samples)
+    return Posterior(tuple(marginals), sampler.nwalkers, sampler.iteration, accepted, seed, samples)
 
 
 def _open_side(values: np.ndarray, low: float, high: float) -> str:

@@ -120,10 +120,10 @@ def disc_motion(log: RigLog) -> DiscMotion:
         )
     _check_counts(log)
     stamps, angle = angle_at_ticks(log)
-    clipped = laser_clipped(log) if _by_laser(log) else np.zeros(len(angle), dtype=bool)
+    clipped = laser_clipped(log) if angle_sensor(log) == "laser" else np.zeros(len(angle), dtype=bool)
     passes = passed_lines(log) if by_encoder(log) else None
     stray = _stray(angle, float(np.median(np.diff(stamps)))) if passes is None else np.zeros(len(angle), dtype=bool)
-    if _by_laser(log):
+    if angle_sensor(log) == "laser":
         stray |= np.isnan(angle) & ~clipped & np.isfinite(log.column("laser"))
     warnings = (*clipped_warning(log, clipped), *stray_warning(log, stray))
     good = np.isfinite(angle) & ~stray
@@ -144,11 +144,7 @@ def disc_motion(log: RigLog) -> DiscMotion:
 
 
 def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
-    """Normal forces (n_discs, n) in N at times (n,); None where not each disc in contact has a load cell.
-
-    Raises:
-        StickslipError: a cell that pulls.
-    """
+    """Normal forces (n_discs, n) in N at times (n,); None where not each disc in contact has a load cell."""
     names = [f"load{contact[-1]}" for contact in log.contacts]
     if not names or not all(log.has(name) for name in names):
         return None
@@ -283,12 +279,8 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
 def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
     """Laser angles scaled and dated by the encoder.
 
-    Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`.
-
-    Raises:
-        StickslipError: laser and encoder differ by more than a tolerance: one calibration is wrong.
-    """
-    usable = [m for m in motions if _by_laser(m.log) and m.log.has("encoder_count")]
+    Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`."""
+    usable = [m for m in motions if angle_sensor(m.log) == "laser" and m.log.has("encoder_count")]
     # a log that passes one line alone fixes its own offset and tells nothing else
     usable = [m for m in usable if len(np.unique(_edge_equations([m], window).line)) > 1]
     if not usable:
@@ -324,7 +316,7 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     )
     rms = float(np.sqrt(np.mean(residual**2)))
     fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=_bend(equations))
-    return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
+    return [corrected(m, gain, delay) if angle_sensor(m.log) == "laser" else m for m in motions], fit
 
 
 def _bend(equations: EdgeEquations) -> tuple[float, float]:
@@ -344,13 +336,9 @@ def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:
     return SensorFit(covariance=np.diag([0.0, clock**2]), rms=rms)
 
 
-def _by_laser(log: RigLog) -> bool:
-    return log.has("laser") and not log.has("angle")
-
-
 def zeroed(motion: DiscMotion, zero: float) -> DiscMotion:
     """The motion with the angle sensor's zero put where it showed ``zero`` (rad)."""
-    if not _by_laser(motion.log):
+    if angle_sensor(motion.log) != "laser":
         passes = None if motion.passes is None else motion.passes.turned(-zero)
         return replace(motion, angle=motion.angle - zero, passes=passes)
     return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(zero)))

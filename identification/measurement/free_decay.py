@@ -140,11 +140,9 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
     reach = max(round(2 * np.pi / frequency / float(np.median(np.diff(time)))) // 4, 1)
 
     def spread(gradient: np.ndarray, error: np.ndarray) -> np.ndarray:
-        return (
-            newey_west(gradient, error, reach=reach)
-            if shared is None
-            else clustered_covariance(gradient, error, shared)
-        )
+        if shared is None:
+            return newey_west(gradient, error, reach=reach)
+        return clustered_covariance(gradient, error, shared)
 
     full = spread(gradient, error)
     covariance = full[:2, :2]

@@ -11,9 +11,7 @@ import numpy as np
 from rig_io.logs.log import RigLog
 from rig_io.sensors import edges
 
-SMOOTHING = (
-    0.045  # of the natural period: the window of the smoothing that serves only to find edges, gains and segments
-)
+SMOOTHING = 0.045  # of the natural period: window of the smoothing that serves only to find edges, gains and segments
 CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
 LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import by_encoder, nominal_drives
+from identification.measurement.disc_motion import angle_sensor, by_encoder, nominal_drives
 from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import LINE_ERROR, DiscMotion, SensorFit
 from identification.measurement.pooled import RigValues
@@ -37,7 +37,7 @@ def pool_warnings(
             f"How well {', '.join(unknown)} {'is' if len(unknown) == 1 else 'are'} known is not stated: intervals are "
             f"at least as wide as shown. State it: --uncertainty {unknown[0]}=0.5%, or in datapackage.json."
         )
-    by_laser = [log for log in logs if log.has("laser") and not log.has("angle")]
+    by_laser = [log for log in logs if angle_sensor(log) == "laser"]
     if sensors.lines == 0 and any(log.calibration.need("laser").gain_deviation is None for log in by_laser):
         warnings.append(
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "

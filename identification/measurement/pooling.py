@@ -87,27 +87,12 @@ def pool(
     priors = tuple(by_cells(prior, motions, contacts) for prior in priors)
     warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
-    return Pool(
-        motions,
-        tuple(segment for _, segments in usable for segment in segments),
-        sensors,
-        priors,
-        contacts,
-        materials,
-        arrangement,
-        threshold,
-        (
-            *warnings,
-            *unfit,
-            *empty,
-            *sensors.warnings,
-            *pool_warnings(sliding, sensors, priors, free_decay),
-            *zero_unseen(motions, [s for _, segments in usable for s in segments], values, free_decay),
-        ),
-        stated_readings(sliding) if free_decay is not None else (),
-        zero,
-        free_decay,
-    )
+    segments = tuple(segment for _, segments in usable for segment in segments)
+    said = (*warnings, *unfit, *empty, *sensors.warnings, *pool_warnings(sliding, sensors, priors, free_decay))
+    said += zero_unseen(motions, segments, values, free_decay)
+    readings = stated_readings(sliding) if free_decay is not None else ()
+    of_logs: tuple[tuple[str, ...], tuple[str, ...], Arrangement] = (contacts, materials, arrangement)
+    return Pool(motions, segments, sensors, priors, *of_logs, threshold, said, readings, zero, free_decay)
 
 
 def motions_in_pieces(
@@ -142,11 +127,7 @@ def motions_in_pieces(
 def _usable(
     candidates: Sequence[tuple[str, Part]], make: Callable[[Part], Made], split: Container[str]
 ) -> tuple[list[Made], tuple[str, ...]]:
-    """Results of ``make`` for named candidates; a piece of a log in ``split`` that it refuses is left out, in words.
-
-    Raises:
-        StickslipError: a whole log is refused, or no part is left.
-    """
+    """Results of ``make`` for named candidates; a piece of a log in ``split`` that it refuses is left out, in words."""
     results, warnings, refused = [], [], None
     for name, candidate in candidates:
         try:

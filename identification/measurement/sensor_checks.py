@@ -5,20 +5,15 @@ grows over a log is two clocks. The drive and the disc move as one while they st
 kept for long and is not one is a wrong unit or resolution of one of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
+from identification.measurement.motion import DiscMotion, EdgeEquations
 from rig_io.logs.log import EncoderCalibration, LaserCalibration, RigLog
-
-if TYPE_CHECKING:
-    from identification.measurement.motion import DiscMotion, EdgeEquations
 
 DELAY_SUSPECT = 0.2e-3  # s: a delay moves p by 5 % per ms, a change below this by less than its noise
 SURE = 5.0  # standard deviations

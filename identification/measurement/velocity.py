@@ -156,11 +156,7 @@ def _bump(count: int, step: float) -> np.ndarray:
 
 
 def _calibrated(logs: Sequence[_LogMotion], name: str, window: float) -> _Calibrated | None:
-    """Gain, delay and offsets over all logs; None where too little moves.
-
-    Raises:
-        StickslipError: a gain or a delay that is no tolerance.
-    """
+    """Gain, delay and offsets over all logs; None where too little moves."""
     step = logs[0].motion.step
     count = odd_count(WINDOW * window, step)
     bump, first, second = _bump(count, step).T

@@ -27,7 +27,6 @@ BY_COVARIANCE = {
     "bootstrap": "H. R. Kuensch, The Annals of Statistics 17 (1989), 1217: block bootstrap.",
 }
 
-
 BY_METHOD = {
     "instruments": "A. Janot, P.-O. Vandanjon, M. Gautier, IEEE Transactions on Control Systems Technology 22 (2014), "
     "132: instrumental variables from simulated motion.",

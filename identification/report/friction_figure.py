@@ -95,9 +95,8 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     below.set(ylabel="residual (1)", xlabel="slip speed |r w - R th'| (m/s)")
     spread = float(np.quantile(np.abs(samples.coefficient - law(samples.slip)), 0.98))
     below.set_ylim(-1.5 * spread, 1.5 * spread)
-    centre = (
-        fit.free.coefficient if fit.free else law(speed)
-    )  # a law of the wrong form may rise beyond all that was seen
+    # a law of the wrong form may rise beyond all that was seen
+    centre = fit.free.coefficient if fit.free else law(speed)
     above.set_ylim(max(float(centre.min()) - 3 * spread, 0.0), float(centre.max()) + 3 * spread)
     above.legend(fontsize="small", framealpha=0.9, loc="best")
     for axes in (above, below):

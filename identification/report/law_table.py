@@ -1,15 +1,10 @@
 """Friction laws compared: a table for a page and a terminal."""
 
-from __future__ import annotations
-
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, number, table
-
-if TYPE_CHECKING:
-    from identification.inference.comparison import LawComparison, LawScore
+from identification.inference.comparison import LawComparison, LawScore
 
 LEGEND = (
     "Criteria against the first law. Weight: how far the values of a law count (Akaike). Held out: rms of predicted "
@@ -35,16 +30,8 @@ def law_table(found: LawComparison, of: str = "") -> PrintedTable:
         ]
         for score in found.scores
     ]
-    columns = (
-        "law",
-        "BIC",
-        PrintedColumn("AIC", spare=2),
-        PrintedColumn("weight", spare=1),
-        "held out",
-        "worse by",
-        "parameters",
-        "",
-    )
+    columns = ("law", "BIC", PrintedColumn("AIC", spare=2), PrintedColumn("weight", spare=1))
+    columns += ("held out", "worse by", "parameters", "")
     return table(f"{of}: {title}" if of else title, columns, rows)
 
 

@@ -4,20 +4,19 @@ The frame computes by the engine of `fmu_models.explorer`. How a motion becomes 
 that of `model_check`, written once more in web/*.mjs with the levels of here.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fmu_models.base.version import version
 from fmu_models.explorer.bundle import WEB, framed, single_file
 from fmu_models.explorer.module import wasm
+from identification.fit.result import FrictionFit
 from identification.fitted_model.model import (
     TRANSIENT,
     FittedModel,
@@ -30,13 +29,16 @@ from identification.laws import find_law
 from identification.measurement.motion import SMOOTHING, odd_count
 from identification.model_check import processing
 from identification.model_check.bifurcations import COVER
-from identification.model_check.families import processing_of
-from identification.model_check.portraits import LIMITS, PHASES, SCANLINES, Portrait, Rest, sequence_of
-
-if TYPE_CHECKING:
-    from identification.fit.result import FrictionFit
-    from identification.model_check.families import FamilyComparison
-    from identification.model_check.portraits import PortraitComparison
+from identification.model_check.families import FamilyComparison, processing_of
+from identification.model_check.portraits import (
+    LIMITS,
+    PHASES,
+    SCANLINES,
+    Portrait,
+    PortraitComparison,
+    Rest,
+    sequence_of,
+)
 
 HERE = Path(__file__).parent / "web"
 SCRIPTS = (

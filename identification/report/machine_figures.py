@@ -86,10 +86,8 @@ def draw_effort(fit: MachineFit, axes: Axes) -> None:
     pieces = fitted_efforts(fit)
     begins, _ = _places(pieces)
     time = _joined([piece.time - piece.time[0] + begin for piece, begin in zip(pieces, begins, strict=True)])
-    measured, modelled = (
-        _joined([part[:, place] for part in parts])
-        for parts in ([one.measured for one in pieces], [one.modelled for one in pieces])
-    )
+    measured = _joined([piece.measured[:, place] for piece in pieces])
+    modelled = _joined([piece.modelled[:, place] for piece in pieces])
     axes.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
     axes.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
     axes.set(

@@ -35,14 +35,8 @@ def machine_report(fit: MachineFit) -> Group:
 def parameters_table(fit: MachineFit) -> PrintedTable:
     """Base parameters, by the method that was asked for and, beside instruments, by least squares."""
     squares = fit.method != METHODS[0]
-    columns: list[str | PrintedColumn] = [
-        "parameter",
-        PrintedColumn("meaning", spare=4),
-        "value",
-        "sd",
-        PrintedColumn("sd if white", spare=3),
-    ]
-    columns += [PrintedColumn("ratio", spare=3)] if squares else []
+    columns: list[str | PrintedColumn] = ["parameter", PrintedColumn("meaning", spare=4), "value", "sd"]
+    columns += [PrintedColumn("sd if white", spare=3), *([PrintedColumn("ratio", spare=3)] if squares else [])]
     columns += ["unit"]
     if not squares:
         columns += [

@@ -1,26 +1,22 @@
 """The page of a rig's fit: verdicts, figures, tables, assumptions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmu_models.base.table import PrintedTable
+from identification.estimators.savitzky_golay import FrictionSamples
+from identification.fit.result import FrictionFit
+from identification.inference.problem import Evaluation
+from identification.measurement.free_decay import FreeDecay
+from identification.model_check.families import FamilyComparison
 from identification.model_check.portraits import MEANING
 from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
+from identification.next_step.design import Design
 from identification.report import tables
 from identification.report.citations import citations
 from identification.report.page import Findings, PageSection, bullets, drawing, nested, paragraph, warned
-
-if TYPE_CHECKING:
-    from identification.estimators.savitzky_golay import FrictionSamples
-    from identification.fit.result import FrictionFit
-    from identification.inference.problem import Evaluation
-    from identification.measurement.free_decay import FreeDecay
-    from identification.model_check.families import FamilyComparison
-    from identification.next_step.design import Design
-    from rig_io.logs.log import RigLog
+from rig_io.logs.log import RigLog
 
 INTERVALS = (
     "95 %: what noise and rig constants leave open together{least}. Noise: what sensors and the scatter from slip to "
@@ -74,7 +70,42 @@ class RigFindings(Findings):
 
     def summary(self) -> list[str]:
         """The fit, what is least known, how the model does beside its logs."""
-        return _summary(self)
+        fit = self.fit
+        said = [
+            f"The {fit.law} law was fitted to {fit.segments} slips in {len(fit.logs)} logs by the estimator "
+            f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
+        ]
+        worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
+        parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation, worst.law_deviation or 0.0)
+        total, noise, scale, law = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
+        by_law = f", {law:.2g} % from the choice of the law" if worst.law_deviation is not None else ""
+        said.append(
+            f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
+            f"noise, {scale:.2g} % from the rig's constants{by_law}; one standard deviation)."
+        )
+        said.append(fit.words_of_law)
+        said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
+        said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
+        for family in self.families:
+            passed = sum(member.passed for member in family.members)
+            discs = " and ".join(family.members[0].drive_speeds)
+            said.append(
+                f"With {discs} in contact the model agrees with the measured motion at {passed} of "
+                f"{len(family.members)} drive speeds (levels below)."
+            )
+            said += bifurcation_sentences(family)[: len(family.bifurcations)]
+        if fit.whiteness is not None:
+            wrong = [*fit.whiteness.beyond, *fit.whiteness.repeated]
+            said.append(
+                "The residuals show that the model misses something (below)."
+                if wrong
+                else "The residuals show no trend over the slip speed and no course that repeats from slip to slip."
+            )
+        count = len(fit.warnings)
+        said.append(
+            {0: "There are no warnings.", 1: "There is one warning (below)."}.get(count, f"{count} warnings (below).")
+        )
+        return said
 
     def values(self) -> list[str]:
         """Parameters, what their intervals hold, warnings."""
@@ -103,46 +134,6 @@ class RigFindings(Findings):
             sections.append(PageSection("more", "Identifiability and further results", parts))
         notes = [paragraph(note) for note in self.notes]
         return [*sections, PageSection("tables", "Tables", [*(one.html() for one in _tables(self)), *notes])]
-
-
-def _summary(findings: RigFindings) -> list[str]:
-    """What was found and how far it can be trusted, in sentences."""
-    fit = findings.fit
-    said = [
-        f"The {fit.law} law was fitted to {fit.segments} slips in {len(fit.logs)} logs by the estimator "
-        f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
-    ]
-    worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
-    parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation, worst.law_deviation or 0.0)
-    total, noise, scale, law = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
-    by_law = f", {law:.2g} % from the choice of the law" if worst.law_deviation is not None else ""
-    said.append(
-        f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
-        f"noise, {scale:.2g} % from the rig's constants{by_law}; one standard deviation)."
-    )
-    said.append(fit.words_of_law)
-    said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
-    said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
-    for family in findings.families:
-        passed = sum(member.passed for member in family.members)
-        discs = " and ".join(family.members[0].drive_speeds)
-        said.append(
-            f"With {discs} in contact the model agrees with the measured motion at {passed} of {len(family.members)} "
-            "drive speeds (levels below)."
-        )
-        said += bifurcation_sentences(family)[: len(family.bifurcations)]
-    if fit.whiteness is not None:
-        wrong = [*fit.whiteness.beyond, *fit.whiteness.repeated]
-        said.append(
-            "The residuals show that the model misses something (below)."
-            if wrong
-            else "The residuals show no trend over the slip speed and no course that repeats from slip to slip."
-        )
-    count = len(fit.warnings)
-    said.append(
-        {0: "There are no warnings.", 1: "There is one warning (below)."}.get(count, f"{count} warnings (below).")
-    )
-    return said
 
 
 def _friction_sections(findings: RigFindings) -> list[PageSection]:

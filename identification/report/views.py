@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING
@@ -51,15 +49,10 @@ REPORTS = {
     HysteresisFit: hysteresis_report,
 }
 
-
-def _printed(report: Callable[..., RenderableType], result: object) -> str:
-    return _text(report(result))
-
-
 for kind, drawing in DRAWN.items():
     draw.register(kind, drawing)
 for kind, report in REPORTS.items():
-    tell.register(kind, partial(_printed, report))
+    tell.register(kind, lambda result, report=report: _text(report(result)))
 
 
 @move.register(FrictionFit)

@@ -81,22 +81,14 @@ def find_slips(
         rows.append(
             (time[peak], s[peak], s[valley], time[valley], np.array(slips), interval, np.array(loads[: len(peak)]))
         )
-    at, peak, after, end, duration, interval, loading = (np.concatenate(column) for column in zip(*rows, strict=True))
-    everywhere = np.concatenate([time for time, _ in pieces])
     return SlipEvents(
-        at,
-        peak,
-        after,
-        end,
-        duration,
-        interval,
-        loading,
-        len(drops),
-        int(np.sum(drops < threshold)),
-        threshold,
-        noise,
-        everywhere,
-        np.concatenate(smooth),
+        *(np.concatenate(column) for column in zip(*rows, strict=True)),
+        beyond_noise=len(drops),
+        partial=int(np.sum(drops < threshold)),
+        threshold=threshold,
+        noise=noise,
+        smooth_time=np.concatenate([time for time, _ in pieces]),
+        smooth=np.concatenate(smooth),
     )
 
 

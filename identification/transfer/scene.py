@@ -1,10 +1,8 @@
 """Fitted values in a scene: the numbers change, comments, order and units of the file stay."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
@@ -12,10 +10,8 @@ from fmu_models.base.registry import moved
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.check import checked_scene
 from fmu_models.scene.read import read_scene
+from fmu_models.scene.scene import Scene
 from identification.transfer.values import HandedValue
-
-if TYPE_CHECKING:
-    from fmu_models.scene.scene import Scene
 
 TABLES = ("parameters", "free")
 

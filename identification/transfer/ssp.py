@@ -41,17 +41,9 @@ def write_ssp(
 
 
 def _entries(values: Sequence[HandedValue]) -> list[ParameterEntry]:
-    return [
-        ParameterEntry(
-            value.target,
-            value.value,
-            value.unit,
-            value.description
-            + (
-                ""
-                if value.deviation is None
-                else f"; fitted, standard deviation {value.words}{deviation(value.deviation)} {value.unit}"
-            ),
-        )
-        for value in values
-    ]
+    entries = []
+    for value in values:
+        fitted = f"; fitted, standard deviation {value.words}{deviation(value.deviation)} {value.unit}"
+        meaning = value.description + ("" if value.deviation is None else fitted)
+        entries.append(ParameterEntry(value.target, value.value, value.unit, meaning))
+    return entries

@@ -1,12 +1,10 @@
 """What a fit hands on: its parameters and the rig's constants, by the names and in the units of the rig's FMU."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.mechanism import Mechanism
 from identification.calibration.result import Calibration
 from identification.fit.parts import AT_LEAST
@@ -14,9 +12,6 @@ from identification.fit.result import FrictionFit
 from identification.fitted_model.machine import identifier
 from identification.fitted_model.model import FittedModel, fitted_model
 from identification.machines.machine_fit import MachineFit
-
-if TYPE_CHECKING:
-    from fmu_models.fmu.fmu import Fmu
 
 
 @dataclass(frozen=True)
@@ -105,22 +100,12 @@ def calibration_values(
     """
     values = {name: (value, None) for name, value in calibration.held.items()}
     values |= {parameter.name: (parameter.value, parameter.standard_deviation) for parameter in calibration.parameters}
-    return _chosen(
-        {
-            name: HandedValue(
-                name,
-                name,
-                value,
-                str(fmu.variables[name].unit or "1"),
-                deviation,
-                str(fmu.variables[name].description or name),
-            )
-            for name, (value, deviation) in values.items()
-            if name in fmu.parameters
-        },
-        only,
-        renamed,
-    )
+    handed = {}
+    for name in (name for name in values if name in fmu.parameters):
+        (value, deviation), variable = values[name], fmu.variables[name]
+        unit, meaning = str(variable.unit or "1"), str(variable.description or name)
+        handed[name] = HandedValue(name, name, value, unit, deviation, meaning)
+    return _chosen(handed, only, renamed)
 
 
 def _chosen(

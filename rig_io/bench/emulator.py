@@ -6,17 +6,16 @@ A seed fixes the specimens of the instruments (line errors, gain error, phases),
 one seed gives one bench, and logs of one bench share its faults.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.simulation.signal import Signal
 from rig_io.bench.drive import with_holds
 from rig_io.bench.emulation import LOAD_STEP, Disc, Emulation
 from rig_io.bench.materials import CONTI, STANDARD_SPEEDS, material
@@ -26,9 +25,6 @@ from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigLog
 from rig_io.packages.datapackage import check_target, write_package
 from rig_io.sensors.motion import Motion, integrated
-
-if TYPE_CHECKING:
-    from fmu_models.simulation.signal import Signal
 
 
 def free_decay(name: str = "free-decay", start_angle: float = 0.15, **settings: Any) -> Emulation:
@@ -172,8 +168,6 @@ def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: in
     """Factors of the normal force over the time of the run; none without disturbances."""
     if settings.disturbances is None or not drives:
         return {}
-    from fmu_models.simulation.signal import Signal
-
     ((time, speed, start),) = drives
     fine = np.arange(0.0, time[-1], LOAD_STEP)
     fine = np.append(fine, time[-1])

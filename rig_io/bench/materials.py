@@ -1,15 +1,9 @@
 """Friction pairs of the bench and their laws, as published."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import refuse_unknown
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 
 CONTI = "conti"
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.simulation.signal import Signal
 from rig_io.bench.disturbances import disturbed_oscillator
 from rig_io.bench.emulation import TRUTH_RATE, Emulation
 from rig_io.bench.materials import CONTI
@@ -15,10 +16,7 @@ from rig_io.logs.arrangement import CHANGEOVER, MODELS
 from rig_io.sensors.motion import Motion
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.simulation.signal import Signal
 
 Turning = tuple[np.ndarray, np.ndarray, float]
 """Of a drive: knots (n,) in s, speeds (n,) in rad/s, and its angle (rad) at the first."""
@@ -29,7 +27,6 @@ def simulated(
 ) -> Motion:
     """The disc's motion at `TRUTH_RATE`; it starts in stick with disc 0, whence one release leads onto the cycle."""
     from fmu_models.simulation.run import simulate
-    from fmu_models.simulation.signal import Signal
 
     fmu, parameters, start_values = _oscillator(settings)
     rig = settings.rig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -92,20 +93,9 @@ def emulate(
     from rig_io.sensors.speed_sensor import speed_sensor
 
     if place.suffix == ".toml":
-        remarks = (
-            material,
-            speeds,
-            second,
-            second_material,
-            arrangement,
-            changeover,
-            duration,
-            micro_slip,
-            disturbance,
-            start,
-        )
-        defaults = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
-        if remarks != defaults or not (ripple and laser and encoder and drive_encoder) or load_cell or velocity:
+        default = (material, arrangement, changeover, duration) == ("paper/rubber", "together", 0.0, 20.0)
+        default &= all(one is None for one in (speeds, second, second_material, micro_slip, disturbance, start))
+        if not (default and ripple and laser and encoder and drive_encoder) or load_cell or velocity:
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -114,12 +104,10 @@ def emulate(
             f"Two folders are given, '{place}' and '{target}'. Give one, or a scene (.toml) before it."
         )
     folder = place
-    fitted = {"laser": None} if not laser else {}
-    fitted |= {"encoder": None} if not encoder else {}
+    fitted = {name: None for name, used in {"laser": laser, "encoder": encoder, "ripple": ripple}.items() if not used}
     fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
     fitted |= {"load_cell": LoadCell()} if load_cell else {}
     fitted |= {"speed_sensor": speed_sensor(velocity)} if velocity is not None else {}
-    fitted |= {"ripple": None} if not ripple else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}
     settings = standard_set(material, _numbers(speeds), duration=duration, **fitted)
@@ -170,16 +158,9 @@ def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, 
     """Emulate the logs, write them, and say so."""
     from rig_io.bench.emulator import emulate_set
 
-    done = 0
-
+    done = count()
     with console.progress("emulating") as advance:
-
-        def next_log(_: str) -> None:
-            nonlocal done
-            advance(done / len(settings))
-            done += 1
-
-        emulate_set(folder, settings, seed, overwrite=overwrite, progress=next_log)
+        emulate_set(folder, settings, seed, overwrite=overwrite, progress=lambda _: advance(next(done) / len(settings)))
     content = {
         "folder": str(folder),
         "seed": seed,

@@ -66,15 +66,9 @@ class Answers:
 
     def over(self, others: Answers) -> Answers:
         """These answers, and those of others where these are silent."""
-        return Answers(
-            {**others.columns, **self.columns},
-            {**others.units, **self.units},
-            {**others.values, **self.values},
-            {**others.kinds, **self.kinds},
-            {**others.read, **self.read},
-            self.join or others.join,
-            self.confirm or others.confirm,
-        )
+        tables = ("columns", "units", "values", "kinds", "read")
+        merged = {table: {**getattr(others, table), **getattr(self, table)} for table in tables}
+        return Answers(**merged, join=self.join or others.join, confirm=self.confirm or others.confirm)
 
     def with_columns(self, text: str) -> Answers:
         """The answers with roles (and units) that were typed: "Weg=laser V; Zeit=time ms; run7.csv=free-decay".

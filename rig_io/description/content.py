@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig_io.logs.columns import COLUMNS
 from rig_io.logs.stamps import DAY
 from rig_io.repair.counters import unwrapped
 from rig_io.repair.plausible import FASTEST_CLOCK, SLOWEST_CLOCK
@@ -97,10 +98,10 @@ def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping
     if stamp:
         return {"time": RoleEvidence(0.97, "holds dates or times of day", "s")}
     if content is None:
-        return dict.fromkeys(_ALL, RoleEvidence(0.0, "holds hardly a number"))
+        return dict.fromkeys(COLUMNS, RoleEvidence(0.0, "holds hardly a number"))
     return {
         "time": _time(content, unit),
-        **dict.fromkeys(("encoder_count",), _encoder(content)),
+        "encoder_count": _encoder(content),
         **dict.fromkeys(("drive0_count", "drive1_count"), _drive_count(content)),
         **dict.fromkeys(("drive0_speed", "drive1_speed"), _drive_speed(content, unit)),
         **dict.fromkeys(("encoder_edge_time", "drive0_edge_time", "drive1_edge_time"), _edge_time(content)),
@@ -111,13 +112,6 @@ def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping
         **dict.fromkeys(("load0", "load1"), _load(content, unit)),
         "trigger": _trigger(content),
     }
-
-
-_ALL = (
-    *("time", "encoder_count", "drive0_count", "drive1_count", "drive0_speed", "drive1_speed", "laser", "angle"),
-    *("encoder_edge_time", "drive0_edge_time", "drive1_edge_time", "load0", "load1", "trigger"),
-    *("tachometer", "vibrometer"),
-)
 
 
 def _has(unit: str | None, *dimension: str) -> bool | None:

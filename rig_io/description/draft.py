@@ -16,7 +16,7 @@ from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
 from rig_io.description.roles import Proposal
 from rig_io.description.runs import DescribedLog, File, described_file, described_log, is_named, rule_of, runs_of, slug
-from rig_io.logs.columns import COLUMNS
+from rig_io.logs.columns import COLUMNS, metres
 from rig_io.logs.log import RIG_UNITS
 from rig_io.logs.table import Table
 from rig_io.packages.described import files_of
@@ -169,7 +169,7 @@ def unit_fault(column: Proposal) -> str:
             f"Column '{column.name}' ({column.role}) is in '{column.unit}', but counts have no unit. Write 1, or say "
             f"what it is: --map '{column.name}=ROLE'."
         )
-    if column.role == "laser" and is_length(column.unit):
+    if column.role == "laser" and metres(column.unit):
         return ""
     try:
         conversion(column.unit, COLUMNS[column.role].unit, f"Column '{column.name}' ({column.role})")
@@ -220,15 +220,7 @@ def _measured(log: DescribedLog, instrument: str) -> bool:
     if instrument != "laser":
         return f"{instrument}_count" in log.roles
     column = next((laser for file in log.files if (laser := file.column("laser"))), None)
-    return column is not None and not is_length(column.unit)
-
-
-def is_length(unit: str | None) -> bool:
-    """Whether a unit is one of length."""
-    try:
-        return unit is not None and bool(conversion(unit, "m", ""))
-    except StickslipError:
-        return False
+    return column is not None and not metres(column.unit)
 
 
 def _field(file: File, column: Proposal, several: bool) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """The logs that are to be described, and what a sidecar that is there already knows of such logs."""
 
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -106,7 +107,4 @@ def known_fields(example: Mapping[str, Any], path: Path) -> dict[str, dict[str, 
 
 def _ending(first: str, second: str) -> int:
     """Length of the common end of two names."""
-    length = 0
-    while length < min(len(first), len(second)) and first[-1 - length] == second[-1 - length]:
-        length += 1
-    return length
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(first[::-1], second[::-1], strict=False)))

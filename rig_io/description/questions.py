@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
 from rig_io.description.answers import LASER_NOISE, SPEED, Answers
-from rig_io.description.draft import Draft, check_named, is_length, unit_fault
+from rig_io.description.draft import Draft, check_named, unit_fault
 from rig_io.description.runs import DescribedLog
-from rig_io.logs.columns import ANGLE_SOURCES, TIME
+from rig_io.logs.columns import ANGLE_SOURCES, TIME, metres
 from rig_io.logs.log import RIG_UNITS
 
 COLUMNS_RIGHT = "columns"
@@ -89,7 +89,7 @@ def missing(draft: Draft) -> list[str]:
 def _instruments(draft: Draft) -> list[str]:
     encoders = [name for name in ("encoder", "drive0", "drive1") if f"{name}_count" in draft.roles]
     lasers = [laser for log in draft.logs for file in log.files if (laser := file.column("laser")) is not None]
-    return (["laser"] if any(not is_length(laser.unit) for laser in lasers) else []) + encoders
+    return (["laser"] if any(not metres(laser.unit) for laser in lasers) else []) + encoders
 
 
 def _instrument(name: str, draft: Draft) -> Question:

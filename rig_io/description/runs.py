@@ -117,11 +117,7 @@ def is_named(key: str, path: Path, column: str, columns: int) -> bool:
 
 
 def _each_once(columns: Sequence[Proposal]) -> list[Proposal]:
-    """A role that the user gave to one column is taken from those that were only guessed.
-
-    Raises:
-        StickslipError: the user gave it to two.
-    """
+    """A role that the user gave to one column is taken from those that were only guessed."""
     proposals = list(columns)
     by_role: dict[str, list[Proposal]] = {}
     for column in proposals:

@@ -136,11 +136,7 @@ def _pairs(first: Table, second: Table) -> Iterator[tuple[str, str]]:
 
 
 def _aligned(first: Table, first_name: str, second: Table, second_name: str, sizes: Mapping[str, float]) -> ClockFit:
-    """The line between two clocks by two signals.
-
-    Raises:
-        StickslipError: they are not the same signal, or repeat themselves.
-    """
+    """The line between two clocks by two signals."""
     a, b = _signal(first, first_name), _signal(second, second_name)
     step, lags, score = _correlation(a, b)
     if score.max() < ALIKE:
@@ -306,12 +302,11 @@ def _line(a: _Signal, b: _Signal, middle: float, lag: float, reversed_fit: bool)
     first, second = _jackknife(fitted.design, fitted.rest)
     squares = float(np.sum(fitted.rest**2) / fitted.free / max(spread, 1e-300))
     correlation = float(np.sqrt(max(1 - squares, 0.0)))
-    scale = fitted.scale if reversed_fit else 1 / fitted.scale
-    if not reversed_fit:
-        return _Line(float(line[0]), float(line[1]), first, second, squares, correlation, scale, fitted.free)
-    # t_b = centre + o + (1 + d)(t_a - centre), solved for t_a at the middle of the second recording
-    drift = 1 / (1 + line[1]) - 1
-    offset = centre + (middle - centre - line[0]) * (1 + drift) - middle
+    (offset, drift), scale = line, fitted.scale if reversed_fit else 1 / fitted.scale
+    if reversed_fit:
+        # t_b = centre + o + (1 + d)(t_a - centre), solved for t_a at the middle of the second recording
+        drift = 1 / (1 + line[1]) - 1
+        offset = centre + (middle - centre - line[0]) * (1 + drift) - middle
     return _Line(float(offset), float(drift), first, second, squares, correlation, scale, fitted.free)
 
 

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.unit_names import conversion
+
 
 @dataclass(frozen=True)
 class LogColumn:
@@ -42,3 +45,11 @@ COLUMNS: dict[str, LogColumn] = {
     )
 }
 ANGLE_SOURCES = ("laser", "encoder_count", "angle")
+
+
+def metres(unit: str | None) -> float | None:
+    """Metres of one unit of length; None for another unit, or where none is stated."""
+    try:
+        return None if unit is None else conversion(unit, "m", "")
+    except StickslipError:
+        return None

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -82,17 +83,7 @@ def table_of(
     if magic and not any(head.startswith(prefix) for prefix in magic):
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
-        try:
-            parsed, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
-        except DamagedTable as error:
-            raise StickslipError(
-                f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
-            ) from error
-        except IsolatedFailure as error:
-            raise StickslipError(
-                f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
-                f"{error} Copy it again from its source."
-            ) from error
+        parsed, rows = parsed_apart(path, _parsed, parse, str(path), room, dict(options))
         columns = _columns(Path(room) / _COLUMNS, [channel.name for channel in parsed.channels], rows)
     return Table(
         f"'{path}'",
@@ -106,9 +97,26 @@ def table_of(
     )
 
 
-def limits_for(path: Path) -> Limits:
-    """Ample for a sound file of that size: some damaged ones send their parser in circles."""
-    return replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
+def parsed_apart(path: Path, parse: Callable[..., Any], *arguments: Any, again: str = "", less: str = "") -> Any:
+    """What a parser makes of a file in a process of its own. again, less: how to save it, behind the advice to save it
+    again, and to save less.
+
+    Raises:
+        StickslipError: the file is damaged, or larger than what can be read.
+    """
+    # ample for a sound file of that size: some damaged ones send their parser in circles
+    limits = replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
+    try:
+        return isolated(parse, *arguments, limits=limits)
+    except DamagedTable as error:
+        raise StickslipError(
+            f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again{again}."
+        ) from error
+    except IsolatedFailure as error:
+        raise StickslipError(
+            f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
+            f"{error} Copy it again from its source{less}."
+        ) from error
 
 
 def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:

@@ -13,13 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from rig_io.logs.guarded import DamagedTable
 
 LONG = 1000  # values
-
-
-class Damaged(StickslipError):
-    """The parser does not understand the file; the text is the parser's."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +59,14 @@ def arrays(path: str, hdf5: bool) -> list[Array]:
     """The variables of a file in its order.
 
     Raises:
-        Damaged: anything that does not fit.
+        DamagedTable: anything that does not fit.
     """
     try:
         return list(_of_hdf5(path) if hdf5 else _of_version_5(path))
     except MemoryError:
         raise
     except Exception as error:  # the parsers raise errors of many kinds on damaged files
-        raise Damaged(str(error).strip().rstrip(".") or type(error).__name__) from error
+        raise DamagedTable(str(error).strip().rstrip(".") or type(error).__name__) from error
 
 
 def _of_version_5(path: str) -> Iterator[Array]:
@@ -101,7 +97,7 @@ def _of_version_5(path: str) -> Iterator[Array]:
             try:
                 values = loadmat(variable)
             except Exception as error:
-                raise Damaged(f"variable '{header}': {error}") from error
+                raise DamagedTable(f"variable '{header}': {error}") from error
             for name, value in values.items():
                 if not name.startswith("__"):  # of the header, or the workspace of functions
                     yield array(name, value)

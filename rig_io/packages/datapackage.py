@@ -16,7 +16,7 @@ from fmu_models.base.files import FULL, OVERWRITE, existing, write_whole
 from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import conversion
 from rig_io.joining.joined import Joined, joined
-from rig_io.logs.columns import COLUMNS, TIME
+from rig_io.logs.columns import COLUMNS, TIME, metres
 from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigConstants, RigLog, StickslipWarning
 from rig_io.logs.table import Table
 from rig_io.packages import sidecar
@@ -124,20 +124,12 @@ def _sizes(resource: Mapping[str, Any], constants: Mapping[str, Any], where: str
     radius = sidecar.rig_constants({"R": constants["R"]} if "R" in constants else {}, where).R
     laser = fields.get(LASER)
     if laser is not None and laser.unit and radius is not None:
-        unit = _as_metres(laser.unit) or (calibration.laser.gain if calibration.laser else None)
+        unit = metres(laser.unit) or (calibration.laser.gain if calibration.laser else None)
         sizes |= {LASER: abs(unit) / radius.value} if unit else {}
     angle = fields.get("angle")
     return sizes | (
         {"angle": conversion(angle.unit, "rad", f"{where}: column '{angle.name}'")} if angle and angle.unit else {}
     )
-
-
-def _as_metres(unit: str) -> float | None:
-    """Metres of one unit of length; None for another unit."""
-    try:
-        return conversion(unit, "m", "")
-    except StickslipError:
-        return None
 
 
 def _run(
@@ -168,11 +160,7 @@ def _rate(resource: Mapping[str, Any], where: str) -> float | None:
 def _calibrated(
     table: Checked, instruments: InstrumentCalibrations, stated: Mapping[str, Any]
 ) -> tuple[Checked, tuple[str, ...]]:
-    """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows.
-
-    Raises:
-        StickslipError: nothing is stated of an instrument.
-    """
+    """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows."""
     columns, remarks = dict(table.columns), []
     for column, instrument in _INSTRUMENTS.items():
         if column not in columns:

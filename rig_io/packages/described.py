@@ -85,22 +85,15 @@ def _field(entry: Mapping[str, Any], where: str) -> Field:
         near = nearest(str(role), (*COLUMNS, *ROLES))
         raise StickslipError(f"{where}: column '{name}' has the unknown role {role!r}.{near}")
     guesses = entry.get("guessed", {})
-    unit, header, file, variable = (entry.get(key) for key in ("unit", "header_unit", "file", "variable"))
+    unit, header, file, variable = (
+        None if entry.get(key) is None else str(entry[key]) for key in ("unit", "header_unit", "file", "variable")
+    )
     hold = entry.get("hold", False)
     if not isinstance(hold, bool):
         raise StickslipError(f"{where}: \"hold\" of column '{name}' is {hold!r}; expected true or false.")
-    return Field(
-        name,
-        None if role in ROLES else role,
-        None if unit is None else str(unit),
-        None if header is None else str(header),
-        None if file is None else str(file),
-        explicit,
-        tuple(str(key) for key in guesses) if isinstance(guesses, dict) else (),
-        None if variable is None else str(variable),
-        hold,
-        instrument_of(entry, where),
-    )
+    guessed = tuple(map(str, guesses)) if isinstance(guesses, dict) else ()
+    of_rig, instrument = None if role in ROLES else role, instrument_of(entry, where)
+    return Field(name, of_rig, unit, header, file, explicit, guessed, variable, hold, instrument)
 
 
 def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | None = None) -> Table:
@@ -118,7 +111,6 @@ def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | 
         roles |= {name: Field(name, name) for name in table.columns if name in COLUMNS and name not in roles}
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
-    left_out = dict(table.left_out)
     for name, field in roles.items():
         assert field.role is not None
         if name not in table.columns:
@@ -134,8 +126,8 @@ def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | 
         columns = {TIME.name: np.arange(length) / rate, **columns}
         units[TIME.name] = TIME.unit
     stamps = tuple(field.role for name, field in roles.items() if name in table.stamps and field.role)
-    unassigned = {name: "" for name in table.columns if name not in roles}
-    return replace(table, columns=columns, units=units, left_out=left_out | _others(unassigned), stamps=stamps)
+    others = dict.fromkeys((name for name in table.columns if name not in roles), "a column without a role")
+    return replace(table, columns=columns, units=units, left_out={**table.left_out, **others}, stamps=stamps)
 
 
 def with_units(table: Table, fields: Sequence[Field]) -> Table:
@@ -146,10 +138,6 @@ def with_units(table: Table, fields: Sequence[Field]) -> Table:
     """
     stated = {field.name: _unit(table, field) for field in fields if field.name in table.columns}
     return replace(table, units={**table.units, **{name: unit for name, unit in stated.items() if unit is not None}})
-
-
-def _others(names: Mapping[str, str]) -> dict[str, str]:
-    return dict.fromkeys(names, "a column without a role")
 
 
 def _check_names(table: Table, roles: Mapping[str, Field]) -> None:

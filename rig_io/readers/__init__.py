@@ -85,11 +85,7 @@ def _unknown(path: Path, preferred: Reference | None) -> StickslipError:
 
 
 def _checked(table: object, name: str) -> Table:
-    """What a reader that is not ours has read.
-
-    Raises:
-        StickslipError: no table, or columns that are no numbers, one for each sample.
-    """
+    """What a reader that is not ours has read."""
     if not isinstance(table, Table):
         raise StickslipError(f"The reader '{name}' must return a Table, found one of class {type(table).__name__}.")
     columns = {}

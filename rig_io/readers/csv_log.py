@@ -212,8 +212,6 @@ def _whole_rows(path: Path, block: bytes, layout: TextLayout, line: int) -> byte
     body = block.rstrip(b"\r\n\t \x1a" if layout.separator != "\t" else b"\r\n \x1a")
     if not body.strip():
         return b""
-    if layout.separator == "\t":
-        body = block.rstrip(b"\r\n \x1a")
     start = body.rfind(b"\n") + 1
     final = body[start:].decode(layout.encoding, errors="replace")
     cells = _count(final, layout)
@@ -234,11 +232,7 @@ def _count(row: str, layout: TextLayout) -> int:
 
 
 def _frame(path: Path, block: bytes, layout: TextLayout, numeric: Sequence[int], line: int) -> DataFrame:
-    """The wanted columns of a block of whole rows, numbers as float64, stamps as text.
-
-    Raises:
-        StickslipError: a row of another length, or a cell that is no number; with its line.
-    """
+    """The wanted columns of a block of whole rows, numbers as float64, stamps as text."""
     import pandas
 
     if not block.isascii():

@@ -10,11 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_models.base.child_process import IsolatedFailure
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import isolated
-from rig_io.logs.guarded import limits_for
-from rig_io.logs.mat_file import Array, Damaged, stored_arrays, taken
+from rig_io.logs.guarded import parsed_apart
+from rig_io.logs.mat_file import Array, stored_arrays, taken
 from rig_io.logs.table import Reader, Table, check_file
 
 HEADER = 128  # bytes of version 5 before the first variable; the last four are version and byte order
@@ -75,19 +73,9 @@ def _variables(path: Path) -> list[Array]:
             f"'{path}' is no MATLAB file of version 5 or later (its header is not one). In MATLAB or Octave save it "
             f"with -v7: {_SAVE}."
         )
-    try:
-        with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
-            arrays = isolated(stored_arrays, str(path), hdf5, room, limits=limits_for(path))
-            return [taken(array) for array in arrays]
-    except Damaged as error:
-        raise StickslipError(
-            f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again: {_SAVE}."
-        ) from error
-    except IsolatedFailure as error:
-        raise StickslipError(
-            f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
-            f"{error} Copy it again from its source, or save fewer variables: {_SAVE}."
-        ) from error
+    advice = {"again": f": {_SAVE}", "less": f", or save fewer variables: {_SAVE}"}
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
+        return [taken(array) for array in parsed_apart(path, stored_arrays, str(path), hdf5, room, **advice)]
 
 
 _REASONS = {

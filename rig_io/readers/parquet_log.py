@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 
 from rig_io.logs.guarded import Channel, Channels, fits, need, table_of
-from rig_io.logs.stamps import DAY
+from rig_io.logs.stamps import DAY, NANO
 from rig_io.logs.table import Reader, Table
-
-NANO = 1e-9
 
 
 def read(path: Path) -> Table:

@@ -7,11 +7,10 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.guarded import Channel, Channels, fits, need, of_one_length, table_of
-from rig_io.logs.stamps import DAY
+from rig_io.logs.stamps import DAY, NANO
 from rig_io.logs.table import Reader, Table
 
 TIME = "time"
-NANO = 1e-9
 
 
 def read(path: Path, **options: str) -> Table:

@@ -8,21 +8,16 @@ few doubled stamps      refused, or the first kept by ``repair``
 gaps, jitter            kept as they are
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.columns import TIME
 from rig_io.logs.log import GAP
-
-if TYPE_CHECKING:
-    from rig_io.logs.table import Table
+from rig_io.logs.table import Table
 
 SHORTEST = 10  # samples; fewer cannot show a single movement
 UNEVEN = 0.02  # of the sample interval: a clock that departs by less counts as even
@@ -224,7 +219,3 @@ def _resolution(time: np.ndarray) -> np.ndarray:
             digits += 1
         step[in_decade] = 10.0**-digits
     return step
-
-
-def _whole(numbers: np.ndarray) -> bool:
-    return bool(np.all(np.abs(numbers - np.round(numbers)) < 1e-4))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.unit_names import conversion
-from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, LogColumn
+from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, LogColumn, metres
 from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
 from rig_io.repair.plausible import check_sizes
@@ -80,13 +80,7 @@ def checked(table: Table, repair: Collection[str] = ()) -> Checked:
 
 def _as_length(column: LogColumn, unit: str | None) -> LogColumn:
     """A laser whose telemeter writes lengths: its column is of metres."""
-    if column.name != "laser" or unit in (None, column.unit):
-        return column
-    try:
-        conversion(str(unit), "m", "")
-    except StickslipError:
-        return column
-    return replace(column, unit="m")
+    return replace(column, unit="m") if column.name == "laser" and metres(unit) else column
 
 
 def _missing(table: Table, name: str, detail: str = "") -> StickslipError:

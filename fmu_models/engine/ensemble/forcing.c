@@ -37,8 +37,7 @@ RunStatus forcing_check(Run *r, double period)
     run_touched(r);
     memcpy(r->at.known, known, sizeof known);
     for (int i = 0; i < WATCHED && told; i++) {
-        double size = 0.0;
-        double most = 0.0;
+        double size = 0.0, most = 0.0;
         for (int k = 0; k < MOMENTS; k++) {
             size = fmax(size, fmax(fabs(now[k][i]), fabs(later[k][i])));
             most = fmax(most, fabs(later[k][i] - now[k][i]));

@@ -40,8 +40,7 @@ void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
 /* the first tangent along the motion, the others beside it */
 static RunStatus journey_flow(Job *job)
 {
-    double rates[MODEL_ROOM(MODEL_NX)];
-    double growth[EXTENDED] = {0.0};
+    double rates[MODEL_ROOM(MODEL_NX)], growth[EXTENDED] = {0.0};
     const int n = (int)job->e->n_directions;
     if (exchange_derivatives(&job->m->core.run, rates) == RUN_ERROR) return RUN_ERROR;
     int most = 0; /* the unit vector nearest to it makes room */
@@ -82,8 +81,7 @@ void journey_differences(Job *job, double speed)
     const Ensemble *e = job->e;
     const int n = (int)e->n_directions;
     const int64_t row = journey_row(job);
-    double unused[EXTENDED * EXTENDED];
-    double factors[EXTENDED];
+    double unused[EXTENDED * EXTENDED], factors[EXTENDED];
     if (e->jacobians) {
         double *jacobian = row < 0 ? unused : e->jacobians + row * EXTENDED * n;
         for (int k = 0; k < n; k++)
@@ -156,8 +154,7 @@ static Outcome journey_place(Job *job, int64_t i)
     Ensemble *e = job->e;
     Instance *m = job->m;
     Run *r = &m->core.run;
-    double x[MODEL_ROOM(MODEL_NX)];
-    double memory[NC];
+    double x[MODEL_ROOM(MODEL_NX)], memory[NC];
     double time = e->starts[i];
     const int follows = e->follow && i > 0 && e->outcomes[i - 1] <= OUTCOME_ABSORBED;
     memcpy(x, r->at.x, sizeof x);

@@ -62,8 +62,7 @@ static int arrival_near(const Ensemble *e, const double *x, int64_t k)
 {
     const double *centre = e->known + k * MODEL_NX;
     const double *form = e->metric + k * MODEL_NX * MODEL_NX;
-    double apart[MODEL_ROOM(MODEL_NX)];
-    double sum = 0.0;
+    double apart[MODEL_ROOM(MODEL_NX)], sum = 0.0;
     for (int i = 0; i < MODEL_NX; i++)
         apart[i] = arrival_apart(e, i, x[i] - centre[i]);
     for (int i = 0; i < MODEL_NX; i++)

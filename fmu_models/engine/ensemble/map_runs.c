@@ -66,8 +66,7 @@ static int64_t map_steps(Job *job, int64_t steps, Outcome *outcome)
 {
     const Ensemble *e = job->e;
     Run *r = &job->m->core.run;
-    double next[MODEL_ROOM(MODEL_NX)];
-    double volume = 1.0;
+    double next[MODEL_ROOM(MODEL_NX)], volume = 1.0;
     int64_t done, since = 0;
     *outcome = OUTCOME_FINISHED;
     if (!MODEL_IS_MAP) return 0;

@@ -189,8 +189,7 @@ static RunStatus walk_beside_motion(Run *r, const Walk *w, double *d)
    way; after an event only once all of them are at one time again */
 static RunStatus walk_part(Run *r, Walk *w, Tangents *tangents, int n, double *directions, double *grown)
 {
-    double sizes[EXTENDED];
-    double factors[EXTENDED];
+    double sizes[EXTENDED], factors[EXTENDED];
     int near = 0;
     for (int k = 0; k < n; k++) {
         double *d = directions + (size_t)k * EXTENDED;

@@ -56,7 +56,6 @@ static void expand(Run *r, Trial *trial)
     }
 }
 
-/* rate of the slip speed at order 0, contact forces included, and the sum of the magnitudes of its terms */
 double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude)
 {
     if (!contact_is_held(r->at.state, c)) {

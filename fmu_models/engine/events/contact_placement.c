@@ -56,7 +56,6 @@ int placement_at_rest_by_others(const Run *r, int c)
     return 0;
 }
 
-/* slip speeds and depths at r's instant, in scratch */
 void placement_load(Run *r)
 {
     taylor_load(r, &r->scratch);
@@ -64,13 +63,11 @@ void placement_load(Run *r)
     if (MODEL_BOUNDED) model_depth(r->at.p, r->at.d, &r->scratch, 0);
 }
 
-/* W and G at r's instant, in scratch */
 void placement_load_inertia(Run *r)
 {
     if (!MODEL_CONSTANT_INERTIA) model_inertia(r->at.p, r->at.d, &r->scratch, 0);
 }
 
-/* a contact of friction that is inside slips as its slip speed says */
 signed char placement_slipping(const Run *r, int c)
 {
     return r->scratch.slip[c][0] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
@@ -124,7 +121,6 @@ static double depth_rate(Run *r, int c)
     return j->depth[c][1];
 }
 
-/* whether the gap of a rigid contact is zero, but for rounding, that of start values, and where an importer lands */
 int placement_at_wall(Run *r, int c)
 {
     const double depth = r->scratch.depth[c][0];
@@ -137,7 +133,6 @@ int placement_at_wall(Run *r, int c)
     return fabs(depth) <= fmax(rounding, located);
 }
 
-/* the friction of a rigid contact that is closed; marks it if it is at zero slip */
 void placement_friction(Run *r, int normal, signed char *candidate)
 {
     const int c = model_contact_partner[normal];
@@ -147,7 +142,6 @@ void placement_friction(Run *r, int normal, signed char *candidate)
     }
 }
 
-/* a rigid contact leaves its wall, or is not at it */
 void placement_open(Run *r, int c)
 {
     r->at.state[c] = CONTACT_AWAY;
@@ -169,8 +163,6 @@ int placement_touches(Run *r, int c)
     return 1;
 }
 
-/* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below
-   it */
 int placement_rigid(Run *r, int c, signed char *candidate)
 {
     const double depth = r->scratch.depth[c][0];
@@ -204,8 +196,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
 {
     placement_load(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        int inside = 1;
-        int enters = 0;
+        int inside = 1, enters = 0;
         resting[c] = 0;
         if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
         candidate[c] = 0;

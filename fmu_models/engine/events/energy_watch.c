@@ -64,8 +64,7 @@ RunStatus energy_check_projection(Run *r, const Velocities *before)
     const double was = kinetic_energy_at(r, before->v);
     const double is = model_kinetic_energy(&r->at);
     if (is_rounding(r, is - was, was, is)) return RUN_OK;
-    int contact[NC];
-    int count = 0;
+    int contact[NC], count = 0;
     char names[64];
     for (int c = 0; c < MODEL_NC; c++)
         if (r->projected[c] || contact_is_held(r->at.state, c)) contact[count++] = c;

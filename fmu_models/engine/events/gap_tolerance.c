@@ -55,8 +55,7 @@ static double gap_reach(Run *r, int c)
     enum { ORDER = 8 };
     const double LAST_TERM = 1e-3; /* in parts of the first ones */
     const double *depth = r->jets.depth[c];
-    double largest = 0.0;
-    double power = 1.0;
+    double largest = 0.0, power = 1.0;
     taylor_series(r, &r->jets, ORDER, INFINITY);
     const double length = taylor_series_length(depth, ORDER, LAST_TERM);
     /* a parabola, as free fall is: until it is back */

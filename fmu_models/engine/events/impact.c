@@ -217,9 +217,7 @@ static int meets(const ContactBox *o, int i, int e)
 /* look for other solutions, as long as one is better */
 static void try_others(const Run *r, const Problem *problem, ContactBox *o, Solution *best)
 {
-    int friction[NC];
-    int count = 0;
-    int better = 1;
+    int friction[NC], count = 0, better = 1;
     for (int i = 0; i < o->problem.n; i++)
         if (o->mu[i] > 0.0) friction[count++] = i;
     if (best->found && best->lawful && count > FEW) return;

@@ -186,8 +186,7 @@ static double go_back(Run *r)
 {
     enum { ORDER = 20 };
     Jets *j = &r->scratch;
-    double ago[NC];
-    double longest = 0.0;
+    double ago[NC], longest = 0.0;
     taylor_series(r, j, ORDER, INFINITY);
     const double limit = taylor_time_scale(r, j, ORDER);
     for (int c = 0; c < MODEL_NC; c++) {

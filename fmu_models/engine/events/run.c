@@ -99,7 +99,6 @@ static void evaluate_segment(Run *r, double time, double since_start)
     r->at.time = time;
 }
 
-/* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
 RunStatus run_keep_without_slip(Run *r)
 {
     Jets *j = &r->scratch;
@@ -140,7 +139,6 @@ double run_segment_end(const Run *r, double *rest)
     return end;
 }
 
-/* go to the end of the segment */
 void run_finish_segment(Run *r)
 {
     double rest;
@@ -155,7 +153,6 @@ void run_finish_segment(Run *r)
     }
 }
 
-/* go to a time inside the segment */
 void run_move_inside(Run *r, double time, double since_start)
 {
     evaluate_segment(r, time, since_start);
@@ -166,7 +163,6 @@ void run_move_inside(Run *r, double time, double since_start)
     }
 }
 
-/* how far a step may reach on the way to a time */
 double run_step_limit(const Run *r, double end)
 {
     return fmin(LOOK_AHEAD * (fmax(end, r->goal) - r->at.time), r->horizon - r->at.time);

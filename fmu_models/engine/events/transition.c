@@ -121,8 +121,7 @@ static void leaving_signs(Run *r, const signed char *resting, signed char *sign)
 static RunStatus leave_regions(Run *r, signed char *candidate, const signed char *resting, int *moved)
 {
     const signed char at_limit[NC] = {0};
-    signed char sign[NC];
-    signed char without[NC];
+    signed char sign[NC], without[NC];
     const Point touching = r->at;
     int leaves = 0;
     leaving_signs(r, resting, sign);
@@ -157,10 +156,7 @@ static void restart_clocks(Run *r, const signed char *before, int *moved)
 RunStatus transition_reconsider(Run *r, int *moved)
 {
     const signed char at_limit[NC] = {0};
-    signed char candidate[NC] = {0};
-    signed char resting[NC];
-    signed char arrives[NC] = {0};
-    signed char before[NC];
+    signed char candidate[NC] = {0}, resting[NC], arrives[NC] = {0}, before[NC];
     int any = 0;
     forget_event(r);
     memcpy(before, r->at.state, sizeof before);
@@ -283,10 +279,7 @@ static int cross_wall(Run *r, int c, signed char *candidate, signed char *at_lim
 
 RunStatus transition_make(Run *r, int *moved)
 {
-    signed char candidate[NC];
-    signed char at_limit[NC];
-    signed char arrives[NC] = {0};
-    signed char before[NC];
+    signed char candidate[NC], at_limit[NC], arrives[NC] = {0}, before[NC];
     double reached[NC];
     int any = 0;
     memcpy(before, r->at.state, sizeof before);
@@ -352,8 +345,7 @@ void transition_tell(const Run *r, const signed char *before, EventSink sink, vo
 RunStatus transition_resolve(Run *r, EventSink sink, void *context)
 {
     signed char before[NC];
-    int moved = 0;
-    int last = 0;
+    int moved = 0, last = 0;
     memcpy(before, r->at.state, sizeof before);
     const int bounds = accumulation_note(r);
     if (transition_make(r, &moved) == RUN_ERROR) return RUN_ERROR;

@@ -104,7 +104,6 @@ void flow_series(Point *at, Jets *j, int order)
     flow_finish(at, j, order);
 }
 
-/* what the search for events reads of the last order */
 void flow_finish(const Point *at, Jets *j, int order)
 {
     if (!j->apart) model_slip(at->p, at->d, j, order);

@@ -192,9 +192,7 @@ static void held_discs(Reach *a)
         transmitted_discs(a, s->contact[i], rest[i]);
     }
     for (int m = 0; m < DISCS; m++) {
-        double base[NC];
-        double change[NC];
-        double radius[NC];
+        double base[NC], change[NC], radius[NC];
         for (int i = 0; i < s->count; i++) {
             base[i] = 0.0;
             for (int e = s->first[i]; e < s->last[i]; e++)
@@ -369,8 +367,7 @@ double reach_of_step(Run *r, const Neighbour *neighbour, int order, double h, do
 {
     if (neighbour == NULL || neighbour->weightless == NULL)
         return proven_length(r, neighbour ? neighbour->along : NULL, order, h, least);
-    double p[MODEL_ROOM(MODEL_NP)];
-    double d[MODEL_ROOM(MODEL_ND)];
+    double p[MODEL_ROOM(MODEL_NP)], d[MODEL_ROOM(MODEL_ND)];
     memcpy(p, r->at.p, sizeof p);
     memcpy(d, r->at.d, sizeof d);
     for (int i = 0; i < MODEL_NP; i++)

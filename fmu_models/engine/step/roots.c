@@ -64,8 +64,7 @@ double polynomial_value(const double *c, int n, double s)
 static double refine(const double *c, int n, double low, double high, double s)
 {
     for (int i = 0; i < 100; i++) {
-        double slope;
-        double bend;
+        double slope, bend;
         const double value = value_and_slopes(c, n, s, &slope, &bend);
         if (value > 0.0)
             low = s;
@@ -91,8 +90,7 @@ static double refine(const double *c, int n, double low, double high, double s)
 static double guess(const double *c, int n, double low, double high, double s, double near)
 {
     for (int i = 0; i < 4; i++) {
-        double slope;
-        double bend;
+        double slope, bend;
         const double value = value_and_slopes(c, n, s, &slope, &bend);
         const double next = s - value / slope;
         s = next > low && next < high ? next : 0.5 * (low + high);
@@ -172,8 +170,7 @@ static double before_root(const double *b, int n, double slack, double low, doub
     const double NEAR = 1e-3;
     double s = 0.5 * (low + high);
     for (int i = 0; i < 8; i++) {
-        double slope;
-        double bend;
+        double slope, bend;
         const double value = value_and_slopes(b, n, s, &slope, &bend) - slack;
         double next = s - value / slope;
         if (value > 0.0) {
@@ -286,8 +283,7 @@ double signed_first_fall(const double *c, int n, double sign, double h)
     /* a stack of intervals still to be searched, the leftmost on top */
     double stack[HALVINGS + 1][POLYNOMIAL_TERMS];
     double start[HALVINGS + 1];
-    int depth[HALVINGS + 1];
-    int top = 0;
+    int depth[HALVINGS + 1], top = 0;
     to_bernstein(b, n, stack[0]);
     start[0] = 0.0;
     depth[0] = 0;

@@ -338,8 +338,7 @@ RunStatus taylor_step(Run *r, double limit)
         order = series_to(r, &r->jets, full, &limit);
     }
     const double end = rooted ? sqrt(limit) : limit;
-    double h = 0.0;
-    double reach = 0.0;
+    double h = 0.0, reach = 0.0;
     for (int ended = order < full;; ended = 0) {
         double exact = INFINITY;
         h = ended ? end : taylor_length(r, &r->jets, order, &exact);

@@ -138,9 +138,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 /* where a step ends: states of the motion and their slopes by s, the variable of its series, and the derivatives there
    of the series of two tangents at a time */
 typedef struct {
-    double s;
-    double x[MODEL_ROOM(MODEL_NX)];
-    double slope[MODEL_ROOM(MODEL_NX)];
+    double s, x[MODEL_ROOM(MODEL_NX)], slope[MODEL_ROOM(MODEL_NX)];
     Pair along[MODEL_ROOM(MODEL_NX)];
 } Arrived;
 

@@ -73,7 +73,6 @@ static Status watch(Instance *m, const WholeRun *run)
     return STATUS_OK;
 }
 
-/* room that must be left for events: an instant may change every contact as often as the engine iterates */
 int64_t whole_run_event_reserve(const Run *r) { return (int64_t)r->tolerances.max_iterations * MODEL_NC; }
 
 Status whole_run_check_event_room(Instance *m, const WholeRun *run)

@@ -89,37 +89,17 @@ int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate)
 /* these have the same signature in both versions */
 int fmi_set_time(const FmuInstance *fmu, double t) { return (int)CALL2(SetTime, F_SET_TIME)(fmu->instance, t); }
 
-int fmi_set_states(const FmuInstance *fmu, const double *x)
-{
-    return fmu->n_states ? (int)CALL2(SetContinuousStates, F_SET_STATES)(fmu->instance, x, (size_t)fmu->n_states)
-                         : FMI_OK;
-}
-
-int fmi_get_states(const FmuInstance *fmu, double *x)
-{
-    return fmu->n_states ? (int)CALL2(GetContinuousStates, F_GET_STATES)(fmu->instance, x, (size_t)fmu->n_states)
-                         : FMI_OK;
-}
-
-int fmi_derivatives(const FmuInstance *fmu, double *dx)
-{
-    return fmu->n_states ? (int)CALL2(GetDerivatives, F_GET_DERIVATIVES)(fmu->instance, dx, (size_t)fmu->n_states)
-                         : FMI_OK;
-}
-
-int fmi_indicators(const FmuInstance *fmu, double *z)
-{
-    return fmu->n_indicators
-               ? (int)CALL2(GetEventIndicators, F_GET_INDICATORS)(fmu->instance, z, (size_t)fmu->n_indicators)
-               : FMI_OK;
-}
-
-int fmi_nominals(const FmuInstance *fmu, double *nominals)
-{
-    return fmu->n_states
-               ? (int)CALL2(GetNominalsOfContinuousStates, F_NOMINALS)(fmu->instance, nominals, (size_t)fmu->n_states)
-               : FMI_OK;
-}
+/* a vector, for which an FMU that has no entries of it is not called */
+#define VECTOR_CALL(face, Vector, NAME, FUNCTION, count)                                                               \
+    int face(const FmuInstance *fmu, Vector values)                                                                    \
+    {                                                                                                                  \
+        return fmu->count ? (int)CALL2(NAME, FUNCTION)(fmu->instance, values, (size_t)fmu->count) : FMI_OK;            \
+    }
+VECTOR_CALL(fmi_set_states, const double *, SetContinuousStates, F_SET_STATES, n_states)
+VECTOR_CALL(fmi_get_states, double *, GetContinuousStates, F_GET_STATES, n_states)
+VECTOR_CALL(fmi_derivatives, double *, GetDerivatives, F_GET_DERIVATIVES, n_states)
+VECTOR_CALL(fmi_indicators, double *, GetEventIndicators, F_GET_INDICATORS, n_indicators)
+VECTOR_CALL(fmi_nominals, double *, GetNominalsOfContinuousStates, F_NOMINALS, n_states)
 
 int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
 {

@@ -4,7 +4,6 @@
 
 #include <math.h>
 
-/* a <- factors of a (n x n, by rows), rows exchanged as in pivot; 0 if singular */
 int linear_real_factor(double *a, int n, int *pivot)
 {
     for (int k = 0; k < n; k++) {

@@ -39,7 +39,6 @@ void recording_at(Master *m, double t, const double *x, Outcome *outcome)
     *outcome = field_values(m, t, x, values);
 }
 
-/* output times before the end of the step at t1 */
 Outcome recording_within(Master *m, double t1)
 {
     Run *r = m->run;

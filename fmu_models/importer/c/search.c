@@ -60,8 +60,7 @@ Outcome search_sample(Master *m, double theta, double *z)
 typedef struct {
     int i;
     double from, width; /* of the interval, in fractions of the step */
-    double p[NODES];
-    double near_zero;
+    double p[NODES], near_zero;
     double low, high; /* bracket, in fractions of the step */
 } Search;
 
@@ -173,8 +172,7 @@ static Outcome explore(Master *m, Search *search, Finding *finding)
 /* lower bound of c on [0, end]: the least of its Bernstein coefficients */
 static double lower_bound(const double *c, int degree, double end)
 {
-    double beta[NODES];
-    double power = 1.0, binomial = 1.0;
+    double beta[NODES], power = 1.0, binomial = 1.0;
     for (int k = 0; k <= degree; k++) {
         beta[k] = c[k] * power / binomial;
         power *= end;
@@ -324,7 +322,6 @@ Outcome search_close(Master *m, int i, double *low, double *high)
     return outcome;
 }
 
-/* first bracket of all indicators in [from, from + width] */
 Outcome search_interval(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low,
                         double *high)
 {

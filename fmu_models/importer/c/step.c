@@ -103,7 +103,6 @@ static Outcome keeps_pace(Master *m)
                : FINE;
 }
 
-/* a step from t of at most limit that keeps the tolerance */
 Outcome step_make(Master *m, double limit, double *error)
 {
     Run *r = m->run;
@@ -135,7 +134,6 @@ Outcome step_make(Master *m, double limit, double *error)
     }
 }
 
-/* automatic choice, after an accepted step: 1 if the other method is to make the next one */
 int step_choose(Master *m)
 {
     int change = 0;

@@ -87,3 +87,5 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
 #undef INLINE
 #undef AT
 #undef EACH
+#undef LANES_W
+#undef NAME

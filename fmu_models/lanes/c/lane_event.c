@@ -18,8 +18,7 @@
 /* a stop that has just been entered is at its bound exactly, where the origin of the mode lies there */
 static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int c)
 {
-    double size = 0.0;
-    double depth = 0.0;
+    double size = 0.0, depth = 0.0;
     int on_wall = 0;
     for (int i = 0; i < MODEL_NQ; i++) {
         on_wall |= m->shift[i] != 0.0;
@@ -136,8 +135,7 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     const int c = lanes_guard_contact[g];
     signed char falls[LANES_NG];
     const int before = lane->motion.state[c];
-    int alone = 1;
-    int decided = 0;
+    int alone = 1, decided = 0;
     memset(known, 0, sizeof lane->known);
     if (t->mode[lane->mode].held_count == 0 && lanes_compliant[c]) {
         stop(t, lane, z, g, *time, known);

@@ -189,8 +189,7 @@ void held_margin(const LaneRows *r, const LaneMode *m, const Held *held, int c, 
 
 void held_settle(const LaneTable *t, const LaneMode *m, double *z)
 {
-    double y[NC];
-    double plain[LANES_Z];
+    double y[NC], plain[LANES_Z];
     if (m->held_count == 0) return;
     memcpy(plain, z, sizeof plain);
     for (int i = 0; i < MODEL_NX; i++)

@@ -166,8 +166,7 @@ static void full_guard(const LaneRows *r, const LaneMode *m, const Held *held, i
 static double flow_rate(const Full *f)
 {
     double a[MODEL_NX][MODEL_NX], b[MODEL_NX][MODEL_NX];
-    double log_scale = 0.0;
-    double norm = 0.0;
+    double log_scale = 0.0, norm = 0.0;
     for (int i = 0; i < MODEL_NX; i++)
         memcpy(a[i], f->flow[i], sizeof a[i]);
     for (int round = 0; round <= 4; round++) {

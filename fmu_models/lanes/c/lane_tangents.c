@@ -79,8 +79,7 @@ void tangents_end(const Pool *pool, int64_t slot)
 /* the terms of the slope of a guard along a flow, and of what that changes by over a sub-step */
 static double slope_size(const LaneTable *t, const LaneMode *m, const double *f, int g)
 {
-    double bend[LANES_Z] = {0.0};
-    double size = 0.0;
+    double bend[LANES_Z] = {0.0}, size = 0.0;
     for (int i = 0; i < MODEL_NQ; i++)
         bend[i] = fabs(f[MODEL_NQ + i]);
     for (int e = 0; e < LANES_FLOW; e++)
@@ -108,8 +107,7 @@ void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const doubl
     const double per_slope = 1.0 / slope;
     for (int n = 0; n < directions; n++) {
         double *d = lane->tangent[n];
-        double w[LANES_Z];
-        double later = 0.0;
+        double w[LANES_Z], later = 0.0;
         for (int e = lanes_guard_first[g]; e < lanes_guard_first[g + 1]; e++) {
             const int j = lanes_guard_column[e];
             later -= j < MODEL_NX ? m->guard[e] * d[j] : 0.0;

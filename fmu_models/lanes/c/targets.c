@@ -29,29 +29,21 @@
 #define LANES_W 1
 #define NAME(x) x##_1
 #include "lane_code.h"
-#undef LANES_W
-#undef NAME
 
 #define LANES_W 2
 #define NAME(x) x##_2
 #include "lane_code.h"
-#undef LANES_W
-#undef NAME
 
 #if LANES_X86
 LANES_TARGET("avx2")
 #define LANES_W 4
 #define NAME(x) x##_4
 #include "lane_code.h"
-#undef LANES_W
-#undef NAME
 LANES_TARGET_END
 LANES_TARGET("avx512f,avx512dq,avx512vl")
 #define LANES_W 8
 #define NAME(x) x##_8
 #include "lane_code.h"
-#undef LANES_W
-#undef NAME
 LANES_TARGET_END
 #endif
 

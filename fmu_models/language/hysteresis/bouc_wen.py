@@ -46,7 +46,6 @@ class BoucWen(HysteresisLaw):
         return (InternalState(f"{name}_z", unit, f"hysteretic displacement of {name}"),)
 
     def switches(self, speed: Expr, z: Sequence[Expr]) -> dict[str, Expr]:
-        """The speed and z."""
         return {"speed": speed, "z": z[0]}
 
     def giving_way(self, speed: Expr, z: Expr, signs: Mapping[str, Expr]) -> Expr:
@@ -56,11 +55,9 @@ class BoucWen(HysteresisLaw):
         return self.gamma * speed * even + self.beta * signs["speed"] * speed * odd
 
     def rates(self, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> tuple[Expr, ...]:
-        """Of z."""
         return (speed - self.giving_way(speed, z[0], signs),)
 
     def force(self, way: Expr, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> Expr:
-        """Of the spring."""
         return self.k * z[0]
 
     @property

@@ -41,7 +41,6 @@ class BoucWenBaberNoori(BoucWen):
         return (*super().states(name, unit), energy)
 
     def rates(self, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> tuple[Expr, ...]:
-        """Of both."""
         x, energy = z
         nu, eta = 1 + self.delta_nu * energy, 1 + self.delta_eta * energy
         severity = self.zeta_s * (1 - sympy.exp(-self.p * energy))

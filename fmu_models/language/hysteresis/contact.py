@@ -52,6 +52,7 @@ class Hysteresis(Contact):
 
     kind: ClassVar[ContactKind] = YIELD
     driven: ClassVar[bool] = True
+    exchangeable: ClassVar[bool] = True
 
     name: str
     way: Expr
@@ -123,18 +124,11 @@ class Hysteresis(Contact):
 
     @property
     def rates(self) -> tuple[Expr, ...]:
-        """Rates of the states where no bound holds them."""
         return self.memory.rates(self.speed, self.states, self.signs)
 
     @property
     def steady(self) -> tuple[Expr, Expr]:
-        """lambda, and the speed along which it acts."""
         return -self.resistance, self.speed
-
-    @property
-    def shown(self) -> tuple[ContactSymbol, ...]:
-        """What outputs may use of it."""
-        return (self.force,)
 
     @property
     def written(self) -> Mapping[sympy.Basic, sympy.Expr]:
@@ -153,7 +147,6 @@ class Hysteresis(Contact):
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
-        """Everything that it is declared by."""
         rows = (row.function for row in self.rows)
         return tuple(map(sympy.sympify, (self.way, self.resistance, *self.rates, *rows)))
 
@@ -170,45 +163,30 @@ class Hysteresis(Contact):
 
     @property
     def names(self) -> Iterator[tuple[str, str]]:
-        """Every name that a user of the model will meet, with what it belongs to."""
         yield self.name, f"contact '{self.name}'"
         yield f"{self.name}_force", f"the force of contact {self.name}, which every model shows"
         for row in self.rows:
             yield row.name, f"a part of contact '{self.name}'"
             yield f"{row.name}_state", f"the state of {row.name}"
 
-    @property
-    def place(self) -> None:
-        """Everywhere."""
-        return None
-
-    def exchangeable_law(self, model: str) -> HysteresisLaw | Law:
-        """The contact's law."""
-        return self.law
-
     def check(self, coordinates: Sequence[Coordinate]) -> None:
-        """Refuse a way that is none."""
         if not any(isinstance(s, Input) for s in sympy.sympify(self.way).free_symbols):
             check_place(f"contact '{self.name}': way", self.way, coordinates)
 
     def check_units(self, units: Dimensions) -> None:
-        """Refuse parts whose units do not match."""
         way = units.expect(f"the way of contact '{self.name}'", self.way, None)
         speed = units.expect(f"the way of contact '{self.name}'", self.speed, None)
         force = units.expect(f"the law of contact '{self.name}'", self.resistance, None)
         if force is not None and speed is not None:
             units.match(f"the force of contact '{self.name}' times its speed", units.times(force, speed), "W")
         units.known[self.force] = force
-        for state, rate in zip(self.states, self.rates, strict=True):
-            change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
-            units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
+        self._check_rates(units)
         for row in self.rows:
             dimension = units.expect(f"'{row.name}'", row.function, None)
             if row.outflow is not None and way is not None:
                 units.compare(f"a bound of contact '{self.name}'", dimension, way)
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        """What it is lowered to, to stand at ``index`` among the contacts of the system."""
         return tuple(self._lowered(rates, row) for row in self.rows)
 
     def _lowered(self, rates: Rates, row: _Row) -> ContactDynamics:

@@ -25,19 +25,15 @@ class Dahl(HysteresisLaw):
     F_c: Expr
 
     def states(self, name: str, unit: str) -> tuple[InternalState, ...]:
-        """Elongation of the spring."""
         return (InternalState(f"{name}_z", unit, f"elongation of {name}"),)
 
     def switches(self, speed: Expr, z: Sequence[Expr]) -> dict[str, Expr]:
-        """The speed."""
         return {"speed": speed}
 
     def rates(self, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> tuple[Expr, ...]:
-        """Of the elongation."""
         return (speed * (1 - signs["speed"] * self.sigma * z[0] / self.F_c),)
 
     def force(self, way: Expr, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> Expr:
-        """Of the spring."""
         return self.sigma * z[0]
 
     @property

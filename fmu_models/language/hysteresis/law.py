@@ -69,22 +69,17 @@ class OfSlip(HysteresisLaw):
             )
 
     def states(self, name: str, unit: str) -> tuple[InternalState, ...]:
-        """Those of the law."""
         return self.law.states
 
     def switches(self, speed: Expr, z: Sequence[Expr]) -> dict[str, Expr]:
-        """The speed."""
         return {"speed": speed}
 
     def rates(self, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> tuple[Expr, ...]:
-        """Rates of the bristles."""
         return self.law.rates(speed, signs["speed"])
 
     def force(self, way: Expr, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> Expr:
-        """What the bristles resist."""
         return -sympy.sympify(self.law.force(speed, signs["speed"]))
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Those of the law."""
         return self.law.requirements

@@ -30,7 +30,6 @@ class Sliders(HysteresisLaw):
         """Stiffness k_i and bound D_i of each element."""
 
     def states(self, name: str, unit: str) -> tuple[InternalState, ...]:
-        """Elongations of the springs."""
         return tuple(
             InternalState(f"{name}_z{i}", unit, f"elongation of spring {i} of {name}", nominal=_size(bound))
             for i, (_, bound) in enumerate(self.elements, 1)
@@ -41,11 +40,9 @@ class Sliders(HysteresisLaw):
         return tuple(speed for _ in z)
 
     def force(self, way: Expr, speed: Expr, z: Sequence[Expr], signs: Mapping[str, Expr]) -> Expr:
-        """The sum of the springs."""
         return sympy.Add(*(k * x for (k, _), x in zip(self.elements, z, strict=True)))
 
     def bounds(self) -> dict[int, Expr]:
-        """Of every spring its own."""
         return {i: bound for i, (_, bound) in enumerate(self.elements)}
 
 
@@ -69,7 +66,6 @@ class MaxwellSlip(Sliders):
 
     @property
     def elements(self) -> tuple[tuple[Expr, Expr], ...]:
-        """As given."""
         return tuple(zip(self.k, self.D, strict=True))
 
 
@@ -98,7 +94,6 @@ class Play(Sliders):
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Those of the law."""
         return self.law.requirements
 
 

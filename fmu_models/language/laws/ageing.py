@@ -18,22 +18,17 @@ from typing import Any, ClassVar, Self, final
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction, falling
-from fmu_models.language.law_parameter import T_0, coefficient, declared
+from fmu_models.language.law_parameter import T_0, declared
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.quantities import InternalState, State
 
 
 @final
 @dataclass(frozen=True)
-class Ageing(DryFriction):
+class Ageing(Conti):
     """Conti's law with a breakaway that grows with the logarithm of the time in stick."""
 
     label: ClassVar[str] = "Conti+ageing"
-    N: sympy.Expr
-    mu_s: sympy.Expr = field(metadata=coefficient(0.65, "friction coefficient at vanishing slip speed"))
-    mu_k: sympy.Expr = field(metadata=coefficient(0.35, "friction coefficient at great slip speed"))
-    p: sympy.Expr = field(metadata=declared(15.0, "s/m", "slope of the fall of friction with slip speed", 0.0, 1e4))
     b: sympy.Expr = field(metadata=declared(0.01, "1", "growth of breakaway per decade of time in stick", 0.0, 1.0))
     t_0: sympy.Expr = field(
         metadata=declared(T_0, "s", "time in stick after which breakaway grows by decades", 1e-9, 1e4)
@@ -55,9 +50,6 @@ class Ageing(DryFriction):
         """The clock starts at zero."""
         return {self.clock: sympy.S.Zero}
 
-    # slips do not tell the two apart
-    magnitude = Conti.magnitude  # pyright: ignore[reportAssignmentType, reportIncompatibleMethodOverride]
-
     @property
     def capacity(self) -> sympy.Expr:
         """Largest force in stick, N, which grows with its time."""
@@ -71,7 +63,7 @@ class Ageing(DryFriction):
     def requirements(self) -> tuple[Requirement, ...]:
         """Requirements of Conti's law, and a time that is positive."""
         positive = f"{self.t_0} must be positive: it is the time after which breakaway grows"
-        return (falling(self.mu_s, self.mu_k, "Conti"), Requirement(sympy.sympify(self.t_0), positive, strict=True))
+        return (*super().requirements, Requirement(sympy.sympify(self.t_0), positive, strict=True))
 
 
 def _clock(name: str) -> InternalState:

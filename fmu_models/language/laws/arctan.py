@@ -19,7 +19,6 @@ class Arctan(Smoothed):
     """``law`` smoothed over the slip speed ``width``, m/s."""
 
     def shape(self, ratio: sympy.Expr) -> sympy.Expr:
-        """2/pi atan(v/width) of the ratio v/width."""
         return 2 / sympy.pi * sympy.atan(ratio)
 
 

@@ -10,7 +10,6 @@ dynamics, Nonlinear Dynamics 46 (2006), equation (2).
 """
 
 from dataclasses import dataclass, field
-from typing import final
 
 import sympy
 
@@ -19,7 +18,6 @@ from fmu_models.language.dry_friction import DryFriction, falling
 from fmu_models.language.law_parameter import coefficient, declared
 
 
-@final
 @dataclass(frozen=True)
 class Conti(DryFriction):
     """Friction that falls hyperbolically from N mu_s at rest to N mu_k at high slip speed."""
@@ -30,12 +28,10 @@ class Conti(DryFriction):
     p: sympy.Expr = field(metadata=declared(15.0, "s/m", "slope of the fall of friction with slip speed", 0.0, 1e4))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """N mu(speed), N, for a slip speed without sign, m/s."""
         return self.N * ((self.mu_s - self.mu_k) / (1 + self.p * speed) + self.mu_k)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Friction falls with the slip speed."""
         return (falling(self.mu_s, self.mu_k, "Conti"),)
 
 

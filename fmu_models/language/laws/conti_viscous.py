@@ -14,40 +14,30 @@ from typing import ClassVar, final
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction, braking
-from fmu_models.language.law_parameter import coefficient, declared, viscous
+from fmu_models.language.dry_friction import braking
+from fmu_models.language.law_parameter import viscous
 from fmu_models.language.laws.conti import Conti
 
 
 @final
 @dataclass(frozen=True)
-class ContiViscous(DryFriction):
+class ContiViscous(Conti):
     """Conti's law with viscous friction in proportion to the normal force."""
 
     label: ClassVar[str] = "Conti+viscous"
-    N: sympy.Expr
-    mu_s: sympy.Expr = field(metadata=coefficient(0.65, "friction coefficient at vanishing slip speed"))
-    mu_k: sympy.Expr = field(metadata=coefficient(0.35, "friction coefficient at great slip speed"))
-    p: sympy.Expr = field(metadata=declared(15.0, "s/m", "slope of the fall of friction with slip speed", 0.0, 1e4))
     mu_v: sympy.Expr = field(metadata=viscous())
 
-    @property
-    def dry(self) -> Conti:
-        """The part without viscous friction."""
-        return Conti(self.N, self.mu_s, self.mu_k, self.p)
-
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Force, N, for a slip speed without sign, m/s."""
-        return self.dry.magnitude(speed) + self.N * self.mu_v * speed
+        return super().magnitude(speed) + self.N * self.mu_v * speed
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N; its viscous part knows no sign."""
-        return self.dry.force(slip, sign) - self.N * self.mu_v * slip
+        return -sign * super().magnitude(sign * slip) - self.N * self.mu_v * slip
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Requirements of Conti's law, and no driving viscous friction."""
-        return (*self.dry.requirements, braking(self.mu_v))
+        return (*super().requirements, braking(self.mu_v))
 
 
 LAW = ContiViscous

@@ -26,7 +26,6 @@ class Coulomb(DryFriction):
     mu: sympy.Expr = field(metadata=coefficient(0.5, "friction coefficient at any slip speed"))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """N mu, N, at any slip speed."""
         return self.N * self.mu
 
 

@@ -29,7 +29,6 @@ class CoulombViscous(DryFriction):
     mu_v: sympy.Expr = field(metadata=viscous())
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Force, N, for a slip speed without sign, m/s."""
         return self.N * (self.mu + self.mu_v * speed)
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
@@ -38,7 +37,6 @@ class CoulombViscous(DryFriction):
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """No driving viscous friction."""
         return (braking(self.mu_v),)
 
 

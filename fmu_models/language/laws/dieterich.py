@@ -63,7 +63,6 @@ class RateState(DryFriction):
         return self.at_age(sympy.S.Zero)
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
         return -sign * self.at_age(sign * slip)
 
     @property
@@ -85,7 +84,6 @@ class Dieterich(RateState):
     label: ClassVar[str] = "Dieterich"
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rate of the age."""
         return (1 - (sign * slip + self.v_c) * self.age / self.D_c,)
 
 

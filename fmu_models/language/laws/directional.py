@@ -50,11 +50,9 @@ class Directional(DryFriction):
         return Conti(self.N, self.mu_s_minus, self.mu_k_minus, self.p_minus)
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Friction force, N, for a positive slip speed, m/s."""
         return self.plus.magnitude(speed)
 
     def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force, N, for a slip speed without sign, m/s, and its sign."""
         return (1 + sign) / 2 * self.plus.magnitude(speed) + (1 - sign) / 2 * self.minus.magnitude(speed)
 
     @property
@@ -68,13 +66,11 @@ class Directional(DryFriction):
         return self.plus.capacity
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
         speed = sign * slip
         return (1 - sign) / 2 * self.minus.magnitude(speed) - (1 + sign) / 2 * self.plus.magnitude(speed)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Friction falls with the slip speed in either direction."""
         return (falling(self.mu_s_plus, self.mu_k_plus, "Conti"), falling(self.mu_s_minus, self.mu_k_minus, "Conti"))
 
 

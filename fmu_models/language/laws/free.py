@@ -43,7 +43,6 @@ class Free(DryFriction):
     v_end: sympy.Expr = field(metadata=declared(0.3, "m/s", "greatest slip speed of the curve", 1e-4, 100.0))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """N mu(speed), N, for a slip speed without sign, m/s."""
         values = (self.mu_0, self.mu_1, self.mu_2, self.mu_3, self.mu_4, self.mu_5, self.mu_6, self.mu_7, self.mu_8)
         # numbers are exact: a floating-point one would pass for a quantity of any unit
         spacing = sympy.Rational(KNOT_SPACING)

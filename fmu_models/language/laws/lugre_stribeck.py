@@ -40,7 +40,6 @@ class LuGreStribeck(LuGre):
         return super().force(slip, sign) - self.curve.N * self.curve.mu_v * slip
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rate of the deflection of the bristles, m/s."""
         speed = sign * slip
         return (slip - self.sigma0 * speed * self.bristle / self.curve.dry(speed),)
 

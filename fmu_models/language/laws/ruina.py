@@ -24,7 +24,6 @@ class Ruina(RateState):
     label: ClassVar[str] = "Ruina"
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rate of the age."""
         u = (sign * slip + self.v_c) * self.age / self.D_c
         return (-u * sympy.log(u),)
 

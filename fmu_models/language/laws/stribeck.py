@@ -48,7 +48,6 @@ class Stribeck(DryFriction):
         return self.N * (self.mu_k + (self.mu_s - self.mu_k) * decay)
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Force, N, for a slip speed without sign, m/s."""
         return self.dry(speed) + self.N * self.mu_v * speed
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
@@ -57,7 +56,6 @@ class Stribeck(DryFriction):
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Friction falls with the slip speed, over a speed that is positive; no driving viscous friction."""
         return (falling(self.mu_s, self.mu_k, self.label), falling_over(self.v_s), braking(self.mu_v))
 
 

@@ -30,11 +30,9 @@ class StribeckCubic(DryFriction):
     a3: sympy.Expr = field(metadata=declared(0.45, "N s3/m3", "rise of the force with large slip speeds", -inf, inf))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Force, N, for a slip speed without sign, m/s."""
         return sympy.sympify(self.a0 - self.a1 * speed + self.a3 * speed**3)
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
         return -sign * self.a0 + self.a1 * slip - self.a3 * slip**3
 
     @property

@@ -19,7 +19,6 @@ class Tanh(Smoothed):
     """``law`` smoothed over the slip speed ``width``, m/s."""
 
     def shape(self, ratio: sympy.Expr) -> sympy.Expr:
-        """tanh(v/width) of the ratio v/width."""
         return sympy.tanh(ratio)
 
 

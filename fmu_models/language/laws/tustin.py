@@ -30,12 +30,10 @@ class Tustin(DryFriction):
     v_s: sympy.Expr = field(metadata=declared(0.05, "m/s", "slip speed over which friction falls", 1e-4, 100.0))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """N mu(speed), N, for a slip speed without sign, m/s."""
         return self.N * (self.mu_k + (self.mu_s - self.mu_k) * sympy.exp(-speed / self.v_s))
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Friction falls with the slip speed, over a speed that is positive."""
         return (falling(self.mu_s, self.mu_k, "Tustin"), falling_over(self.v_s))
 
 

@@ -45,7 +45,7 @@ def kind_of(analysis: Analysis) -> Kind:
     return Kind(
         compute,
         periodic=analysis.subject == SECTION,
-        anywhere=analysis.of_run is None and analysis.axes != RANGE,
+        anywhere=analysis.of_run is None and analysis.axes != RANGE and "level" not in analysis.without,
         sweeps=analysis.sweeps,
         axes="" if analysis.sweeps else analysis.axes,
         settings={name: declared.in_scene for name, declared in declared_options.items()},

@@ -41,7 +41,7 @@ class Kind:
         periodic: whether the scene must say a period or what forces it.
         anywhere: whether another section than a strobe will do, and none of a model that nothing forces.
         sweeps: see ``compute``.
-        axes: what it is over: PARAMETERS, two of them, or STATES; empty if it has no axes.
+        axes: what it is over: two PARAMETERS, one STATE or STATES; empty if it has no axes.
         settings: keys of [compute] that no other kind reads, and their defaults.
     """
 

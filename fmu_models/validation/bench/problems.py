@@ -7,12 +7,13 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.trust import is_place
+from fmu_models.lowering.fold import fold
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import arguments
 from fmu_models.scene.kinds.kind import period
 from fmu_models.scene.read import SUFFIX, files, read_scene
 from fmu_models.scene.reduce import built_scene, reduced
-from fmu_models.scene.scene import Scene
+from fmu_models.scene.scene import Drive, Scene
 from fmu_models.simulation.signal import Signal
 from fmu_models.validation.methods.result import MethodProblem
 
@@ -30,8 +31,7 @@ def problem(name: str, until: float | None = None) -> MethodProblem:
     """
     if until is not None and not 0.0 < until < float("inf"):
         raise StickslipError(f"The run must end after it starts, at a finite time; found {until:g} s.")
-    scene = _scene(name)
-    return of_scene(scene, until)
+    return of_scene(_scene(name), until)
 
 
 def _scene(name: str) -> Scene:
@@ -55,8 +55,6 @@ def of_model(name: str) -> Scene:
 
 def of_scene(scene: Scene, until: float | None = None) -> MethodProblem:
     """The first of the runs that a scene asks for; one of an orbit is made over ten periods."""
-    from fmu_models.lowering.fold import fold
-
     scene = _first(scene)
     stop = until or _end(scene)
     run = arguments(scene, stop)
@@ -77,8 +75,6 @@ def of_scene(scene: Scene, until: float | None = None) -> MethodProblem:
 
 def _first(scene: Scene) -> Scene:
     """The scene with what it sweeps held at its first value."""
-    from fmu_models.scene.scene import Drive
-
     compute = scene.compute
     if compute.over is None:
         return scene

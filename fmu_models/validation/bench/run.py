@@ -191,11 +191,10 @@ def _first_runs(
             try:
                 with _limit(LONGEST):
                     first = ready[method](tolerance)
-            except NotTreated as error:
+            except (NotTreated, TimeoutError) as error:
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
-            except TimeoutError as error:
-                refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
-                del ready[method]
+                if isinstance(error, TimeoutError):
+                    del ready[method]
             else:
                 yield _Entry(method, tolerance, ready[method], first, [], [])
 

@@ -24,7 +24,7 @@ from fmu_models.sections.strobe import Strobe
 from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs
 
 INSTEAD = "Use event-driven Taylor."
-PARTS = 1 << 16  # of a run that nothing forces, at most
+HALVINGS = 16  # of a run that nothing forces, at most
 _GO = np.zeros(1, np.int32)
 
 
@@ -44,21 +44,11 @@ class ExactFlow:
         if not has_lanes(fmu):
             raise NotTreated(f"{self.name}: {lane_obstacles(problem.system)[0]}. {INSTEAD}")
         period = _period(problem, self.name)
-        if period is None:
-            return self._in_parts(problem, fmu)
-        run = _FlowRun.of(problem, fmu, period)
-        if run is None:
-            raise NotTreated(f"{self.name}: some steps are left to the series. {INSTEAD}")
-        return run
-
-    def _in_parts(self, problem: MethodProblem, fmu: Fmu) -> Callable[[float], MethodRun]:
-        """Of what nothing forces: as few parts as lanes have a table for."""
-        pieces = 1
-        while pieces <= PARTS:
-            run = _FlowRun.of(problem, fmu, problem.stop_time / pieces)
-            if run is not None:
+        # of what nothing forces as few parts as lanes have a table for
+        lengths = (problem.stop_time / 2**k for k in range(HALVINGS + 1)) if period is None else (period,)
+        for length in lengths:
+            if run := _FlowRun.of(problem, fmu, length):
                 return run
-            pieces *= 2
         raise NotTreated(f"{self.name}: some steps are left to the series. {INSTEAD}")
 
 
@@ -86,14 +76,8 @@ class _FlowRun:
         assert any_strobe is not None
         run = cls(strobe, periods, last_strobe, any_strobe.start(arguments["start"])[None])
         run(0.0)
-        return (
-            run
-            if all(
-                candidate is None or ("by series" not in candidate.how and candidate.how)
-                for candidate in (strobe, last_strobe)
-            )
-            else None
-        )
+        exact = all(part is None or (part.how and "by series" not in part.how) for part in (strobe, last_strobe))
+        return run if exact else None
 
     def __call__(self, _: float) -> MethodRun:
         started = time.perf_counter()

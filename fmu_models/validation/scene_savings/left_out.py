@@ -5,6 +5,7 @@ from typing import Any
 
 from fmu_models.codegen.package import variant
 from fmu_models.language.quantities import Input, InternalState, Parameter
+from fmu_models.lowering.lower import lower
 from fmu_models.scene.reduce import reduced
 from fmu_models.scene.scene import Scene
 
@@ -20,8 +21,6 @@ class LeftOut:
 
 def left_out(scene: Scene) -> tuple[LeftOut, ...]:
     """What a scene leaves out, by kind."""
-    from fmu_models.lowering.lower import lower
-
     declared = whole_model = variant(scene.model, beside=scene.folder)
     law_contacts = [name for name in scene.laws if scene.contacts is None or name in scene.contacts]
     if law_contacts:
@@ -55,8 +54,9 @@ def left_out(scene: Scene) -> tuple[LeftOut, ...]:
         omissions.append(LeftOut(kind, quantity.name, why))
     possible = {output.name for output in lower(mechanism).outputs}
     for output in system.outputs:
+        symbols: Any = output.expression.free_symbols
         if output.name not in scene.outputs:
-            of = sorted({belongs[s.name] for s in _free(output.expression) if s.name in belongs})
+            of = sorted({belongs[s.name] for s in symbols if s.name in belongs})
             why = "not asked for" if output.name in possible else f"shows contact {', '.join(of)}"
             omissions.append(LeftOut("output", output.name, why))
     return tuple(omissions)
@@ -66,7 +66,3 @@ def _symbols(contact: Any) -> set[Any]:
     """What belongs to a contact: its parameters, inputs, internal states and what outputs show of it."""
     quantities = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
     return quantities | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}
-
-
-def _free(expression: Any) -> set[Any]:
-    return expression.free_symbols

@@ -46,15 +46,8 @@ def size(fmu: Fmu) -> Size:
     """Count the parts of an FMU."""
     description: Any = fmu.description
     indicators = description.numberOfEventIndicators if fmu.fmi == 2 else len(description.eventIndicators)
-    return Size(
-        contacts=len(fmu.contacts),
-        indicators=int(indicators),
-        states=len(fmu.states),
-        parameters=len(fmu.parameters),
-        inputs=len(fmu.inputs),
-        outputs=len(fmu.outputs),
-        bytes=fmu.path.stat().st_size,
-    )
+    counts = {name: len(getattr(fmu, name)) for name in ("contacts", "states", "parameters", "inputs", "outputs")}
+    return Size(indicators=int(indicators), bytes=fmu.path.stat().st_size, **counts)
 
 
 @dataclass(frozen=True)
@@ -92,10 +85,8 @@ def time_runs(scene: Scene, pairs: int = PAIRS) -> TimedRuns:
     small_arguments = arguments(scene)
     everything = _for_model(scene, large, small_arguments, muted or {})
     times = np.linspace(0.0, small_arguments["stop_time"], 501)
-    small_run, large_run = (
-        simulate(small, **small_arguments, output_times=times),
-        simulate(large, **everything, output_times=times),
-    )
+    small_run = simulate(small, **small_arguments, output_times=times)
+    large_run = simulate(large, **everything, output_times=times)
     sizes = {name: float(np.abs(small_run[name]).max()) or 1.0 for name in small.states}
     gaps = [float(np.abs(small_run[name] - large_run[name]).max()) / size for name, size in sizes.items()]
     measured: list[tuple[float, float]] = []

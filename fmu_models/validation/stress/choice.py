@@ -32,7 +32,6 @@ def random_cases(models: list[str], count: int, seed: int, until: float | None) 
     Raises:
         StickslipError: an unknown model.
     """
-
     names = list(dict.fromkeys(models)) or oscillators.names()
     share, remainder = divmod(count, len(names))
     return [case for i, name in enumerate(names) for case in drawn(name, share + (i < remainder), seed, until)]
@@ -40,7 +39,6 @@ def random_cases(models: list[str], count: int, seed: int, until: float | None) 
 
 def _one_per_kind() -> list[str]:
     """The first model by name of every kind of contact."""
-
     first_cases: dict[str, str] = {}
     for name in oscillators.names():
         for contact in oscillators.load(name).contacts:

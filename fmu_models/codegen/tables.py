@@ -1,0 +1,100 @@
+"""Tables of the generated C: what is known of a model and of its contacts, and how many there are of everything."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from fmu_models.codegen.c_expression import c_number, c_string
+from fmu_models.codegen.c_function import table
+from fmu_models.codegen.inertia import envelope, sparsity
+from fmu_models.codegen.jets import Slots
+from fmu_models.language import contact_kinds
+from fmu_models.lowering.hybrid_system import HybridSystem
+
+
+def head_of(system: HybridSystem) -> str:
+    """The first line of every generated file."""
+    return f"/* Generated from the declaration of {system.name}; do not edit. */\n"
+
+
+def facts(system: HybridSystem) -> list[str]:
+    """The arrays of model.h: start values, and what is known of every contact."""
+
+    def numbers(name: str, size: str, values: Iterable[float]) -> str:
+        return table("const double", f"start_{name}", f"MODEL_ROOM({size})", map(c_number, values), none="0.0")
+
+    def of_contacts(kind: str, name: str, values: Iterable[Any], none: str = "0") -> str:
+        return table(kind, f"contact_{name}", "MODEL_ROOM(MODEL_NC)", values, none)
+
+    tables = {
+        "sticks": (c.sticks for c in system.contacts),
+        "compliant": (c.kind.compliant for c in system.contacts),
+        "bounded": (c.depth is not None for c in system.contacts),
+        "releases": (c.release is not None for c in system.contacts),
+        "remembers": (c.remembers for c in system.contacts),
+        "rooted": (c.rooted for c in system.contacts),
+        "resets": (c.reset_sides for c in system.contacts),
+        "impulsive": (c.kind.impulsive for c in system.contacts),
+        "tangential": (not c.kind.normal for c in system.contacts),
+        "rubs": (c.kind.rubs for c in system.contacts),
+        "poisson": (c.poisson for c in system.contacts),
+        "clocks": (sum(contact_kinds.TICK_BITS[name] for name in c.clocks) for c in system.contacts),
+    }
+    partners = (-1 if c.partner is None else c.partner for c in system.contacts)
+    return [
+        numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
+        numbers("inputs", "MODEL_NU", (q.value for q in system.inputs)),
+        numbers("states", "MODEL_NX", (q.start for q in system.states)),
+        of_contacts("const char *const", "names", (c_string(c.name) for c in system.contacts), none='""'),
+        *(of_contacts("const unsigned char", name, map(int, values)) for name, values in tables.items()),
+        of_contacts("const short", "partner", partners, none="-1"),
+        *sparsity(system),
+    ]
+
+
+def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -> str:
+    """model_sizes.h, whose token is still to be put in; ``derived``: how many constants follow from the parameters."""
+    sizes = {
+        "NQ": len(system.coordinates),
+        "NV": len(system.driven),
+        "NZ": len(system.internal_states),
+        "NC": len(system.contacts),
+        "NI": system.indicator_count,
+        "NP": len(system.parameters),
+        "NU": len(system.inputs),
+        "NY": len(system.outputs),
+        "ND": derived,
+        "NW": slots.used,
+        "NR": slots.reciprocals,
+        "NM": len(envelope(system)),
+        "CONSTANT_INERTIA": int(system.constant_inertia),
+        "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
+        "DIRECTED": int(system.directed),
+        "YIELDS": int(any(contact.kind.yields for contact in system.contacts)),
+        "RESTS": int(any(contact.reset_sides & 8 for contact in system.contacts)),
+        "IS_MAP": int(bool(system.rule)),
+        "REACH": int(reach),
+        "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
+        "IMPACTS": sum(contact.kind.impulsive for contact in system.contacts),
+    }
+    lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
+    lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]
+    lines += ["", "/* states of a contact, and the ticks of its clocks: language/contact_kinds.py */"]
+    lines.append(_enumeration("ContactState", "CONTACT", contact_kinds.STATES))
+    lines.append(_enumeration("Tick", "TICK", contact_kinds.TICK_BITS))
+    body = "\n".join(lines)
+    guard = "STICKSLIP_MODEL_SIZES_H"
+    return f"{head_of(system)}#ifndef {guard}\n#define {guard}\n\n{body}\n\n#endif\n"
+
+
+def _enumeration(name: str, prefix: str, values: Mapping[str, int]) -> str:
+    return f"typedef enum {{ {', '.join(f'{prefix}_{key.upper()} = {n}' for key, n in values.items())} }} {name};"
+
+
+def legend(system: HybridSystem) -> str:
+    """A comment that says which quantity is which index."""
+    rows = {"p": system.parameters, "u": system.inputs, "x": system.states, "y": system.outputs}
+    lines = [
+        f" * {letter}: " + ", ".join(q.name for q in quantities) for letter, quantities in rows.items() if quantities
+    ]
+    lines += [f" * slip of {c.name}: {c.slip}" for c in system.contacts]
+    return "\n".join(["/*", *lines, " */", ""])

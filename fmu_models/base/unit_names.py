@@ -50,7 +50,7 @@ def parse_unit(unit: str) -> Any:
 
 
 class OtherDimensionError(ValueError):
-    """Two units that do not measure the same."""
+    """Two units of which none is a multiple of the other."""
 
 
 @dataclass(frozen=True)
@@ -82,15 +82,18 @@ def conversion_factor(unit: str, to: str) -> float:
     """How many of another unit one of this is; from the user's cache likewise.
 
     Raises:
-        OtherDimensionError: they do not measure the same.
-        ValueError: one of them is none, or has another zero.
+        OtherDimensionError: they do not measure the same, or from another zero.
+        ValueError: one of them is none.
     """
 
     def found() -> float | str:
         from pint import DimensionalityError, PintError
 
         try:
-            return float(parse_unit(unit).to(parse_unit(to).units).magnitude)
+            quantity, target = parse_unit(unit), parse_unit(to).units
+            if type(quantity)(0.0, quantity.units).to(target).magnitude != 0.0:
+                return f"'{unit}' has another zero than '{to}'"
+            return float(quantity.to(target).magnitude)
         except DimensionalityError as error:
             return str(error)
         except PintError as error:

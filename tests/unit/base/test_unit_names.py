@@ -127,3 +127,11 @@ def test_base_units_are_kept_and_then_read_without_pint(tmp_path: Path) -> None:
     # and where nothing can be kept it is the same
     environment["STICKSLIP_CACHE"] = os.devnull
     assert told() == f"{found} True True\n"
+
+
+def test_a_number_above_another_zero_is_no_multiple() -> None:
+    with pytest.raises(StickslipError, match=r'label = "20 degC" cannot be converted to K'):
+        converted("20 degC", "K", "label")
+    with pytest.raises(StickslipError, match="is in 'degC', which cannot be converted to K"):
+        column_conversion("degC", "K", "the column")
+    assert converted("20 K", "K", "label") == 20.0

@@ -188,7 +188,7 @@ def _result(
             )
         )
     least = minima[0].misfit
-    listed = _distinct([one for one in minima if one.misfit <= WITHIN * least])
+    listed = _distinct([minimum for minimum in minima if minimum.misfit <= WITHIN * least])
     names = [unknown.name for unknown in problem.unknowns[:shared]]
     free_run = len(problem.segments) == len(problem.logs)
     sensors = {name: problem.sensor(name, solution.values) for log in problem.logs for name in log.measured}
@@ -205,10 +205,12 @@ def _result(
         residuals=tuple(residuals_of(problem, solution.evaluation, concluded.whitened.filters)),
         minima=tuple(
             LocalMinimum(
-                one.misfit / least if least else 1.0,  # that of a model that follows its logs to the last digit is 0
-                dict(zip(names, one.solution.values[:shared].tolist(), strict=True)),
+                minimum.misfit / least
+                if least
+                else 1.0,  # that of a model that follows its logs to the last digit is 0
+                dict(zip(names, minimum.solution.values[:shared].tolist(), strict=True)),
             )
-            for one in listed
+            for minimum in listed
         ),
         freedom=rows_of(problem.logs) - len(places),
         inflation=concluded.inflation,
@@ -225,7 +227,7 @@ def _result(
 def _distinct(minima: Sequence[Minimum]) -> list[Minimum]:
     """Without those that are one of the others."""
     kept: list[Minimum] = []
-    for one in minima:
-        if not any(one.near(other) for other in kept):
-            kept.append(one)
+    for minimum in minima:
+        if not any(minimum.near(other) for other in kept):
+            kept.append(minimum)
     return kept

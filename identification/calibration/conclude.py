@@ -45,7 +45,7 @@ def conclude(minimum: Minimum) -> Concluded:
     evaluation = plain.evaluation
     for _ in range(ROUNDS):
         filtered = whitened(problem, evaluation, series, fitted)
-        if not any(one.order for one in filtered.filters.values()):
+        if not any(rule.order for rule in filtered.filters.values()):
             break
         found = _judged(filtered, problem, solve(filtered, values, tolerance=REFIT, evaluations=10))
         values, evaluation = found.solution.values, found.solution.evaluation

@@ -75,8 +75,8 @@ class Minimum:
 
 def best_first(minima: Sequence[Minimum]) -> tuple[Minimum, ...]:
     """By their misfit; an interrupt of one search is one of all."""
-    ordered = sorted(minima, key=lambda one: one.misfit)
-    ordered[0] = replace(ordered[0], interrupted=any(one.interrupted for one in minima))
+    ordered = sorted(minima, key=lambda minimum: minimum.misfit)
+    ordered[0] = replace(ordered[0], interrupted=any(minimum.interrupted for minimum in minima))
     return tuple(ordered)
 
 
@@ -126,7 +126,10 @@ def thinned(problem: SegmentProblem) -> SegmentProblem:
 
 def with_logs(problem: SegmentProblem, logs: tuple[ModelLog, ...]) -> SegmentProblem:
     """The problem with other samples of the same logs, whose ends may move."""
-    segments = [replace(one, end=float(logs[one.log].time[-1])) if one.last else one for one in problem.segments]
+    segments = [
+        replace(segment, end=float(logs[segment.log].time[-1])) if segment.last else segment
+        for segment in problem.segments
+    ]
     return replace(problem, logs=logs, segments=tuple(segments))
 
 

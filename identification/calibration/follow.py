@@ -65,7 +65,7 @@ def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
             problem.subject.observed(problem.stretch(number, solution.values, np.array([segment.end])))
         except StickslipError as error:
             notes.append(f"{log.name}: the model cannot be run from {segment.begin:g} s on ({error}).")
-    starts = dict(zip((one.name for one in problem.unknowns), solution.values.tolist(), strict=True))
+    starts = dict(zip((unknown.name for unknown in problem.unknowns), solution.values.tolist(), strict=True))
     first = {name: value for name, value in starts.items() if name in {f"{state}(0)" for state in fmu.states}}
     return FollowedLog(
         log=log,
@@ -81,7 +81,7 @@ def _posed(calibration: Calibration, fmu: Fmu, log: ModelLog) -> tuple[np.ndarra
     """The free run of the log with what was found, and where its start states begin: as those of the calibration."""
     values = {**calibration.held, **calibration.values_in(log.name)}
     known = {name: value for name, value in values.items() if name in fmu.variables}
-    noise = {one.variable: one.rms for one in calibration.residuals if not one.held_out and one.rms > 0}
+    noise = {series.variable: series.rms for series in calibration.residuals if not series.held_out and series.rms > 0}
     settings = Settings(parameters=known, sensors=calibration.sensors, noise=noise)
     problem = problem_of(fmu, [log], (), settings)[0]
     starts = calibration.values_in(log.name, starts=True)

@@ -100,7 +100,7 @@ def problem_of(
         name: float(variables[name].start or 0.0) for name in subject.states if name not in loose and name not in held
     }
     starts = np.full((len(logs), len(subject.states)), -1)
-    more, first = [], [one.first for one in unknowns]
+    more, first = [], [unknown.first for unknown in unknowns]
     for number, log in enumerate(logs):
         for place, name in enumerate(subject.states):
             if name in loose:
@@ -112,7 +112,7 @@ def problem_of(
         subject=subject,
         logs=tuple(logs),
         segments=whole(logs),
-        unknowns=(*(one.unknown for one in unknowns), *more),
+        unknowns=(*(unknown.unknown for unknown in unknowns), *more),
         first=np.array(first),
         fixed=held,
         places=tuple(places),

@@ -136,7 +136,7 @@ class Calibration(Pictured):
     @property
     def values(self) -> dict[str, float]:
         """Parameters by name."""
-        return {one.name: one.value for one in self.parameters}
+        return {parameter.name: parameter.value for parameter in self.parameters}
 
     def values_in(self, log: str, starts: bool = False) -> dict[str, float]:
         """Parameters as they are in a log of the calibration, those of the first one in any other log; or what is said
@@ -155,7 +155,10 @@ class Calibration(Pictured):
         return f"Calibration: {self.title}, {len(self.parameters)} values from {', '.join(self.logs)} ({self.method})"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {one.name: value_with_sd(one.value, one.standard_deviation, one.unit) for one in self.parameters}
+        return {
+            parameter.name: value_with_sd(parameter.value, parameter.standard_deviation, parameter.unit)
+            for parameter in self.parameters
+        }
 
     def _problem(self) -> tuple[SegmentProblem, Solved]:
         if self.solved is None or not isinstance(self.solved.problem, SegmentProblem):
@@ -187,7 +190,7 @@ class Calibration(Pictured):
             StickslipError: unknown name, or the calibration was read from a file.
         """
         problem, solved = self._problem()
-        chosen = names or tuple(one.name for one in self.parameters)
+        chosen = names or tuple(parameter.name for parameter in self.parameters)
         quantile = student(self.freedom, level)
         return profile(problem, solved.solution, solved.covariance, chosen, quantile=quantile, level=level).intervals
 

@@ -82,7 +82,7 @@ class Search:
                 few = self.draws[: max(8, len(self.draws) // 3)]
                 trials.nodes = nodes_of(trials.light, few, rates_of(trials.light), plan.segments)
         how = {"guesses": plan.guesses, "starts": plan.starts, "segments": plan.segments, "seed": plan.seed}
-        boxes = [(one.unknown.name, one.box) for one in free]
+        boxes = [(sought.unknown.name, sought.box) for sought in free]
         self.runner = Runner(trials, {"analysis": "calibrate", **how, "boxes": boxes}, plan.execution)
 
     def _drawn(self, first: np.ndarray) -> Iterator[np.ndarray]:
@@ -90,7 +90,7 @@ class Search:
         yield first
         for _ in range(self.plan.guesses - 1):
             guess = first.copy()
-            guess[: len(self.free)] = [one.spread(1, self.generator)[0] for one in self.free]
+            guess[: len(self.free)] = [sought.spread(1, self.generator)[0] for sought in self.free]
             yield guess
 
     def minima(self) -> tuple[Minimum, ...]:
@@ -137,9 +137,9 @@ class Search:
 
         def take(number: int, made: RunRows) -> bool:
             here = self.trials.minimum(rows[number], made)
-            again = any(here.near(one) for one in minima) and here.left < LEFT
+            again = any(here.near(minimum) for minimum in minima) and here.left < LEFT
             minima.append(here)
-            enough = len(minima) >= self.plan.starts and min(one.misfit for one in minima) < DOUBTFUL
+            enough = len(minima) >= self.plan.starts and min(minimum.misfit for minimum in minima) < DOUBTFUL
             return again or here.arrived or enough
 
         self.trials.progress, self.trials.together = report, 1
@@ -176,7 +176,7 @@ class _Scan:
         """From the best guess along each parameter in turn, in points as dense as its effect asks: a frequency that is
         off by one part in a hundred has lost its phase at the end of a log."""
         problem = self.trials.light
-        row = min(self.scored, key=lambda one: one[0])[1]
+        row = min(self.scored, key=lambda guess: guess[0])[1]
         segmented, z = self.trials.posed(row)
         x = row[: len(problem.first)]
         here = segmented.evaluate(z)
@@ -196,14 +196,14 @@ class _Scan:
             guesses[:, place] = self.free[place].spread(int(counts[place]), self.generator)
             before, count = done, counts[place]
             self.score(list(guesses), lambda share, b=before, c=count: progress((b + share * c) / total))
-            x = min(self.scored, key=lambda one: one[0])[1][: len(x)]
+            x = min(self.scored, key=lambda guess: guess[0])[1][: len(x)]
             done += int(count)
 
     def best(self) -> list[np.ndarray]:
         """Guesses with start states that differ, the best first."""
         chosen: list[np.ndarray] = []
         shared = len(self.free)
-        for _, row in sorted(self.scored, key=lambda one: one[0]):
+        for _, row in sorted(self.scored, key=lambda guess: guess[0]):
             if all(np.any(np.abs(row - other)[:shared] > SAME * np.abs(row)[:shared]) for other in chosen):
                 chosen.append(row)
         return chosen
@@ -256,13 +256,13 @@ def grown(
         ended.append((reached, x))
         if sum(end > most for end, _ in ended) == starts:
             break
-    ended.sort(key=lambda one: -one[0])
+    ended.sort(key=lambda ending: -ending[0])
     return [(free_run, x) for _, x in ended[:starts]]
 
 
 def _draw(problem: SegmentProblem, free: Sequence[FreeParameter], generator: np.random.Generator) -> np.ndarray:
     guess = problem.first.copy()
-    guess[: len(free)] = [one.spread(1, generator)[0] for one in free]
+    guess[: len(free)] = [sought.spread(1, generator)[0] for sought in free]
     guess[len(free) :] *= np.exp(BOX / 2 * generator.uniform(-1, 1, len(guess) - len(free)))
     return guess
 

@@ -160,8 +160,11 @@ class SystemFmu(Fmu):
     def of_map(cls, declared: Map) -> SystemFmu:
         """A map."""
         variables: dict[str, Any] = {}
-        parameters = [("parameter", one, one.value, one.minimum, one.maximum) for one in declared.parameters]
-        states = [("local", one, one.start, None, None) for one in declared.states]
+        parameters = [
+            ("parameter", parameter, parameter.value, parameter.minimum, parameter.maximum)
+            for parameter in declared.parameters
+        ]
+        states = [("local", state, state.start, None, None) for state in declared.states]
         for causality, quantity, first, low, high in (*parameters, *states):
             variables[quantity.name] = SimpleNamespace(
                 **{"name": quantity.name, "causality": causality, "variability": "discrete", "start": first},

@@ -62,7 +62,7 @@ class Trials:
             "model": str(fmu.description.modelName),
             "sha256": fmu.sha256,
             "logs": {log.name: _digest(log) for log in problem.logs},
-            "first": dict(zip((one.name for one in problem.unknowns), problem.first.tolist(), strict=True)),
+            "first": dict(zip((unknown.name for unknown in problem.unknowns), problem.first.tolist(), strict=True)),
             "known": digest(repr(known)),
         }
 

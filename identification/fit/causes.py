@@ -45,9 +45,13 @@ def judged(ready: Pool, estimate: Estimate | None = None, named: Sequence[str] |
 def causes_of(verdict: Verdict, ready: Pool) -> tuple[Cause, ...]:
     """What slips show, in words."""
     causes = []
-    for one in verdict.explanations:
-        words, chance = _words(one.name, one.terms, ready), float(np.exp(-one.gain / 2))
-        causes.append(Cause(one.name, words, one.size, one.unit, one.gain, chance, one.alike))
+    for explanation in verdict.explanations:
+        words, chance = _words(explanation.name, explanation.terms, ready), float(np.exp(-explanation.gain / 2))
+        causes.append(
+            Cause(
+                explanation.name, words, explanation.size, explanation.unit, explanation.gain, chance, explanation.alike
+            )
+        )
     return tuple(causes)
 
 

@@ -226,7 +226,7 @@ class _Work:
         if failed is not None and not causes:
             raise failed
         hold = verdict is not None
-        held = tuple(one for one in causes if all(map(self._holds, terms_found(self.ready, [one]))))
+        held = tuple(cause for cause in causes if all(map(self._holds, terms_found(self.ready, [cause]))))
         if held:
             fit = self._added(held, first, options, failed, verdict)
         else:

@@ -55,7 +55,7 @@ def fit_free(
     law = replace(law, beforehand=np.pad(np.vstack([BENDS, sure * np.eye(1, COEFFICIENTS)]), ((0, 0), (0, 1))))
     problem = shooting_problem(ready, law, segments, values, options, noise_known)
     stated = problem.held
-    problem = problem.with_held(tuple(replace(one, value=curve.constants[one.name]) for one in stated))
+    problem = problem.with_held(tuple(replace(constant, value=curve.constants[constant.name]) for constant in stated))
     x = problem.start()
     bounds = tuple(bool(at) for at in at_bounds(problem, x))
     solution = Solution(x, problem.evaluate(x), True, "the curve of the slips", bounds, (law.spans,))

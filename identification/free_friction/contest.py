@@ -83,7 +83,7 @@ def contest(
     bare = slips_of(ready, segments)
     with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
         guess = begun(bare)
-        misfit = bare.squares(guess) / sum(len(one.time) for one in segments)
+        misfit = bare.squares(guess) / sum(len(segment.time) for segment in segments)
         if not misfit < ASTRAY and (noise_known or not np.isfinite(misfit)):
             return None
         return _judged(bare if noise_known else bare.with_noise(float(np.sqrt(misfit))), guess, named)
@@ -115,7 +115,7 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
     if named is None and found:
         if tau > TAUS[0]:  # as much is left as was there, or little was added
-            listed = tau >= first[1] or any(one.gain < BESIDE for one in found)
+            listed = tau >= first[1] or any(finding.gain < BESIDE for finding in found)
         else:
             listed = _neighbours(slips, guess) > noise + COLOURED
         if listed:  # the best of a list, no explanation
@@ -125,7 +125,7 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
         for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
-    return _verdict(slips, guess, tau, sorted(found, key=lambda one: -one.gain), wrong)
+    return _verdict(slips, guess, tau, sorted(found, key=lambda finding: -finding.gain), wrong)
 
 
 def _neighbours(slips: Slips, guess: Guess) -> float:
@@ -280,7 +280,11 @@ class _Table:
         """Candidates in place of one of the chosen that are worth as much, within `GAIN`."""
         others = tuple(one for one in self.chosen if one != name)
         near = self.worth(self.chosen) - GAIN
-        return tuple(one for one in self.field.columns if one not in self.chosen and self.worth((*others, one)) > near)
+        return tuple(
+            column
+            for column in self.field.columns
+            if column not in self.chosen and self.worth((*others, column)) > near
+        )
 
     def value(self, name: str, column: str, without: str) -> float:
         """What a column of a candidate would be in place of one of the chosen, to first order."""

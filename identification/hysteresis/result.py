@@ -56,7 +56,7 @@ class FittedLaw:
     @property
     def values(self) -> dict[str, float]:
         """Parameters by name."""
-        return {one.name: one.value for one in self.parameters}
+        return {parameter.name: parameter.value for parameter in self.parameters}
 
     @property
     def worst(self) -> float:

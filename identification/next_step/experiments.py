@@ -65,8 +65,12 @@ class Experiments(Tabular, Recorded):
         import pandas
 
         return pandas.DataFrame(
-            {**one.settings, **{f"sd {name}": sd for name, sd in one.deviations.items()}, "refused": one.refused}
-            for one in self.candidates
+            {
+                **candidate.settings,
+                **{f"sd {name}": sd for name, sd in candidate.deviations.items()},
+                "refused": candidate.refused,
+            }
+            for candidate in self.candidates
         )
 
     def _heading(self) -> str:
@@ -95,7 +99,7 @@ def rank_experiments(
         StickslipError: a name that is none or was calibrated itself, a duration that is not positive, or nothing
             measured but times of events.
     """
-    names = [one.name for one in calibration.parameters if one.name in fmu.parameters]
+    names = [parameter.name for parameter in calibration.parameters if parameter.name in fmu.parameters]
     known = [*fmu.inputs, *(name for name in fmu.parameters if name not in names), *fmu.states]
     for name in dict.fromkeys(name for one in candidates for name in one):
         refuse_unknown(
@@ -130,7 +134,7 @@ def rank_experiments(
 
 def _precision(calibration: Calibration, names: Sequence[str]) -> np.ndarray:
     """(m, m) of the parameters; nothing of those that are not told."""
-    every = [one.name for one in calibration.parameters]
+    every = [parameter.name for parameter in calibration.parameters]
     told = [n for n, name in enumerate(names) if calibration[name].standard_deviation is not None]
     places = [every.index(names[n]) for n in told]
     covariance, precision = np.array(calibration.covariance), np.zeros((len(names), len(names)))

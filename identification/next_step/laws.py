@@ -51,7 +51,7 @@ def compare_laws(
     report = progress if progress is not None else lambda _: None
     causes = asked_for(disturbances)
     if disturbances == AUTO and (verdict := judged(ready)) is not None:
-        causes = tuple(one.name for one in verdict.explanations)
+        causes = tuple(explanation.name for explanation in verdict.explanations)
     comparison = _compared(ready, sought, estimator, causes, report)
     report(1.0)
     return comparison

@@ -23,7 +23,7 @@ def followed_figure(followed: Sequence[FollowedLog]) -> Figure:
     """A row for each variable of each log: time, residual over time, portrait."""
     from matplotlib.figure import Figure
 
-    rows = [(one, name) for one in followed for name in one.modelled][:ROWS]
+    rows = [(log, name) for log in followed for name in log.modelled][:ROWS]
     figure = Figure(figsize=(12.0, 0.6 + 2.4 * max(len(rows), 1)), layout="constrained")
     panels = figure.subplots(max(len(rows), 1), 3, squeeze=False, gridspec_kw={"width_ratios": (2, 1.3, 1)})
     for (one, name), (time, left, portrait) in zip(rows, panels, strict=False):

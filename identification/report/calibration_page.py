@@ -50,7 +50,7 @@ class CalibrationFindings(Findings):
         """The data of the report, plain values."""
         return {
             "calibration": self.calibration.to_dict(),
-            "logs": [one.to_dict() for one in self.followed],
+            "logs": [log.to_dict() for log in self.followed],
             "notes": list(self.notes),
         }
 
@@ -69,7 +69,7 @@ class CalibrationFindings(Findings):
     def summary(self) -> list[str]:
         """Values, what is least known, how logs are followed."""
         found = self.calibration
-        known = [one for one in found.parameters if one.standard_deviation is not None]
+        known = [parameter for parameter in found.parameters if parameter.standard_deviation is not None]
         sentences = [f"{len(found.parameters)} values of {found.model} were found in {', '.join(found.logs)}."]
         if known:
             worst = max(known, key=lambda one: (one.standard_deviation or 0.0) / max(abs(one.value), 1e-300))
@@ -90,7 +90,7 @@ class CalibrationFindings(Findings):
         """Logs beside the model, the model with sliders, residuals of the calibration, the model."""
         found, sections = self.calibration, []
         if self.followed:
-            lines = residuals_table([line for one in self.followed for line in one.residuals])
+            lines = residuals_table([line for log in self.followed for line in log.residuals])
             parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
             sections.append(PageSection("logs", "Logs beside the model", parts))
         if self.live:
@@ -140,9 +140,9 @@ def _live(calibration: Calibration, fmu: Fmu, followed: Sequence[FollowedLog]) -
             values[name] = float(signal.piece(np.array([first.log.time[0]]))[0][0]) if moving else float(signal)
             notes += [f"'{name}' varies over time in the log; the moved model holds its first value."] if moving else []
     ranges = {
-        one.name: ends
-        for one in calibration.parameters
-        if one.name in fmu.parameters and np.isfinite(ends := calibration.interval(one.name)).all()
+        parameter.name: ends
+        for parameter in calibration.parameters
+        if parameter.name in fmu.parameters and np.isfinite(ends := calibration.interval(parameter.name)).all()
     }
     subject = ExplorerSubject(
         fmu=fmu,

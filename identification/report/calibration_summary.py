@@ -80,10 +80,10 @@ def experiments_table(ranked: Experiments) -> PrintedTable:
     names = list(ranked.deviations)
     heads = list(ranked.candidates[0].settings)
     rows: list[list[str | Cell]] = [["as it is", *[""] * (len(heads) - 1), *(sd(ranked.deviations[n]) for n in names)]]
-    for one in ranked.candidates:
-        if one.refused is None:
-            settings = (number(value, ".4g") for value in one.settings.values())
-            rows.append([*settings, *(sd(one.deviations[name]) for name in names)])
+    for candidate in ranked.candidates:
+        if candidate.refused is None:
+            settings = (number(value, ".4g") for value in candidate.settings.values())
+            rows.append([*settings, *(sd(candidate.deviations[name]) for name in names)])
     columns = [*heads, *(f"sd {name}" for name in names)]
     return table(f"Predicted with one more log of {ranked.duration:g} s", columns, rows)
 
@@ -110,14 +110,14 @@ def followed_sentences(found: Calibration, followed: Sequence[FollowedLog]) -> l
             if line.chance < COLOURED:
                 text += f" What is left is coloured (neighbours {line.autocorrelation:+.2f})."
             sentences.append(text)
-    return [*sentences, *(note for one in followed for note in one.notes)]
+    return [*sentences, *(note for log in followed for note in log.notes)]
 
 
 def followed_report(found: Calibration, followed: Sequence[FollowedLog]) -> Group:
     """Logs beside the calibrated model."""
     from rich.console import Group
 
-    lines = residuals_table([line for one in followed for line in one.residuals])
+    lines = residuals_table([line for log in followed for line in log.residuals])
     return Group(
         plain(found.title, "bold"), lines, *(plain(f"- {text}") for text in followed_sentences(found, followed))
     )
@@ -134,7 +134,7 @@ def _minima(found: Calibration) -> list[str]:
 
 
 def meaning(found: Calibration) -> str:
-    whitened = any(one.order for one in found.residuals)
+    whitened = any(line.order for line in found.residuals)
     ratio = f"{found.inflation:.2g} times as large at most"
     if found.inflation > MISTRUSTED:
         how = f"by the sandwich (Newey-West), {ratio}: residuals are coloured, or the model misses something"

@@ -146,8 +146,8 @@ def draw_diagram(family: FamilyComparison, axes: Axes) -> None:
     if family.hopf is not None:
         axes.axvline(family.hopf, color="black", linestyle=":", linewidth=1.2,
                      label=f"steady sliding stable above {family.hopf:.4g} rad/s (model)")  # fmt: skip
-    for one in family.bifurcations:
-        _bifurcation(axes, one)
+    for bifurcation in family.bifurcations:
+        _bifurcation(axes, bifurcation)
     axes.set_ylim(-0.02, 1.1 * axes.get_ylim()[1])  # marks at the edge stay whole
     axes.set_xlabel(f"drive speed of {family.varied} (rad/s)", fontsize="small")
     axes.set_ylabel("stick fraction (1)", fontsize="small")

@@ -145,11 +145,11 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
 
 def draw_fit(fit: FrictionFit, axes: Axes) -> None:
     """The fitted law of each disc over slip speed, and the means that the estimator used, with 95 % intervals."""
-    reach = 1.05 * max((one.slip for one in fit.bins), default=1.0)
-    speed = np.linspace(min(0.0, 1.05 * min((one.slip for one in fit.bins), default=0.0)), reach, 300)
+    reach = 1.05 * max((speed_bin.slip for speed_bin in fit.bins), default=1.0)
+    speed = np.linspace(min(0.0, 1.05 * min((speed_bin.slip for speed_bin in fit.bins), default=0.0)), reach, 300)
     for number, contact in enumerate(fit.contacts):
         colour = COLOURS[number]
-        means = [one for one in fit.bins if one.contact == contact]
+        means = [speed_bin for speed_bin in fit.bins if speed_bin.contact == contact]
         error = [1.96 * (mean.standard_error or 0.0) for mean in means]
         style = {"fmt": MARKS[number], "color": colour, "markersize": 4, "markerfacecolor": "white", "capsize": 3}
         axes.plot(speed, fitted_law(fit, contact)(speed), color=colour, label=f"{fit.law} law, {contact}")

@@ -49,7 +49,9 @@ class MachineFindings(Findings):
     def summary(self) -> list[str]:
         """What was found and how far it can be trusted, in sentences."""
         fit = self.fit
-        worst = max(fit.parameters, key=lambda one: one.standard_deviation / max(abs(one.value), 1e-300))
+        worst = max(
+            fit.parameters, key=lambda parameter: parameter.standard_deviation / max(abs(parameter.value), 1e-300)
+        )
         many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
         off = max(fit.joints, key=lambda one: one.seen.relative_error)
         said = [

@@ -112,7 +112,7 @@ class RigFindings(Findings):
         fit = self.fit
         least = "; at least, for nobody says how well a constant is known"
         meaning = INTERVALS.format(
-            least="" if all(one.stated for one in fit.constants) else least, covariance=fit.covariance
+            least="" if all(constant.stated for constant in fit.constants) else least, covariance=fit.covariance
         )
         table = tables.parameter_table(fit).html()
         return [table, paragraph(meaning, "about"), *warned("Warnings", fit.warnings)]

@@ -86,7 +86,7 @@ def rivals_table(fit: FrictionFit) -> PrintedTable:
             number(one.weight, ".2f"),
             *(number(one.values.get(name), ".5g") for name in names),
         ]
-        for one in sorted(fit.rivals, key=lambda one: one.lead)
+        for one in sorted(fit.rivals, key=lambda rival: rival.lead)
     ]
     return table("Laws on the same evidence", ("law", "BIC", "weight", *names), rows)
 

@@ -32,6 +32,16 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_N
 AHEAD = 1.0  # s of work that a child is given at once: it need not wait for the parent after each job
 
 
+def kill_session(process: subprocess.Popen[Any]) -> None:
+    """Kill a process that leads a session of its own and, where there are process groups, what it started."""
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.wait()
+
+
 class IsolatedFailure(StickslipError):
     """A job in a child process did not come back; the text says why.
 
@@ -131,13 +141,8 @@ class Child:
         self.due = math.inf if self.limits.time is None else self.since + self.limits.time
 
     def end(self) -> None:
-        """Kill it and, where there are process groups, what it started."""
-        if hasattr(os, "killpg"):
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(self.process.pid, signal.SIGKILL)
-        else:
-            self.process.kill()
-        self.process.wait()
+        """Kill it and what it started."""
+        kill_session(self.process)
         assert self.process.stdin
         assert self.process.stdout
         with contextlib.suppress(OSError):

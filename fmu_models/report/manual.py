@@ -18,6 +18,7 @@ from pathlib import Path
 
 from fmu_models.base import shipped
 from fmu_models.base.cache import cache_folder, digest
+from fmu_models.base.child_process import kill_session
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 
@@ -64,7 +65,7 @@ def manual_site(*, strict: bool = False, progress: Callable[[float], None] = lam
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         raise StickslipError(
-            f"The manual is built by Sphinx, and {', '.join(missing)} is not installed. Install what it needs: "
+            f"The manual is built by Sphinx. Not installed: {', '.join(missing)}. Install what it needs: "
             "pip install 'stickslip[docs]'"
         )
     with temporary_folder("manual", target.parent) as work:
@@ -110,14 +111,25 @@ def _build(work: Path, strict: bool, progress: Callable[[float], None]) -> None:
     with (
         open(work / "said", "w+", encoding="utf-8", errors="replace") as log,
         subprocess.Popen(
-            line, stdout=subprocess.PIPE, stderr=log, env=environment, text=True, encoding="utf-8", errors="replace"
+            line,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            env=environment,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            start_new_session=True,
         ) as process,
     ):
         assert process.stdout is not None
-        for words in process.stdout:
-            if match := re.match(r"(making|reading|writing) .*\[ *(\d+)%\]", words):
-                start, end = PHASES[match[1]]
-                progress(start + (end - start) * int(match[2]) / 100)
+        try:
+            for words in process.stdout:
+                if match := re.match(r"(making|reading|writing) .*\[ *(\d+)%\]", words):
+                    start, end = PHASES[match[1]]
+                    progress(start + (end - start) * int(match[2]) / 100)
+        except BaseException:  # an interrupt reaches this process alone, and Sphinx has others that read pages
+            kill_session(process)
+            raise
         process.wait()
         log.seek(0)
         lines = [text.rstrip() for text in log if text.strip()]

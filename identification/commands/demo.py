@@ -48,6 +48,8 @@ def demo(
         decay = decay_of(logs)
         ready, found = fit_logs(logs, decay)
         write_text(targets["fit"], found.to_json(), overwrite)
+        if found.interrupted:
+            raise KeyboardInterrupt
         advance(0.5)
         draw_friction(found, ready, targets["friction"], overwrite)
         families = compare_families(found, logs)

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import h5py
@@ -19,6 +20,7 @@ from fmu_models.base.errors import WriteError
 from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import built, export
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.report.manual import NEEDED
 from fmu_models.simulation.results import write_trajectory
 from fmu_models.simulation.run import simulate
 
@@ -156,3 +158,45 @@ def test_folders_of_killed_processes_go_at_the_next_start(tmp_path: Path, monkey
         with temporary.temporary_folder("there"):
             assert mine.is_dir()
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.nightly
+def test_an_interrupted_demo_keeps_its_logs_and_says_so(tmp_path: Path) -> None:
+    process = begun("demo", "look", folder=tmp_path)
+    made = tmp_path / "look" / "logs" / "datapackage.json"
+    appear(made, process)
+    time.sleep(5)  # in the fit, which takes longer
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=120)[1]
+    assert process.returncode == 130 and "interrupted; what was finished is kept" in said
+    assert made.is_file() and not (tmp_path / "look" / "report.html").exists()
+
+
+@pytest.mark.nightly
+def test_an_interrupted_manual_leaves_no_sphinx_and_no_folder(tmp_path: Path) -> None:
+    for module in NEEDED:
+        pytest.importorskip(module)
+    cache = tmp_path / "cache"
+    process = begun("docs", "--no-open", folder=tmp_path, STICKSLIP_CACHE=str(cache))
+    appear(cache, process)
+    time.sleep(5)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130 and children
+    assert not any(Path(f"/proc/{child}").exists() for child in children)
+    assert not list(cache.glob("*manual*"))
+
+
+def begun(*arguments: str, folder: Path, **environment: str) -> subprocess.Popen[str]:
+    room = {"PYTHONPATH": str(Path(__file__).parents[2]), **environment}
+    line = [sys.executable, "-c", CALL, *arguments]
+    return subprocess.Popen(line, cwd=folder, env=os.environ | room, stderr=subprocess.PIPE, text=True)
+
+
+def appear(path: Path, process: subprocess.Popen[str]) -> None:
+    """Wait for a file of a process."""
+    end = time.monotonic() + 120
+    while not path.exists():
+        assert process.poll() is None and time.monotonic() < end
+        time.sleep(0.1)

@@ -21,6 +21,7 @@ from fmu_models.scene.read import files
 
 # what a browser fetches by itself; a link in the text waits for a click
 FETCHED = {"img": "src", "script": "src", "iframe": "src", "link": "href", "source": "src", "object": "data"}
+DOCS = Path(__file__).parents[2] / "docs"
 NO_FETCH = {"canonical", "next", "prev", "index", "search", "author", "copyright", "top", "up"}
 
 
@@ -148,3 +149,9 @@ def test_without_sphinx_the_command_says_what_to_install(tmp_path) -> None:
     answer = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert answer.returncode == 2 and "pip install 'stickslip[docs]'" in answer.stderr, answer.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.relative_to(DOCS).as_posix())
+def test_a_page_read_in_the_repository_links_to_files_that_are_there(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text("utf-8"))
+    assert not [link for link in links if not urlsplit(link).scheme and not (page.parent / link).exists()]

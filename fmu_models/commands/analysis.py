@@ -67,7 +67,7 @@ def command_of(name: str) -> Callable[..., None]:
     return console.trusting(bundled(command))
 
 
-def _option(declared: Declared) -> Any:
+def _option(declared: Declared) -> object:
     """Not given, the shell's option is None: then a scene, or the function's own default, says it."""
     option, kind = declared.option, declared.type
     plain = kind is bool and option.words is None

@@ -47,7 +47,7 @@ def bundled(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def _bundle(hint: Any) -> tuple[type[Any] | None, tuple[str, ...]]:
+def _bundle(hint: object) -> tuple[type[Any] | None, tuple[str, ...]]:
     """The dataclass that a parameter is, if it is one, and its fields that are left out."""
     kind, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     if not (isinstance(kind, type) and dataclasses.is_dataclass(kind)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_files
 import keyword
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -88,7 +89,7 @@ def _checked(name: str) -> str:
     return name
 
 
-def _quoted(names: Any) -> str:
+def _quoted(names: Iterable[str]) -> str:
     return ", ".join(json_files.dumps(name) for name in names)
 
 

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.coupling.order import CouplingStage, Port, discrete, stages
@@ -116,7 +117,7 @@ class Composite:
         message = self.instances[self.c.failed_unit].message()
         return f"unit '{self.names[self.c.failed_unit]}'" + (f": {message}" if message else "")
 
-    def _put(self, name: str, values: Any, kind: Any) -> None:
+    def _put(self, name: str, values: Sequence[float] | NDArray[Any], kind: DTypeLike) -> None:
         # one more, so that an empty array has an address too
         array = np.zeros(len(values) + 1, dtype=kind)
         array[: len(values)] = values

@@ -8,7 +8,7 @@ triggered output or local   when the FMU does
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -21,6 +21,9 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ScalarVariable
 
 _C = declarations("importer/c/master.h")
 _KIND = _C.constants("ClockKind", "CLOCK_")
@@ -94,7 +97,7 @@ def _clock(attributes: Mapping[str, str]) -> FmuClock:
     )
 
 
-def _own(variable: Any) -> list[Any]:
+def _own(variable: "ScalarVariable") -> list[Any]:
     """The variables that are its clocks, which fmpy declares as numbers."""
     return list(variable.clocks)
 

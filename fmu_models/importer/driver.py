@@ -365,10 +365,10 @@ class Driver(Shown):
             name = self._indicators[i] if i >= 0 else ""
             yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
 
-    def _error(self, status: int, c: Any) -> StickslipError:
+    def _error(self, status: int, c: ctypes.Structure) -> StickslipError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())
 
-    def _end(self, c: Any) -> str:
+    def _end(self, c: ctypes.Structure) -> str:
         message = self._instance.message()
         return f"the FMU ended the run at t = {c.report_time:.9g} s" + (f": {message}" if message else "")
 

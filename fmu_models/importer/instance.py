@@ -3,11 +3,11 @@
 import ctypes
 import sys
 import weakref
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -20,6 +20,9 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
 from fmu_models.fmu.library import unload
 from fmu_models.toolchain import compiler
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ModelExchange, ScalarVariable
 
 _C = declarations("importer/c/master.h", "importer/c/fmi_calls.h")
 F = _C.constants("Function", "F_")
@@ -155,7 +158,7 @@ class Instance:
             self.dll = ctypes.CDLL(str(file))
         except OSError as error:
             raise StickslipError(f"'{fmu.path}': its library cannot be loaded: {error}.") from error
-        self._fill(interface)
+        self._fill()
         pointer = self._instantiate()
         if not pointer and self.calls.event_mode:
             self.calls.event_mode = 0
@@ -191,7 +194,7 @@ class Instance:
                 f"'{self.fmu.path}': its library has no function fmi{self.fmu.fmi}{name}, which the standard requires."
             ) from None
 
-    def _fill(self, interface: Any) -> None:
+    def _fill(self) -> None:
         calls = self.calls
         calls.fmi = self.fmu.fmi
         for index, pair in FUNCTIONS.items():
@@ -211,13 +214,14 @@ class Instance:
         self._early = self._shows = False
         if self.scheduled:
             return
-        if not self.co_simulation:
-            calls.completes = bool(interface.needsCompletedIntegratorStep)
-            calls.directional = _directional(self.fmu, interface) and calls.function[F.DIRECTIONAL] is not None
-        elif self.fmu.fmi == 3:
-            calls.event_mode = bool(interface.hasEventMode)
-            returns = interface.mightReturnEarlyFromDoStep or interface.canReturnEarlyAfterIntermediateUpdate
-            self._early, self._shows = bool(returns), bool(interface.providesIntermediateUpdate)
+        exchange, stepping = self.fmu.description.modelExchange, self.fmu.description.coSimulation
+        if exchange is not None and not self.co_simulation:
+            calls.completes = bool(exchange.needsCompletedIntegratorStep)
+            calls.directional = _directional(self.fmu, exchange) and calls.function[F.DIRECTIONAL] is not None
+        elif stepping is not None and self.fmu.fmi == 3:
+            calls.event_mode = bool(stepping.hasEventMode)
+            returns = stepping.mightReturnEarlyFromDoStep or stepping.canReturnEarlyAfterIntermediateUpdate
+            self._early, self._shows = bool(returns), bool(stepping.providesIntermediateUpdate)
 
     def _instantiate(self) -> int | None:
         library = master_library()
@@ -262,7 +266,7 @@ class Instance:
         switches = False, True, events, early
         return make(name, token, where, *switches, references.ctypes.data, references.size, environment, logger, look)
 
-    def shows(self, variable: Any) -> bool:
+    def shows(self, variable: "ScalarVariable") -> bool:
         """Whether it is an input that may be set inside a step."""
         offered = self.co_simulation and self.fmu.fmi == 3 and self._shows
         return bool(offered and variable.causality == "input" and variable.name in self._intermediate)
@@ -322,7 +326,7 @@ class Instance:
         calls.state_references, calls.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
 
 
-def _release(free: Any, pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
+def _release(free: Callable[[int], object], pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
     """Free an instance; what it still uses then (log, callbacks) is named so that it lives so long."""
     free(pointer)
     unload(dll)
@@ -346,7 +350,7 @@ def _no_interface(fmu: Fmu, kind: str) -> str:
     )
 
 
-def _directional(fmu: Fmu, interface: Any) -> bool:
+def _directional(fmu: Fmu, interface: "ModelExchange") -> bool:
     if fmu.fmi == 2:
         return bool(interface.providesDirectionalDerivative)
     # fmpy looks for the name it has in FMI 2

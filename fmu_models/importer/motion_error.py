@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,7 @@ def dependencies(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[
 
 
 def motion_error(
-    fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64], message: str
+    fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str], gradient: NDArray[np.float64], message: str
 ) -> MotionError:
     """The error for a status of the master; ``message`` is what the FMU logged last."""
     time, index = report.report_time, report.report_index
@@ -84,7 +85,7 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
     )
 
 
-def _held(report: Any, states: Sequence[str]) -> str:
+def _held(report: ctypes.Structure, states: Sequence[str]) -> str:
     """What the user can ask for, or why it was not done."""
     if report.method == METHOD.CO_SIMULATION:
         return "The run can go on as the FMU does: on_zeno, --on-zeno continue."
@@ -126,7 +127,7 @@ _TEXTS = {
 }
 
 
-def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+def _text(fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
     if status == RUN.BAD_CLOCK:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -57,7 +58,7 @@ class Selection:
         )
 
     @cached_property
-    def c(self) -> Any:
+    def c(self) -> ctypes.Structure:
         return instance.Variables(len(self.names), *map(address, (self.types, self.references, self.sizes)))
 
 

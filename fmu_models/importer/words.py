@@ -1,6 +1,6 @@
 """What a run of any FMU says of itself."""
 
-from typing import Any
+import ctypes
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
@@ -15,7 +15,7 @@ NAMES = {
 }
 
 
-def note(method: str, c: Any) -> str:
+def note(method: str, c: ctypes.Structure) -> str:
     """The method of a run in words."""
     text = NAMES.get(method, NAMES["dop853"])
     if method == "auto" and c.n_switches:

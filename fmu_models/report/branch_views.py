@@ -232,7 +232,7 @@ def _told(special: Special) -> str:
     return line
 
 
-def numbers_text(values: Any) -> str:
+def numbers_text(values: Iterable[complex]) -> str:
     return ", ".join(_number(value) for value in values)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from fmu_models.report.colours import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from fmu_models.base.arrays import Complex
 
 
 @draw.register(EquilibriumBranch)
@@ -95,7 +97,7 @@ def _draw_eigenvalues(branch: EquilibriumBranch, axes: Axes) -> None:
     axes.legend(frameon=False, fontsize="small")
 
 
-def _path(special: SpecialEquilibrium) -> Any:
+def _path(special: SpecialEquilibrium) -> Complex:
     """(m, n) the set of eigenvalues as n lines."""
     from scipy.optimize import linear_sum_assignment
 

@@ -73,7 +73,9 @@ def write_page(
     target = check_page(path)
     import plotly.graph_objects as graph
 
-    figure = graph.Figure(traces(result), _layout(result))
+    drawn = traces(result)
+    assert isinstance(result, Diagram | Chart | Basins)
+    figure = graph.Figure(drawn, _layout(result))
     text = figure.to_html(
         full_html=True,
         include_plotlyjs=True,
@@ -90,7 +92,7 @@ def write_page(
     return target
 
 
-def _clicked(result: Any, motion: PickedMotion) -> str:
+def _clicked(result: Diagram | Chart | Basins, motion: PickedMotion) -> str:
     """What a click has to know, as JSON: a point of a diagram is a motion's own state, a cell names two values."""
     content: dict[str, Any] = {
         "state": {"model": motion.model, "version": motion.version, "set": dict(motion.values)},
@@ -103,7 +105,7 @@ def _clicked(result: Any, motion: PickedMotion) -> str:
     return json.dumps(content).replace("</", "<\\/")
 
 
-def _layout(result: Any) -> dict[str, Any]:
+def _layout(result: Diagram | Chart | Basins) -> dict[str, Any]:
     names = (result.over, result.of) if isinstance(result, Diagram) else tuple(result.axes)
     return {
         "title": {"text": html.escape(result.model)},
@@ -116,7 +118,7 @@ def _layout(result: Any) -> dict[str, Any]:
 
 
 @singledispatch
-def traces(result: Any) -> list[dict[str, Any]]:
+def traces(result: object) -> list[dict[str, Any]]:
     """What is drawn of a family, as plotly has it."""
     raise StickslipError(f"There is no page of {type(result).__name__}. Draw it by --figure.")
 

@@ -40,7 +40,7 @@ def _iterate(period: int) -> str:
     return "map" if period == 1 else f"map applied {period} times"
 
 
-def _motion_table(content: dict[str, Any], title: str) -> Any:
+def _motion_table(content: dict[str, Any], title: str) -> console.table:
     states = list(content["rule"])
     motions = console.table(*(f">{name}" for name in states), ">eigenvalues", "class", "", title=title)
     for motion in content["motions"]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fmu_models.language.contact_dynamics import ContactDynamics
+    from fmu_models.language.contacts import Contact
     from fmu_models.lowering.hybrid_system import HybridSystem
 
 
@@ -58,7 +59,7 @@ def _exact_flow(system: HybridSystem) -> dict[str, Any]:
     return {"linear": not reasons, "lanes": not lanes, "obstacles": list(reasons or lanes)}
 
 
-def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
+def _contact(contact: ContactDynamics, declared: Contact | None) -> dict[str, Any]:
     """What a contact is made of, by its kind."""
     return {
         "name": contact.name,
@@ -71,7 +72,7 @@ def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
     }
 
 
-def _law(contact: ContactDynamics, declared: Any) -> str | None:
+def _law(contact: ContactDynamics, declared: Contact | None) -> str | None:
     if contact.kind.led:
         return "Coulomb"
     rule = getattr(declared, "rule", None)
@@ -102,7 +103,7 @@ def _equations(mechanism: Mechanism, system: HybridSystem) -> list[str]:
     return lines
 
 
-def _coupled(mechanism: Mechanism, system: HybridSystem, forces: Any) -> list[str]:
+def _coupled(mechanism: Mechanism, system: HybridSystem, forces: sympy.Matrix) -> list[str]:
     """Mass matrix times accelerations = forces: solved, these would fill pages."""
     rates = sympy.Matrix([sympy.Symbol(f"{q.v.name}'") for q in mechanism.coordinates])
     inertia: Any = mass_matrix(mechanism) * rates

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fmu_models.importer.second_run import SecondRun
     from fmu_models.simulation.accuracy import ErrorEstimate
     from fmu_models.simulation.results import Recording
-    from fmu_models.simulation.trajectory import Trajectory
+    from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 LISTED = 40  # rows that a person reads; programs get all
 
@@ -84,7 +84,7 @@ def _range(trajectory: Trajectory, name: str) -> dict[str, Any]:
     return {"unit": trajectory.units[name], **record(extremes)}
 
 
-def _kind(event: Any) -> str:
+def _kind(event: Event | ForeignEvent) -> str:
     """The kind under which an event is counted."""
     if isinstance(event, Event):
         return f"contact {event.contact}"

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
+    from fmu_models.base.arrays import Integers
+
     Vector = NDArray[Any]
 
 UNLABELLED = {UNDECIDED: ("undecided", "////"), INFINITE: ("to infinity", "...."), FAILED: ("failed", "xxxx")}
@@ -72,7 +74,9 @@ def colours_of(classes: Sequence[str]) -> list[str]:
     return [NONE if name == "0" else COLOURS[i % len(COLOURS)] for i, name in enumerate(classes)]
 
 
-def _mesh(axes: Axes, labels: Any, axes_of: Mapping[str, Any], classes: Sequence[str], names: Sequence[str]) -> None:
+def _mesh(
+    axes: Axes, labels: Integers, axes_of: Mapping[str, Any], classes: Sequence[str], names: Sequence[str]
+) -> None:
     """Classes as colours, with a legend that says them; what has none is hatched."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch

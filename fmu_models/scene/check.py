@@ -18,7 +18,7 @@ KEYS says what each means. A value is a number in the unit of the model or a tex
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -163,7 +163,7 @@ class _Check:
             lost |= {name: contact.name for name in names if name not in available}
         return lost
 
-    def _stranger(self, kind: str, name: str, names: Any, *path: str | int) -> StickslipError:
+    def _stranger(self, kind: str, name: str, names: Collection[str], *path: str | int) -> StickslipError:
         """The error for a name that the scene's system does not have."""
         if name in self.lost:
             contact = self.lost[name]
@@ -203,7 +203,7 @@ class _Check:
                 drives[name] = Drive(times=(0.0,), values=(value,))
         return drives
 
-    def _drive(self, raw: Any, unit: str, name: str) -> Drive:
+    def _drive(self, raw: object, unit: str, name: str) -> Drive:
         doc, path = self.doc, ("drives", name)
         if isinstance(raw, str) and ":" in raw:
             try:

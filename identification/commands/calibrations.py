@@ -15,6 +15,8 @@ from identification.commands.fits import say_report
 from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from fmu_models.fmu.fmu import Fmu
     from identification.calibration.log import ModelLog
     from identification.calibration.result import Calibration
@@ -158,7 +160,7 @@ def design_calibration(
         calibration, fmu, _ = read_calibrated(path, declaration, [])
         ranked = rank_experiments(calibration, fmu, candidates, duration=duration, only=only, progress=advance)
 
-    def show(out: Any) -> None:
+    def show(out: Console) -> None:
         from identification.report.calibration_summary import experiments_table
 
         out.print(experiments_table(ranked))

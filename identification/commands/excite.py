@@ -1,7 +1,7 @@
 """Command that designs a motion which shows the parameters of a declared machine."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,6 +9,9 @@ from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from identification.commands.machines import Gravity, gravity_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def excite(
@@ -55,7 +58,7 @@ def excite(
             found.frame.to_csv(temporary, index=False)
     files = [str(output)] if output else []
 
-    def show(out: Any) -> None:
+    def show(out: "Console") -> None:
         from identification.report.machine_tables import excitation_table
 
         out.print(excitation_table(found))

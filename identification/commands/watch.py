@@ -18,6 +18,7 @@ from fmu_models.base.printable import printable_json
 from identification.inference.defaults import ESTIMATOR, LAW
 
 if TYPE_CHECKING:
+    from identification.watch.logs import FileStates
     from identification.watch.state import Entry, WatchState
 
 STATE = ".stickslip-watch.json"
@@ -112,7 +113,7 @@ def _watch(
 
 
 def _dealt_with(
-    folder: Path, one: Any, known: WatchState, file: Path, page: Path | None, interval: float
+    folder: Path, one: FileStates, known: WatchState, file: Path, page: Path | None, interval: float
 ) -> WatchState:
     from identification.watch.logs import called, deal_with
     from identification.watch.page import write_page

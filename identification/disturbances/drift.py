@@ -6,12 +6,11 @@ a free decay too.
 """
 
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.term import LASER, DisturbanceTerm, Effect
+from identification.disturbances.term import LASER, DisturbanceTerm, Effect, Whereabouts
 from identification.inference.problem import Prior
 from identification.measurement.pooled import Pool
 
@@ -20,7 +19,7 @@ FURTHEST = 0.1  # over R, of what a laser shows too much
 DRIFTING, LEAST_DRIFT = 2e-4, 1e-5  # m, of a laser: assumed until it is found, and at least
 
 
-def _curve(at: Any, order: int, functions: ModuleType) -> Any:
+def _curve(at: Whereabouts, order: int, functions: ModuleType) -> np.ndarray:
     if order < 3:
         return (np.ones_like(at.share), at.share, at.share**2 - 1 / 12)[order]
     return functions.cos((order - 2) * np.pi * (at.share + 0.5))

@@ -2,17 +2,18 @@
 because its clock runs at another rate."""
 
 from types import ModuleType
-from typing import Any
+
+import numpy as np
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.laser_bend import no_laser
-from identification.disturbances.term import LASER, DisturbanceTerm, Effect
+from identification.disturbances.term import LASER, DisturbanceTerm, Effect, Whereabouts
 from identification.measurement.pooled import Pool
 
 WIDTHS = (2e-3, 2e-3)  # s; s that the clock goes wrong in a log
 
 
-def _late(at: Any, order: int, functions: ModuleType) -> Any:
+def _late(at: Whereabouts, order: int, functions: ModuleType) -> np.ndarray:
     return -at.speed * functions.cos(at.angle) * at.share**order
 
 

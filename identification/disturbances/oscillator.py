@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING, Any
 from identification.disturbances.term import DAMPING, DRIVE, FRICTION, SPRING, DisturbanceTerm
 
 if TYPE_CHECKING:
+    import sympy
+
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.language.quantities import Input, Parameter
     from fmu_models.lowering.hybrid_system import HybridSystem
 
 TURNED, LOAD = "turned", "load"  # inputs: angle of the drive, rad; normal force by a load cell over its mean
@@ -42,35 +45,35 @@ def disturbed_oscillator(disc: str, law: str, terms: Sequence[DisturbanceTerm]) 
 class _Symbols:
     """Whereabouts as symbols; what no formula asks for is no variable of the oscillator."""
 
-    def __init__(self, angle: Any, speed: Any) -> None:
+    def __init__(self, angle: sympy.Expr, speed: sympy.Expr) -> None:
         self._angle, self.speed = angle, speed
 
     @cached_property
-    def turned(self) -> Any:
+    def turned(self) -> Input:
         from fmu_models.language.quantities import Input
 
         return Input(TURNED, 0.0, "rad", "angle of the drive")
 
     @cached_property
-    def angle(self) -> Any:
+    def angle(self) -> sympy.Expr:
         from fmu_models.language.quantities import Parameter
 
         return self._angle - Parameter(MIDDLE_ANGLE, 0.0, "rad", "angle at which friction is that of the law")
 
     @cached_property
-    def share(self) -> Any:
+    def share(self) -> sympy.Expr:
         from fmu_models.language.quantities import TIME, Parameter
 
         return (TIME - Parameter(MIDDLE, 0.0, "s", "middle of the log")) / self.duration
 
     @cached_property
-    def duration(self) -> Any:
+    def duration(self) -> Parameter:
         from fmu_models.language.quantities import Parameter
 
         return Parameter(DURATION, 1.0, "s", "duration of the log", positive=True)
 
     @cached_property
-    def load(self) -> Any:
+    def load(self) -> Input:
         from fmu_models.language.quantities import Input
 
         return Input(LOAD, 1.0, "1", "normal force by a load cell over its mean")

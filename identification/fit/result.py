@@ -295,7 +295,7 @@ class FrictionFit(Moving):
             raise StickslipError(f"This is not JSON ({error}). Give a result written by `stickslip fit`.") from error
 
     @staticmethod
-    def from_dict(plain: Any, *, trust: bool = False) -> FrictionFit:
+    def from_dict(plain: object, *, trust: bool = False) -> FrictionFit:
         """As `from_json`, from plain values."""
         if not isinstance(plain, dict) or plain.get("type") != "stickslip friction fit":
             raise StickslipError('This is not a fitted law: it lacks "type": "stickslip friction fit".')
@@ -326,12 +326,12 @@ def _ends(low: float | None, high: float | None) -> tuple[float, float]:
     return -np.inf if low is None else low, np.inf if high is None else high
 
 
-def _renamed(entry: Any, names: Mapping[str, str]) -> Any:
+def _renamed(entry: object, names: Mapping[str, str]) -> object:
     """A member of a list with other names of its fields."""
     return {names.get(key, key): value for key, value in entry.items()} if isinstance(entry, dict) else entry
 
 
-def _without_written(parameter: Any) -> Any:
+def _without_written(parameter: object) -> object:
     """A parameter as it is kept: what is written beside it follows from the rest."""
     if not isinstance(parameter, dict):
         return parameter

@@ -8,7 +8,6 @@ What other monomials add to the efforts is in the base parameters that took them
 import dataclasses
 import re
 from collections.abc import Mapping
-from typing import Any
 
 import sympy
 
@@ -110,7 +109,7 @@ class _BaseForm:
         return dataclasses.replace(contact, slip=substituted(contact.slip, self.given), law=_at(contact.law, at))
 
 
-def _at(value: Any, at: Mapping[sympy.Basic, sympy.Basic]) -> Any:
+def _at(value: object, at: Mapping[sympy.Basic, sympy.Basic]) -> object:
     """Whatever a law is made of, with these in place: expressions, tuples, laws inside laws."""
     if isinstance(value, sympy.Basic):
         return value.xreplace(at)

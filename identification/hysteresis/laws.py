@@ -196,8 +196,8 @@ LAWS: dict[str, LoopLaw] = {
 USUAL = ("MaxwellSlip-2", "MaxwellSlip-4", "Dahl", "BoucWen-1", "BoucWen-2")
 
 
-def _in_numbers(law: Any, values: Values) -> Any:
-    def number(part: Any) -> Any:
+def _in_numbers(law: Any, values: Values) -> HysteresisLaw:
+    def number(part: object) -> object:
         if isinstance(part, Parameter):
             return float(values[part.name])
         return [number(inner) for inner in part] if isinstance(part, list | tuple) else part

@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from identification.inference.problem import FitProblem, FitSearch, Solution, identifier
 
 if TYPE_CHECKING:
-    from lmfit import Minimizer
+    from lmfit import Minimizer, Parameters
 
 
 class Bounded(Protocol):
@@ -115,7 +116,7 @@ def given(parameters: Mapping[str, Any] | None) -> Given:
     return Given(first, bounds, fixed)
 
 
-def lmfit_alone() -> Any:
+def lmfit_alone() -> ModuleType:
     """lmfit without matplotlib, which it imports if it can and which takes longer than a fit."""
     hidden = "matplotlib" not in sys.modules and "lmfit" not in sys.modules
     if hidden:
@@ -128,7 +129,7 @@ def lmfit_alone() -> Any:
     return lmfit
 
 
-def lmfit_parameters(problem: FitProblem, values: np.ndarray, free: np.ndarray) -> Any:
+def lmfit_parameters(problem: FitProblem, values: np.ndarray, free: np.ndarray) -> Parameters:
     """The unknowns as `lmfit.Parameters`, in their order. values: (m,); free: (m,) whether each is to be varied."""
     parameters = lmfit_alone().Parameters()
     for unknown, value, vary in zip(problem.unknowns, values, free, strict=True):
@@ -137,7 +138,7 @@ def lmfit_parameters(problem: FitProblem, values: np.ndarray, free: np.ndarray) 
     return parameters
 
 
-def values_of(parameters: Any) -> np.ndarray:
+def values_of(parameters: Parameters) -> np.ndarray:
     """Values (m,) of `lmfit.Parameters`, in their order."""
     return np.array([parameter.value for parameter in parameters.values()])
 
@@ -159,10 +160,10 @@ class Solved:
         free = np.array([unknown.name not in self.solution.fixed for unknown in problem.unknowns])
         search = FitSearch(problem, [True] * len(names), None)
 
-        def residual(p: Any) -> np.ndarray:
+        def residual(p: Parameters) -> np.ndarray:
             return search.at(values_of(p))[0]
 
-        def gradient(p: Any) -> np.ndarray:
+        def gradient(p: Parameters) -> np.ndarray:
             return search.at(values_of(p))[1][:, [parameter.vary for parameter in p.values()]]
 
         parameters = lmfit_parameters(problem, self.solution.values, free)

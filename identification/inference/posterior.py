@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from identification.inference.problem import FitProblem, Solution, prior_precisi
 
 if TYPE_CHECKING:
     import pandas
+    from emcee import EnsembleSampler
 
 WALKERS = 32
 LENGTHS = 50  # autocorrelation times that a chain must last, the advice of emcee
@@ -144,7 +146,7 @@ def sample(
     )
 
 
-def load_emcee() -> Any:
+def load_emcee() -> ModuleType:
     """The emcee package.
 
     Raises:
@@ -157,8 +159,8 @@ def load_emcee() -> Any:
     return emcee
 
 
-def _posterior(problem: FitProblem, sampler: Any, lengths: np.ndarray, seed: int) -> Posterior:
-    samples = sampler.get_chain(flat=True)
+def _posterior(problem: FitProblem, sampler: EnsembleSampler, lengths: np.ndarray, seed: int) -> Posterior:
+    samples = np.asarray(sampler.get_chain(flat=True))
     marginals = []
     for unknown, values, length in zip(problem.unknowns, samples.T, lengths, strict=True):
         moments, quantiles = (float(np.mean(values)), float(np.std(values))), np.quantile(values, QUANTILES)
@@ -234,7 +236,7 @@ class Target:
         total += self.readings.squares(x)
         return -0.5 * total if np.isfinite(total) else -np.inf
 
-    def first(self, walkers: int, random: Any) -> np.ndarray:
+    def first(self, walkers: int, random: np.random.RandomState) -> np.ndarray:
         """Where the walkers begin (walkers, m)."""
         begun = []
         for _ in range(100 * walkers):
@@ -245,12 +247,12 @@ class Target:
                 return np.array(begun)
         raise StickslipError("The model follows the logs nowhere near the solution: there is no posterior to sample.")
 
-    def proposal(self, coordinates: np.ndarray, random: Any) -> tuple[np.ndarray, np.ndarray]:
+    def proposal(self, coordinates: np.ndarray, random: np.random.RandomState) -> tuple[np.ndarray, np.ndarray]:
         """Independent of where the walkers (n, m) are; and ln of the ratio of densities, back over forth (n,)."""
         drawn = self._drawn(len(coordinates), random)
         return drawn, self._density(coordinates) - self._density(drawn)
 
-    def _drawn(self, count: int, random: Any) -> np.ndarray:
+    def _drawn(self, count: int, random: np.random.RandomState) -> np.ndarray:
         normal = random.standard_normal((count, len(self.at))) @ self.root.T
         width = np.where(random.random_sample((count, 1)) < WIDE, WIDER, 1.0)
         return self.at + width * normal / np.sqrt(random.chisquare(FREEDOM, (count, 1)) / FREEDOM)

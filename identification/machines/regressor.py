@@ -25,7 +25,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import Friction
+from fmu_models.language.contacts import Contact, Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Input, Parameter
 from identification.machines.hyper_dual import FUNCTIONS, HyperDual
@@ -112,7 +112,7 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
     """The expression with parameters at values; every shared part is rebuilt once."""
     rebuilds: dict[Any, Any] = dict(at)
 
-    def rebuilt(e: Any) -> Any:
+    def rebuilt(e: sympy.Basic) -> Any:
         if e not in rebuilds:
             inner = [rebuilt(argument) for argument in e.args]
             rebuilds[e] = e if inner == list(e.args) else e.func(*inner)
@@ -157,7 +157,7 @@ def _drives(mechanism: Mechanism) -> tuple[list[Input], list[sympy.Expr]]:
 
 
 def _forces(
-    mechanism: Mechanism, contact: Any, parts: Callable[[sympy.Expr], Parts]
+    mechanism: Mechanism, contact: Contact, parts: Callable[[sympy.Expr], Parts]
 ) -> tuple[Parts, sympy.Expr, list[sympy.Expr]]:
     """Force of a contact along its slip, slip speed, and its derivative by each velocity."""
     if not isinstance(contact, Friction):

@@ -276,7 +276,7 @@ def _sampling(document: Document) -> Sampling:
     )
 
 
-def speed(document: Document, raw: Any, *keys: str) -> Speed:
+def speed(document: Document, raw: object, *keys: str) -> Speed:
     """A speed. The recipe alone does not say whether the body slides or turns: the text's own unit is kept."""
     if not isinstance(raw, str):
         return Speed(document.value(raw, "m/s", *keys))

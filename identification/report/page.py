@@ -124,7 +124,7 @@ def paragraph(text: str, kind: str = "") -> str:
     return f"<p{mark}>{escape(text)}</p>"
 
 
-def nested(value: Any) -> str:
+def nested(value: object) -> str:
     """A plain value as HTML: objects as definitions, lists of objects as tables, texts as lists."""
     if isinstance(value, Mapping):
         pairs = (

@@ -248,7 +248,7 @@ def other_fields(fit: FrictionFit) -> dict[str, Any]:
     }
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A plain value as text."""
     if isinstance(value, bool):
         return "yes" if value else "no"

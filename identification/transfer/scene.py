@@ -1,6 +1,6 @@
 """Fitted values in a scene: the numbers change, comments, order and units of the file stay."""
 
-from collections.abc import Sequence
+from collections.abc import MutableMapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +65,7 @@ def _unit(scene: Scene, handed: HandedValue, source: Path) -> str:
     return quantities[handed.target].unit
 
 
-def _put(document: Any, handed: HandedValue, unit: str, source: Path) -> None:
+def _put(document: MutableMapping[str, Any], handed: HandedValue, unit: str, source: Path) -> None:
     """Change the value where it stands: a number stays a number in the model's unit, a text keeps its unit."""
     where = f"'{source}'"
     value = handed.in_unit(unit, where)

@@ -128,7 +128,7 @@ def _sensors(scene: Scene) -> dict[str, Any]:
     return {**defaults, **settings}
 
 
-def _quantity(raw: Any, unit: str, label: str) -> float:
+def _quantity(raw: object, unit: str, label: str) -> float:
     """A number in ``unit``, or a text of number and unit."""
     from fmu_models.base.toml_document import converted
 

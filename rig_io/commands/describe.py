@@ -15,6 +15,7 @@ from fmu_models.base.figures import check_files
 if TYPE_CHECKING:
     from rig_io.description.draft import Draft
     from rig_io.description.questions import Question
+    from rig_io.description.runs import DescribedLog
 
 Many = list[str] | None
 
@@ -175,7 +176,7 @@ def _open(draft: Draft) -> dict[str, Any]:
     return {"questions": entries, "complete": not open_questions}
 
 
-def _plain(log: Any) -> dict[str, Any]:
+def _plain(log: DescribedLog) -> dict[str, Any]:
     """A log as JSON values."""
     files = []
     for file in log.files:

@@ -14,13 +14,12 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import isolated
+from fmu_models.base.processes import Value, isolated
 from rig_io.logs.table import Table, check_file
 
 EXTRA = "daq"
@@ -97,7 +96,7 @@ def table_of(
     )
 
 
-def parsed_apart(path: Path, parse: Callable[..., Any], *arguments: Any, again: str = "", less: str = "") -> Any:
+def parsed_apart(path: Path, parse: Callable[..., Value], *arguments: object, again: str = "", less: str = "") -> Value:
     """What a parser makes of a file in a process of its own. again, less: how to save it, behind the advice to save it
     again, and to save less.
 

@@ -27,7 +27,7 @@ def instrument_of(entry: Mapping[str, Any], where: str) -> Instrument:
         StickslipError: another form than those allowed; names the file, the column and the key.
     """
 
-    def fault(key: str, value: Any, form: str) -> StickslipError:
+    def fault(key: str, value: object, form: str) -> StickslipError:
         return StickslipError(f"{where}: \"{key}\" of column '{entry['name']}' is {value!r}; expected {form}.")
 
     role = entry.get("role")
@@ -52,7 +52,7 @@ def instrument_of(entry: Mapping[str, Any], where: str) -> Instrument:
     )
 
 
-def _constant(value: Any, ideal: float) -> SensorConstant | None:
+def _constant(value: object, ideal: float) -> SensorConstant | None:
     """None of what has none of the forms."""
     if value == FREE:
         return SensorConstant(ideal, math.inf)
@@ -66,9 +66,9 @@ def _constant(value: Any, ideal: float) -> SensorConstant | None:
     return SensorConstant(number, deviation) if math.isfinite(number) and 0 < deviation < math.inf else None
 
 
-def _is_number(value: Any) -> TypeGuard[float]:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _is_range(value: Any) -> bool:
+def _is_range(value: object) -> bool:
     return isinstance(value, list) and len(value) == 2 and all(map(_is_number, value)) and value[0] < value[1]

@@ -98,7 +98,7 @@ def _list(parent: Mapping[str, Any], key: str, default: tuple[str, ...], where: 
     return entry
 
 
-def _number(value: Any, where: str) -> float:
+def _number(value: object, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
         raise StickslipError(f"{where} holds {value!r}; expected a finite number.")
     return float(value)
@@ -231,7 +231,7 @@ def package(name: str, logs: list[RigLog], work: Path, title: str, description: 
     }
 
 
-def _present(record: Any) -> dict[str, Any]:
+def _present(record: RigConstants | LaserCalibration | EncoderCalibration | LoadCalibration) -> dict[str, Any]:
     """Fields of a dataclass as JSON values, without those that are absent or infinite."""
     return {k: v for k, v in asdict(record).items() if v is not None and v not in (float("inf"), -float("inf"))}
 

@@ -1,11 +1,14 @@
 """HDF5: the vectors of one group (or of a table in it) as columns, with their attribute ``unit`` or ``units``."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.guarded import Channel, Channels, fits, of_one_length, table_of
 from rig_io.logs.table import Reader, Table
+
+if TYPE_CHECKING:
+    import h5py
 
 
 def read(path: Path, **options: str) -> Table:
@@ -25,7 +28,7 @@ def channels(path: str, group: str = "") -> Channels:
     with h5py.File(path, "r") as file:
         groups: dict[str, dict[str, Any]] = {}
 
-        def visit(name: str, item: Any) -> None:
+        def visit(name: str, item: object) -> None:
             if isinstance(item, h5py.Dataset):
                 inside, _, leaf = name.rpartition("/")
                 groups.setdefault(inside, {})[leaf] = item
@@ -64,7 +67,7 @@ def _vectors(items: dict[str, Any]) -> Channels:
     return Channels(of_one_length(vectors, left_out), left_out, scalars)
 
 
-def _unit(item: Any) -> str:
+def _unit(item: "h5py.Dataset") -> str:
     for key in ("unit", "units", "Unit", "Units"):
         if key in item.attrs:
             unit = item.attrs[key]

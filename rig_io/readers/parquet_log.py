@@ -1,13 +1,16 @@
 """Parquet and Feather (Arrow): every column of numbers; stamps become seconds; metadata of a field may state a unit."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rig_io.logs.guarded import Channel, Channels, fits, need, table_of
 from rig_io.logs.stamps import DAY, NANO
 from rig_io.logs.table import Reader, Table
+
+if TYPE_CHECKING:
+    import pyarrow
 
 
 def read(path: Path) -> Table:
@@ -51,13 +54,13 @@ def channels(path: str) -> Channels:
     return Channels(collected, left_out, {}, start, stamps)
 
 
-def _is_number(kind: Any) -> bool:
+def _is_number(kind: "pyarrow.DataType") -> bool:
     import pyarrow
 
     return pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind) or pyarrow.types.is_boolean(kind)
 
 
-def _unit(field: Any) -> str:
+def _unit(field: "pyarrow.Field") -> str:
     metadata = field.metadata or {}
     return next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
 

@@ -128,7 +128,7 @@ def _header(above: Sequence[Sequence[Any]], width: int) -> tuple[list[str], list
     return [name for name, _ in pairs], [unit or "" for _, unit in pairs]
 
 
-def _number(cell: Any) -> float:
+def _number(cell: float | str | None) -> float:
     """A cell as a number, NaN for none; raises ValueError for a word."""
     if cell is None or (isinstance(cell, str) and is_none(cell.strip())):
         return np.nan

@@ -1,5 +1,6 @@
 """TDMS (National Instruments): the channels of one group; a waveform's clock becomes the column ``time``."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ def channels(path: str, group: str = "") -> Channels:
     return Channels(collected, left_out, {}, origin, stamps, notes)
 
 
-def _clock(properties: Any, samples: int) -> tuple[str, float, float] | None:
+def _clock(properties: Mapping[str, Any], samples: int) -> tuple[str, float, float] | None:
     """Begin (ISO, "" if not stated), step in s and first time of a waveform."""
     step = properties.get("wf_increment")
     if not isinstance(step, int | float) or not step > 0 or not samples:
